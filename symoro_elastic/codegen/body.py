@@ -1,0 +1,123 @@
+"""Bodies of generated functions: arguments unpacked, statements by section, results stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.printers import Printer
+from symoro_elastic.symbolic.program import Section, Statement, by_section
+
+LINE = 110
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a language writes an assignment, a comment, and the functions it has."""
+
+    declare: str
+    end: str
+    comment: Callable[[str], str]
+    continued: Callable[[str, list[str]], str]
+    functions: Mapping[str, str]
+
+
+def _c_continued(head: str, parts: list[str]) -> str:
+    return "\n        ".join([head + parts[0], *parts[1:]])
+
+
+def _python_continued(head: str, parts: list[str]) -> str:
+    return "\n        ".join([f"{head}(", *parts]) + "\n    )"
+
+
+C = Dialect("const double ", ";", lambda text: f"/* {text} */", _c_continued, {})
+PYTHON = Dialect(
+    "",
+    "",
+    lambda text: f"# {text}",
+    _python_continued,
+    {name: f"_f.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")},
+)
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The two parts of a function: lines that depend on parameters only, and the others.
+
+    `constants` are the variables that the first hands to the second.
+    """
+
+    once: list[str]
+    constants: list[str]
+    lines: list[str]
+    results: list[list[str]]
+    used: frozenset[str]
+
+
+def bodies(function: Function, parameters: Sequence[str], joints: Sequence[str], dialect: Dialect) -> Bodies:
+    """Print the program of a function in a dialect."""
+    program = function.program
+    printer = Printer(program, functions=dialect.functions)
+    writer = _Writer(printer, dialect, joints)
+    lines = writer.statements(program.statements)
+    results = [[printer.value(x) for x in output.entries] for output in program.outputs]
+    used = frozenset(printer.referenced)
+    constants = [s.name for s in program.once if s.name in used]
+    printer.referenced.clear()
+    once = writer.statements(program.once)
+    once_arguments = writer.unpack({"p": parameters}, printer.referenced)
+    arguments = {a.name: a.symbols for a in program.inputs}
+    head = writer.unpack({**arguments, "p": parameters, "c": constants}, used)
+    arrays = {name for name, symbols in {**arguments, "p": parameters}.items() if used & set(symbols)}
+    return Bodies(once_arguments + once, constants, head + lines, results, frozenset(arrays))
+
+
+class _Writer:
+    def __init__(self, printer: Printer, dialect: Dialect, joints: Sequence[str]) -> None:
+        self.printer, self.dialect, self.joints = printer, dialect, joints
+
+    def unpack(self, arguments: Mapping[str, Sequence[str]], used: Iterable[str]) -> list[str]:
+        used = set(used)
+        return [
+            f"    {self.dialect.declare}{symbol} = {array}[{index}]{self.dialect.end}"
+            for array, symbols in arguments.items()
+            for index, symbol in enumerate(symbols)
+            if symbol in used
+        ]
+
+    def statements(self, statements: Sequence[Statement]) -> list[str]:
+        lines: list[str] = []
+        for section, group in by_section(statements):
+            lines += ["", f"    {self.dialect.comment(self.heading(section))}"]
+            lines += [self.assignment(statement) for statement in group]
+        return lines
+
+    def heading(self, section: Section) -> str:
+        if section.joint is None:
+            return section.title
+        joint = f"joint {section.joint} ({self.joints[section.joint - 1]})"
+        return f"{section.title}, {joint} {section.equations}".rstrip() + "."
+
+    def assignment(self, statement: Statement) -> str:
+        head = f"    {self.dialect.declare}{statement.name} = "
+        right = self.printer.right_side(statement) + self.dialect.end
+        if len(head) + len(right) <= LINE:
+            return head + right
+        return self.dialect.continued(head, broken(right))
+
+
+def broken(text: str) -> list[str]:
+    """A long sum cut before its signs, at the outermost level that is short enough."""
+    parts, depth, start, last = [], 0, 0, 0
+    for position, character in enumerate(text):
+        depth += (character == "(") - (character == ")")
+        if character in "+-" and text[position - 1] == " " and depth <= 1:
+            if position - start > LINE - 20 and last > start:
+                parts.append(text[start:last].rstrip())
+                start = last
+            last = position
+    if len(text) - start > LINE - 10 and last > start:
+        parts.append(text[start:last].rstrip())
+        start = last
+    return [*parts, text[start:]]

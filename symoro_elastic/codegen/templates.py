@@ -1,0 +1,70 @@
+"""The templates, wherever the package is: in a wheel, an editable install or a checkout."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+LINE = 100
+
+
+def template_folder() -> Path:
+    """The folder of templates: beside the package in a checkout, inside it when installed.
+
+    Raises `FileNotFoundError` naming both places.
+    """
+    package = Path(__file__).resolve().parents[1]
+    places = (package.parent / "templates", package / "templates")
+    for place in places:
+        if (place / "c").is_dir():
+            return place
+    raise FileNotFoundError(f"no templates in {places[0]} nor in {places[1]}: reinstall symoro-elastic")
+
+
+@cache
+def environment() -> Environment:
+    """Templates with strict names: a misspelt one is an error, not an empty string."""
+    import jinja2
+
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template_folder()),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    made.filters["tuple_line"] = lambda items: in_brackets("(", items, ")")
+    made.filters["list_line"] = lambda items: in_brackets("[", items, "]")
+    return made
+
+
+def render(template: str, **context: Any) -> str:
+    """Text of a template."""
+    return environment().get_template(template).render(**context)
+
+
+def in_brackets(opening: str, items: Sequence[Any], closing: str) -> str:
+    """Python source of a tuple or list, broken into lines where it is long."""
+    texts = [f'"{item}"' if type(item) is str else str(item) for item in items]
+    line = ", ".join(texts) + ("," if opening == "(" and len(texts) == 1 else "")
+    if len(line) <= LINE - 20:
+        return f"{opening}{line}{closing}"
+    lines, current = [], ""
+    for text in texts:
+        if current and len(current) + len(text) > LINE - 10:
+            lines.append(current)
+            current = ""
+        current += f"{text}, "
+    return "\n    ".join([opening, *(line.rstrip() for line in [*lines, current])]) + f"\n{closing}"
+
+
+class Literal(str):
+    """Source text that is not to be quoted."""
+
+    __slots__ = ()

@@ -1,0 +1,15 @@
+"""What a joint itself exerts: elasticity [9] and friction."""
+
+from __future__ import annotations
+
+from symoro_elastic.equations.spatial import Scalar
+
+
+def elastic_torque(k: Scalar, delta_q: Scalar, d: Scalar, qd: Scalar) -> Scalar:
+    """Gamma = -k delta_q - d qd [9], N m or N; delta_q = q - q0 is the deflection."""
+    return -(k * delta_q) - d * qd
+
+
+def friction(viscous: Scalar, coulomb: Scalar, qd: Scalar, sign_qd: Scalar) -> Scalar:
+    """Fs sign(qd) + Fv qd, opposing motion, N m or N."""
+    return coulomb * sign_qd + viscous * qd

@@ -1,0 +1,77 @@
+"""Geometric and kinematic models [1]-[7]. Lists are indexed by link number; entry 0 is the base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.spatial import (
+    Matrix,
+    Pair,
+    Scalar,
+    Symmetric,
+    Vector,
+    add,
+    cross,
+    full,
+    hat_squared,
+    origin,
+    scale,
+    times,
+    to_child,
+    transpose,
+    turn_back,
+)
+
+Scalars: TypeAlias = Sequence[Scalar]
+
+
+def frames(mechanism: Mechanism) -> list[tuple[Matrix, Vector]]:
+    """0Aj and 0Pj of every frame [2]."""
+    placed: list[tuple[Matrix, Vector]] = [(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))]
+    for _, link in mechanism.numbered():
+        rotation, position = placed[link.antecedent]
+        for screw in link.placement:
+            position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
+            rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
+        placed.append((rotation, position))
+    return placed
+
+
+def carried_velocity(link: Link, w_i: Vector) -> Vector:
+    """jw_i = jAi w_i."""
+    return to_child(link.placement, w_i)
+
+
+def angular_velocities(mechanism: Mechanism, qd: Scalars) -> list[Vector]:
+    """w_j = jAi w_i + s0 qd_j z [3], rad/s in frame j."""
+    w = [mechanism.velocity[1]]
+    for j, link in mechanism.numbered():
+        w.append(add(carried_velocity(link, w[link.antecedent]), link.axis.screw(qd[j])[1]))
+    return w
+
+
+def velocity_terms(mechanism: Mechanism, qd: Scalars, w: list[Vector], squares: list[Symmetric]) -> list[Pair]:
+    """g_j [7], the part of V'_j that depends on velocities only; `squares` are hat(w_j) hat(w_j)."""
+    g: list[Pair] = [((0, 0, 0), (0, 0, 0))]
+    for j, link in mechanism.numbered():
+        i = link.antecedent
+        carried = to_child(link.placement, times(full(squares[i]), origin(link.placement)))
+        linear, angular = coriolis(link, carried_velocity(link, w[i]), qd[j])
+        g.append((add(carried, linear), angular))
+    return g
+
+
+def coriolis(link: Link, jw_i: Vector, qd: Scalar) -> Pair:
+    """[2 s1 (jw_i x qd z); s0 (jw_i x qd z)], the joint's own part of g_j [7]."""
+    if link.axis is Axis.NONE:
+        return (0, 0, 0), (0, 0, 0)
+    if link.axis is Axis.REVOLUTE:
+        return (0, 0, 0), cross(jw_i, (0, 0, qd))
+    return cross(jw_i, (0, 0, qd + qd)), (0, 0, 0)
+
+
+def squared_velocities(w: list[Vector]) -> list[Symmetric]:
+    """hat(w_j) hat(w_j) of every link."""
+    return [hat_squared(w_j) for w_j in w]

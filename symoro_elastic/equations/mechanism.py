@@ -1,0 +1,97 @@
+"""A mechanism as the equations see it: placements, axes and inertias, in any scalar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from symoro_elastic.equations.spatial import (
+    ZERO,
+    Pair,
+    Placement,
+    RigidInertia,
+    Scalar,
+    Screw,
+    SpatialInertia,
+    Vector,
+)
+
+
+class Axis(Enum):
+    """Spatial axis a_j of a joint [4]: along z, or none."""
+
+    REVOLUTE = 0
+    PRISMATIC = 1
+    NONE = 2
+
+    def screw(self, rate: Scalar) -> Pair:
+        """rate a_j."""
+        along = (0, 0, rate)
+        return (along if self is Axis.PRISMATIC else ZERO, along if self is Axis.REVOLUTE else ZERO)
+
+    def project(self, wrench: Pair) -> Scalar:
+        """a_j^T f."""
+        return wrench[self is Axis.REVOLUTE][2]
+
+    def column(self, inertia: SpatialInertia) -> Pair:
+        """J a_j."""
+        return inertia.angular_column() if self is Axis.REVOLUTE else inertia.linear_column()
+
+
+@dataclass(frozen=True)
+class Link:
+    """Body j with the joint that carries it; `antecedent` 0 is the base."""
+
+    antecedent: int
+    axis: Axis
+    placement: Placement
+    body: RigidInertia = RigidInertia()
+    rotor_inertia: Scalar = 0
+    wrench: Pair = (ZERO, ZERO)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Links in table order and the motion of the base: V0 and V'0, gravity already subtracted."""
+
+    links: tuple[Link, ...]
+    velocity: Pair = (ZERO, ZERO)
+    acceleration: Pair = (ZERO, ZERO)
+
+    def numbered(self) -> enumerate[Link]:
+        """(j, link j) from the base to the tips."""
+        return enumerate(self.links, start=1)
+
+    def children(self, j: int) -> list[int]:
+        """Numbers of the links whose antecedent is j."""
+        return [k for k, link in self.numbered() if link.antecedent == j]
+
+    def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
+        """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
+
+        def scalar(x: Scalar) -> Scalar:
+            return x if isinstance(x, int) and x in (0, 1, -1) else convert(x)
+
+        def vector(v: Vector) -> Vector:
+            return (scalar(v[0]), scalar(v[1]), scalar(v[2]))
+
+        def pair(p: Pair) -> Pair:
+            return vector(p[0]), vector(p[1])
+
+        links = tuple(
+            Link(
+                link.antecedent,
+                link.axis,
+                tuple(Screw(s.axis, *map(scalar, s[1:])) for s in link.placement),
+                RigidInertia(
+                    scalar(link.body.mass),
+                    vector(link.body.moments),
+                    tuple(map(scalar, link.body.inertia)),
+                ),
+                scalar(link.rotor_inertia),
+                pair(link.wrench),
+            )
+            for link in self.links
+        )
+        return Mechanism(links, pair(self.velocity), pair(self.acceleration))

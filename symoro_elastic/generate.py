@@ -1,0 +1,140 @@
+"""The journey from a machine to files: check, trace, render, write."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
+from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
+from symoro_elastic.models.degenerate import Degeneracy, degeneracies
+from symoro_elastic.output_folder import write_files
+
+ARGUMENTS = {
+    "q": "joint variables, rad or m",
+    "qd": "joint velocities, rad/s or m/s",
+    "tau": "motor torques or forces, N m or N",
+    "qdd_motor": "motor accelerations, rad/s2 or m/s2",
+}
+RESULTS = {
+    "qdd": "joint accelerations, rad/s2 or m/s2",
+    "tau": "motor torques or forces, N m or N",
+    "A": "inertia matrix, kg m2, kg m or kg",
+    "H": "Coriolis, centrifugal, gravity and friction forces, N m or N",
+    "T": "0Tj of each frame, row by row, lengths in m",
+}
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What was written, and the models it holds; `whole` are the same models of the whole machine."""
+
+    written: list[Path]
+    models: list[TracedModel]
+    whole: list[TracedModel]
+
+
+def nothing(_: str) -> None:
+    """Progress that nobody watches."""
+
+
+def generate(
+    machine: Machine, scene: Scene, targets: Sequence[str], out: Path, step: Callable[[str], None] = nothing
+) -> Generated:
+    """Write the models that a scene asks of a machine to `out/<machine name>/`.
+
+    `step` is told each step of the journey by its verb. Raises `InputError`; nothing is written then.
+    """
+    step("check")
+    refuse_degenerate(machine, scene)
+    step("trace")
+    models = trace_scene(machine, scene)
+    whole = trace_scene(machine, whole_machine(scene)) if is_part(scene) else models
+    step("render")
+    described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene))
+    files: dict[str, str] = {}
+    for target in targets:
+        files |= TARGETS[target](described)
+    step("write")
+    return Generated(write_files(out / machine.name, files), models, whole)
+
+
+def refuse_degenerate(machine: Machine, scene: Scene) -> None:
+    """Raise `InputError` for a machine whose asked models would divide by zero at every position."""
+    for message, joints in found_degeneracies(machine, scene):
+        raise InputError(machine.source or machine.name, joints, message)
+
+
+def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
+    """(message, joints) of each pivot that is zero in one of the asked models."""
+    kept, constants = restricted(machine, scene), folded(machine, scene)
+    models = scene.models or DEFAULT_MODELS
+    found: dict[int, Degeneracy] = {}
+    for name, known_motors in (("direct_dynamics", False), ("inverse_dynamics", True)):
+        if name in models:
+            for degeneracy in degeneracies(kept, known_motors, constants):
+                found.setdefault(degeneracy.joint, degeneracy)
+    ordered = [found[j] for j in sorted(found)]
+    return [(d.message(kept), ", ".join(f"joint {j}" for j in d.moving_together)) for d in ordered]
+
+
+def is_part(scene: Scene) -> bool:
+    """Whether a scene asks for less than the whole machine."""
+    return bool(scene.outputs or scene.locked or scene.fold or not scene.gravity)
+
+
+def whole_machine(scene: Scene) -> Scene:
+    """The same models, nothing left out."""
+    return Scene(models=scene.models)
+
+
+def describe(scene: Scene) -> str:
+    """A scene in a few words; empty for the whole machine."""
+    parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
+    parts += ["without gravity"] if not scene.gravity else []
+    return ", ".join(parts)
+
+
+def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
+    """What the targets render for these models of a machine."""
+    moving = [machine.joints[j - 1] for j in machine.moving]
+    return Package(
+        name=machine.name,
+        scene=scene,
+        axes=tuple(Axis(joint.name, joint.kind, _unit(joint)) for joint in moving),
+        motors=_of_kind(moving, "motor"),
+        elastic=_of_kind(moving, "elastic"),
+        frames=tuple(joint.name for joint in machine.joints),
+        joint_names=tuple(joint.name for joint in machine.joints),
+        parameters=tuple(
+            ParameterValue(p.name, math.nan if p.value is None else p.value.value(), p.unit)
+            for p in machine.parameters
+            if p.name not in folded
+        ),
+        functions=tuple(_function(machine, model) for model in traced),
+    )
+
+
+def _of_kind(moving: Sequence[Joint], kind: str) -> tuple[int, ...]:
+    return tuple(k for k, joint in enumerate(moving) if joint.kind == kind)
+
+
+def _unit(joint: Joint) -> str:
+    return f"{joint.variable}, {'m' if joint.sigma else 'rad'}"
+
+
+def _function(machine: Machine, traced: TracedModel) -> Function:
+    program = traced.program
+    arguments = tuple(Argument(a.name, len(a.symbols), ARGUMENTS[a.name]) for a in program.inputs)
+    results = tuple(
+        Result(o.name, o.shape, RESULTS[o.name], tuple(machine.joints[j - 1].name for j in traced.rows[o.name]))
+        for o in program.outputs
+    )
+    return Function(traced.model.name, traced.model.title, traced.model.equations, program, arguments, results)

@@ -1,0 +1,1 @@
+"""The machine as data, and the files it is read from."""

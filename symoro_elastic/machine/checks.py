@@ -1,0 +1,180 @@
+"""Whether a machine makes sense: errors that name joint and column, and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import Formula, FormulaError, Tree
+from symoro_elastic.machine.machine import Base, Joint, Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quoted, reserved
+from symoro_elastic.machine.plausibility import warnings
+from symoro_elastic.machine.resolve import resolve
+
+AXES = "xyz"
+TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
+NOT_NEGATIVE = ("mass", "stiffness", "damping", "viscous friction", "coulomb friction", "rotor_inertia")
+
+
+def check(machine: Machine) -> list[str]:
+    """Warnings, a line each, about a machine that can be modelled.
+
+    Raises `InputError` for one that cannot: its place is `joint 3 (bed_x), alpha` or a key.
+    """
+    _check_names(machine)
+    for j, joint in enumerate(machine.joints, start=1):
+        _check_joint(machine, j, joint)
+    _check_declared(machine)
+    values = parameter_values(machine)
+    _check_values(machine, values)
+    if machine.scene is not None:
+        resolve(machine.scene, machine)
+    return warnings(machine, values)
+
+
+def place_of(j: int, joint: Joint, key: str = "") -> str:
+    """The name of a joint, or of one of its cells, in messages."""
+    name = joint.name if reserved(joint.name) is None else quoted(joint.name)
+    return f"joint {j} ({name}), {key}" if key else f"joint {j} ({name})"
+
+
+def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
+    """Every expression of the machine over its parameters, with its place."""
+    for j, joint in enumerate(machine.joints, start=1):
+        for key, formula in cells(joint):
+            yield place_of(j, joint, key), formula
+    for field in fields(Base):
+        for axis, formula in zip(AXES, getattr(machine.base, field.name), strict=True):
+            yield f"{field.name} {axis}", formula
+
+
+def cells(joint: Joint) -> Iterator[tuple[str, Formula]]:
+    """Every expression of one joint, with its column."""
+    for key in GEOMETRY:
+        yield key, getattr(joint, key)
+    yield "mass", joint.body.mass
+    kind = "center_of_mass" if joint.body.central else "first_moments"
+    yield from ((f"{kind} {axis}", formula) for axis, formula in zip(AXES, joint.body.moments, strict=True))
+    yield from ((f"inertia {entry}", formula) for entry, formula in zip(TENSOR, joint.body.inertia, strict=True))
+    yield "stiffness", joint.spring.stiffness
+    yield "damping", joint.spring.damping
+    yield "neutral", joint.spring.neutral
+    yield "viscous friction", joint.friction.viscous
+    yield "coulomb friction", joint.friction.coulomb
+    yield "rotor_inertia", joint.rotor_inertia
+    yield from ((f"force {axis}", formula) for axis, formula in zip(AXES, joint.wrench.force, strict=True))
+    yield from ((f"moment {axis}", formula) for axis, formula in zip(AXES, joint.wrench.moment, strict=True))
+
+
+def parameter_values(machine: Machine) -> dict[str, float]:
+    """Values of the parameters that have one; raises `InputError` for a value that is no number."""
+    values = {}
+    for parameter in machine.parameters:
+        if parameter.value is None:
+            continue
+        if parameter.value.names:
+            what = f"{quoted(parameter.value)} holds names: a value is a number, or a formula of numbers"
+            raise _error(machine, f"parameters, {parameter.name}", what)
+        try:
+            values[parameter.name] = parameter.value.value()
+        except FormulaError as error:
+            raise _error(machine, f"parameters, {parameter.name}", str(error)) from None
+    return values
+
+
+def _error(machine: Machine, place: str, what: str) -> InputError:
+    return InputError(machine.source or machine.name, place, what)
+
+
+def _check_names(machine: Machine) -> None:
+    if not machine.joints:
+        raise _error(machine, "joints", "the machine has no joint: give at least one row of the table")
+    joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
+    variables = [
+        (place_of(j, joint, "joint variable"), joint.variable)
+        for j, joint in enumerate(machine.joints, start=1)
+        if joint.variable is not None
+    ]
+    parameters = [("parameters", parameter.name) for parameter in machine.parameters]
+    for place, name in [("name", machine.name), *joints, *variables, *parameters]:
+        reason = reserved(name)
+        if reason:
+            raise _error(machine, place, f"the name {quoted(name)} cannot be used: {reason}")
+    _check_distinct(machine, joints)
+    _check_distinct(machine, [*parameters, *variables])
+
+
+def _check_distinct(machine: Machine, named: list[tuple[str, str]]) -> None:
+    places: dict[str, str] = {}
+    for place, name in named:
+        if name in places:
+            raise _error(machine, place, f"the name {name!r} is taken by {places[name]}: choose another")
+        places[name] = place
+
+
+def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
+    for key, what in _faults(j, joint):
+        raise _error(machine, place_of(j, joint, key), what)
+
+
+def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
+    if not 0 <= joint.antecedent < j:
+        what = f"{joint.antecedent} must be 0 (the base) or a row above {j}: joints are numbered from the base outwards"
+        yield "antecedent", f"{what}, and closed loops are not handled"
+    if joint.sigma not in (0, 1, 2):
+        yield "sigma", f"{joint.sigma} must be 0 (revolute), 1 (prismatic) or 2 (fixed frame)"
+    if (joint.kind == Kind.FIXED) != (joint.sigma == 2):
+        yield "kind", f"{joint.kind.value!r} does not go with sigma = {joint.sigma}: kind fixed means sigma = 2"
+    if joint.sigma == 2 and joint.variable is not None:
+        yield "joint variable", f"a fixed frame has none, not {joint.variable!r}"
+    if joint.sigma != 2 and joint.variable is None:
+        yield "theta" if joint.sigma == 0 else "r", f"the joint variable is missing, sigma = {joint.sigma} puts it here"
+    yield from _spring_faults(joint)
+
+
+def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
+    if joint.kind == Kind.ELASTIC and joint.spring.stiffness.is_zero:
+        yield "stiffness", "an elastic joint needs a stiffness: give one, or make the joint passive"
+    for key in ("stiffness", "damping", "neutral"):
+        if joint.kind != Kind.ELASTIC and not getattr(joint.spring, key).is_zero:
+            yield key, f"the joint is {joint.kind.value}: only an elastic one has {key}"
+
+
+def _check_declared(machine: Machine) -> None:
+    parameters = {parameter.name for parameter in machine.parameters}
+    owners = {joint.variable: place_of(j, joint) for j, joint in enumerate(machine.joints, start=1)}
+    for place, formula in formulas(machine):
+        for name in sorted(formula.names - parameters):
+            if name in owners:
+                what = f"{name!r} is the variable of {owners[name]}: here stand numbers and parameters only"
+            else:
+                what = f"{name!r} is not declared{did_you_mean(name, parameters)}"
+                what += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
+            raise _error(machine, place, what)
+
+
+def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
+    for place, formula in formulas(machine):
+        if formula.is_zero:
+            continue
+        try:
+            if not formula.names <= values.keys():
+                _check_known_parts(formula.tree, values)
+                continue
+            value = formula.value(values)
+        except FormulaError as error:
+            raise _error(machine, place, str(error)) from None
+        if value < 0 and place.endswith(NOT_NEGATIVE):
+            raise _error(machine, place, f"{quoted(formula)} is negative: {value:g}")
+
+
+def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
+    """The value of a tree whose names all have values; raises `FormulaError` where a part has none."""
+    parts = [_check_known_parts(part, values) for part in tree[1:] if isinstance(part, tuple)]
+    if tree[0] == "name":
+        return values.get(tree[1])
+    if tree[0] == "/" and parts[1] == 0:
+        raise FormulaError("division by zero")
+    return None if None in parts else Formula(tree[0], tree).value(values)

@@ -1,0 +1,106 @@
+"""Cells of a table: formulas, and the joint variable with its offset."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.machine import Joint
+from symoro_elastic.machine.names import quoted
+
+SELECTED = {0: "theta", 1: "r"}
+OTHER = {0: "r", 1: "theta"}
+
+_TOKEN = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*|\S", re.ASCII)
+
+
+def formula(written: str | int, source: str, place: str) -> Formula:
+    """The expression in one cell; raises `InputError`."""
+    try:
+        return Formula.parse(" ".join(written.split()) if isinstance(written, str) else written)
+    except FormulaError as error:
+        said = f"{quoted(written)}: " if isinstance(written, str) else ""
+        raise InputError(source, place, f"{said}{error}") from None
+
+
+def whole(written: str | int, source: str, place: str) -> int:
+    """The whole number in one cell; raises `InputError`."""
+    text = str(written) if isinstance(written, str) or abs(written) < 10**6 else "far too large"
+    if not text.strip().removeprefix("-").isdecimal() or not text.isascii() or len(text) > 7:
+        raise InputError(source, place, f"{quoted(text)} is no whole number, or too large")
+    return int(text)
+
+
+def offset_of(cell: Formula, variable: str) -> Formula | None:
+    """What is added to the joint variable in `cell`; None where it is not the variable plus a constant."""
+    text = _without_parentheses(cell)
+    before, found, after = _around(text, variable)
+    if not found:
+        return None
+    if before and not before.endswith("+"):
+        return None
+    if after and after[0] not in "+-":
+        return None
+    before = before.removesuffix("+").rstrip()
+    if not before and not after:
+        return ZERO
+    if not before:
+        after = after[1:].lstrip() if after[0] == "+" else "-" + after[1:].lstrip()
+    return _valid(f"{before} {after}".strip(), variable)
+
+
+def cell_of(variable: str | None, offset: Formula) -> str:
+    """The cell that `offset_of` takes apart."""
+    if variable is None:
+        return offset.text
+    if offset == ZERO:
+        return variable
+    if offset.text.startswith("-"):
+        return f"{variable} - {offset.text[1:]}"
+    return f"{variable} + {offset.text}"
+
+
+def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
+    """The joint with its variable taken out of the cell that sigma selects; raises `InputError`."""
+    column = SELECTED[joint.sigma]
+    cell = joint.theta if joint.sigma == 0 else joint.r
+    offset = offset_of(cell, variable)
+    if offset is None:
+        what = f"{quoted(cell)} must be the joint variable {variable!r}, alone or plus a constant"
+        raise InputError(source, f"{place}, {column}", what)
+    if joint.sigma == 0:
+        return replace(joint, variable=variable, theta=offset)
+    return replace(joint, variable=variable, r=offset)
+
+
+def _without_parentheses(cell: Formula) -> str:
+    text = cell.text
+    while text.startswith("(") and text.endswith(")"):
+        try:
+            if Formula.parse(text[1:-1]).tree != cell.tree:
+                break
+        except FormulaError:
+            break
+        text = text[1:-1].strip()
+    return text
+
+
+def _around(text: str, variable: str) -> tuple[str, bool, str]:
+    """What stands before and after the first `variable` outside parentheses."""
+    depth = 0
+    for token in _TOKEN.finditer(text):
+        depth += {"(": 1, ")": -1}.get(token[0], 0)
+        if token[0] == variable and depth == 0:
+            return text[: token.start()].rstrip(), True, text[token.end() :].lstrip()
+    return text, False, ""
+
+
+def _valid(text: str, variable: str) -> Formula | None:
+    """The offset, unless taking the variable away left something else than a term fewer."""
+    try:
+        offset = Formula.parse(text)
+    except FormulaError:
+        return None
+    return None if variable in offset.names else offset

@@ -1,0 +1,203 @@
+"""The machine as a .par file of SYMORO, with `(*! key = {...} *)` lines for what that format cannot say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.cells import formula, split
+from symoro_elastic.machine.formats.central import about_origin
+from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.par_columns import Columns
+from symoro_elastic.machine.formats.par_names import Names
+from symoro_elastic.machine.formats.par_syntax import ParText, take_apart
+from symoro_elastic.machine.formats.par_writing import kind_flags, layout, listed, structure
+from symoro_elastic.machine.formats.scenes import scene_of
+from symoro_elastic.machine.formats.tables import Table
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.scene import Scene
+
+
+def read(text: str, source: str) -> Machine:
+    """The machine in a .par text; raises `InputError`. Its meaning is left to `checks.check`."""
+    found = take_apart(text, source)
+    columns = Columns(found)
+    scene, springs, central = _scene(found), _springs(columns), _central_bodies(columns)
+    names = Names(columns, _formulas_of_extensions(scene, springs, central))
+    joints = [_joint(columns, j, names, springs[j - 1]) for j in range(1, columns.count + 1)]
+    joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
+    machine = Machine(
+        name=_name(found),
+        joints=tuple(joints),
+        parameters=names.parameters({joint.variable for joint in joints if joint.variable}),
+        base=_base(columns),
+        notes=(*found.comments, *_texts(found, "notes")),
+        extras=_extras(columns, joints),
+        source=source,
+    )
+    return replace(machine, scene=resolve(scene, machine)) if scene else machine
+
+
+def write(machine: Machine) -> str:
+    """The .par text that `read` reads back; its parameters are listed only where that is needed."""
+    text = layout(machine, declare=False)
+    try:
+        again = read(text, machine.source)
+        if (again.parameters, again.joints) == (machine.parameters, machine.joints):
+            return text
+    except InputError:
+        pass
+    return layout(machine, declare=True)
+
+
+def _joint(columns: Columns, j: int, names: Names, spring: Spring) -> Joint:
+    joint = Joint(
+        name=columns.names[j - 1],
+        antecedent=columns.whole("ant", j, 0),
+        kind=columns.kind(j),
+        sigma=columns.whole("sigma", j, 0),
+        gamma=columns.formula("gamma", j),
+        b=columns.formula("b", j),
+        alpha=columns.formula("alpha", j),
+        d=columns.formula("d", j),
+        theta=columns.formula("theta", j),
+        r=columns.formula("r", j),
+        body=_body(columns, j),
+        spring=spring,
+        friction=Friction(columns.formula("FV", j), columns.formula("FS", j)),
+        rotor_inertia=columns.formula("IA", j),
+        wrench=Wrench(columns.vector("FX", "FY", "FZ", j=j), columns.vector("CX", "CY", "CZ", j=j)),
+    )
+    if joint.sigma not in (0, 1):
+        return joint
+    return split(joint, names.variable(j, joint.sigma), columns.source, columns.place(j, ""))
+
+
+def _body(columns: Columns, j: int) -> Body:
+    xx, xy, xz, yy, yz, zz = (columns.formula(key, j) for key in ("XX", "XY", "XZ", "YY", "YZ", "ZZ"))
+    return Body(columns.formula("M", j), columns.vector("MX", "MY", "MZ", j=j), (xx, xy, xz, yy, yz, zz))
+
+
+def _springs(columns: Columns) -> list[Spring]:
+    damping, neutral = columns.extension("damping"), columns.extension("neutral")
+    elastic = [columns.kind(j) == Kind.ELASTIC for j in range(1, columns.count + 1)]
+    stiffness = [columns.formula("k", j) if spring else ZERO for j, spring in enumerate(elastic, start=1)]
+    return [Spring(*laws) for laws in zip(stiffness, damping, neutral, strict=True)]
+
+
+def _base(columns: Columns) -> Base:
+    return Base(
+        gravity=columns.base_vector("G"),
+        velocity=columns.base_vector("V0"),
+        angular_velocity=columns.base_vector("W0"),
+        acceleration=columns.base_vector("VP0"),
+        angular_acceleration=columns.base_vector("WP0"),
+    )
+
+
+def _formulas_of_extensions(
+    scene: Scene | None, springs: Iterable[Spring], central: Mapping[int, Body]
+) -> Iterator[Formula]:
+    for spring in springs:
+        yield from (spring.damping, spring.neutral)
+    for body in central.values():
+        yield from (*body.moments, *body.inertia)
+    if scene:
+        yield from scene.locked.values()
+
+
+def _central_bodies(columns: Columns) -> dict[int, Body]:
+    """Bodies given about their centre of mass."""
+    table = columns.found.extensions.get("central") or {}
+    if not isinstance(table, dict):
+        raise columns.fail("central", "must be a table: {joint = {x, y, z, XX, XY, XZ, YY, YZ, ZZ}, ...}")
+    bodies = {}
+    for name, cells in table.items():
+        if name not in columns.names:
+            raise columns.fail("central", f"no joint {quoted(name)}{did_you_mean(name, columns.names)}")
+        j = columns.names.index(name) + 1
+        bodies[j] = _central_body(columns.formula("M", j), cells, columns, j)
+    return bodies
+
+
+def _with_central(columns: Columns, j: int, joint: Joint, body: Body | None) -> Joint:
+    """The joint with its body about the centre of mass, which must agree with the columns about the origin."""
+    if body is None:
+        return joint
+    try:
+        agree = _trees(about_origin(body)) == _trees(joint.body)
+    except FormulaError as error:
+        raise InputError(columns.source, columns.place(j, "central"), str(error)) from None
+    if not agree:
+        what = "does not agree with the columns XX to MZ: change both, or drop the line (*! central *)"
+        raise InputError(columns.source, columns.place(j, "central"), what)
+    return replace(joint, body=body)
+
+
+def _central_body(mass: Formula, cells: Any, columns: Columns, j: int) -> Body:
+    if not isinstance(cells, list) or len(cells) != 9 or not all(isinstance(cell, str) for cell in cells):
+        raise InputError(columns.source, columns.place(j, "central"), "must be a list of 9: x y z XX XY XZ YY YZ ZZ")
+    x, y, z, xx, xy, xz, yy, yz, zz = (formula(cell, columns.source, columns.place(j, "central")) for cell in cells)
+    return Body(mass, (x, y, z), (xx, xy, xz, yy, yz, zz), central=True)
+
+
+def _trees(body: Body) -> list[Any]:
+    return [formula.tree for formula in (*body.moments, *body.inertia)]
+
+
+def _extras(columns: Columns, joints: list[Joint]) -> dict[str, str]:
+    """What no model uses: unused lists, and flags that differ from what the kinds imply."""
+    found = columns.found
+    extras = dict(columns.extension_table("extras"))
+    for key in ("QP", "QDP", "GAM", "Z"):
+        if key in found.lists:
+            extras[key] = listed(found.lists[key])
+    if found.lists.get("mu", usual := [kind_flags(joint)[0] for joint in joints]) != usual:
+        extras["mu"] = listed(found.lists["mu"])
+    if found.numbers.get("Type", structure(joints)) != structure(joints):
+        extras["Type"] = _type(found)
+    unused = [
+        "0" if joint.kind == Kind.ELASTIC else cell
+        for joint, cell in zip(joints, found.lists.get("k", ["0"] * len(joints)), strict=True)
+    ]
+    if any(cell != "0" for cell in unused):
+        extras["k"] = listed(unused)
+    return extras
+
+
+def _type(found: ParText) -> str:
+    text = found.numbers["Type"]
+    if text not in ("0", "1", "2"):
+        raise InputError(found.source, "Type", f"{quoted(text)} must be 0 (chain), 1 (tree) or 2 (closed loops)")
+    return text
+
+
+def _name(found: ParText) -> str:
+    name = found.extensions.get("name", name_of(found.source))
+    if not isinstance(name, str):
+        raise InputError(found.source, "(*! name *)", "must be one name")
+    return name
+
+
+def _texts(found: ParText, key: str) -> tuple[str, ...]:
+    texts = found.extensions.get(key, [])
+    if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+        raise InputError(found.source, f"(*! {key} *)", 'must be a list of texts: {"one", "two"}')
+    return tuple(texts)
+
+
+def _scene(found: ParText) -> Scene | None:
+    if "scene" not in found.extensions:
+        return None
+    entries = found.extensions["scene"] or {}
+    if not isinstance(entries, dict):
+        raise InputError(found.source, "(*! scene *)", "must be a table: {models = {...}, ...}")
+    entries = {key: value or {} if key in ("outputs", "locked") else value for key, value in entries.items()}
+    if "gravity" in entries:
+        entries["gravity"] = {"true": True, "false": False}.get(str(entries["gravity"]), entries["gravity"])
+    return scene_of(Table(entries, found.source, "scene"))

@@ -1,0 +1,244 @@
+"""The .par text of a machine."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Sequence
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.cells import cell_of
+from symoro_elastic.machine.formats.central import about_origin
+from symoro_elastic.machine.formats.par_syntax import HEADINGS, INERTIAL, JOINT, entries
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.scene import Scene
+
+Column = Callable[[Joint], str]
+
+
+def layout(machine: Machine, declare: bool) -> str:
+    """The text, with the list of parameters if `declare`; raises `InputError` for what .par cannot hold."""
+    notes = _plain_notes(machine.notes)
+    blocks = [
+        [_extension("name", _word(machine.name)), *(f"(* {note} *)" for note in notes)],
+        _numbers(machine),
+        [f"(* {HEADINGS[0]} *)", *_geometry(machine)],
+        [f"(* {HEADINGS[1]} *)", *_bodies(machine)],
+        [f"(* {HEADINGS[2]} *)", *_joint_lists(machine)],
+        [f"(* {HEADINGS[3]} *)", *_base(machine)],
+        [f"(* {HEADINGS[4]} *)", f"G = {_vector(machine.base.gravity)}"],
+        _extensions(machine, notes, declare),
+        [f"(* {HEADINGS[6]} *)"],
+    ]
+    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def kind_flags(joint: Joint) -> tuple[str, str]:
+    """mu and eta as SYMORO would set them."""
+    return "0" if joint.kind in (Kind.PASSIVE, Kind.FIXED) else "1", "1" if joint.kind == Kind.ELASTIC else "0"
+
+
+def structure(joints: Sequence[Joint]) -> str:
+    """Type: 0 for a simple chain, 1 for a tree."""
+    return "0" if all(joint.antecedent == j for j, joint in enumerate(joints)) else "1"
+
+
+def listed(cells: Iterable[str]) -> str:
+    """A list as it is written."""
+    return "{" + ", ".join(cells) + "}"
+
+
+def written_extras(machine: Machine) -> dict[str, list[str]]:
+    """The extras that are lists of the .par format itself, fit to be written as such."""
+    lengths = {"QP": None, "QDP": None, "GAM": None, "Z": 16, "k": None, "mu": None}
+    found = {}
+    for key, length in lengths.items():
+        cells = _as_list(machine.extras.get(key, ""), length or len(machine.joints))
+        if cells and _fits(key, cells, machine.joints):
+            found[key] = cells
+    return found
+
+
+def _as_list(text: str, length: int) -> list[str]:
+    if not re.fullmatch(r"\{[^{}*]*\}", text):
+        return []
+    try:
+        cells = entries(text, "", "")
+    except InputError:
+        return []
+    return cells if len(cells) == length and listed(cells) == text else []
+
+
+def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
+    elastic = [joint.kind == Kind.ELASTIC for joint in joints]
+    if key == "k":
+        unused = [cell != "0" for cell in cells]
+        return any(unused) and all(cell == "0" for cell, spring in zip(cells, elastic, strict=True) if spring)
+    if key == "mu":
+        usual = [kind_flags(joint)[0] for joint in joints]
+        free = [spring or joint.sigma == 2 for spring, joint in zip(elastic, joints, strict=True)]
+        same = all(cell == mu or (f and cell in "01") for cell, mu, f in zip(cells, usual, free, strict=True))
+        return same and cells != usual
+    return True
+
+
+def _numbers(machine: Machine) -> list[str]:
+    count = len(machine.joints)
+    kind = machine.extras.get("Type", "")
+    usual = structure(machine.joints)
+    return [f"NL = {count}", f"NJ = {count}", f"NF = {count}", f"Type = {kind if _is_type(kind) else usual}"]
+
+
+def _is_type(text: str) -> bool:
+    return text in ("0", "1", "2")
+
+
+def _geometry(machine: Machine) -> list[str]:
+    extras = written_extras(machine)
+    columns: dict[str, Column] = {
+        "ant": lambda joint: str(joint.antecedent),
+        "sigma": lambda joint: str(joint.sigma),
+        "b": lambda joint: joint.b.text,
+        "d": lambda joint: joint.d.text,
+        "r": lambda joint: cell_of(joint.variable if joint.sigma == 1 else None, joint.r),
+        "gamma": lambda joint: joint.gamma.text,
+        "alpha": lambda joint: joint.alpha.text,
+        "mu": lambda joint: kind_flags(joint)[0],
+        "theta": lambda joint: cell_of(joint.variable if joint.sigma == 0 else None, joint.theta),
+    }
+    rows = {key: [column(joint) for joint in machine.joints] for key, column in columns.items()}
+    rows["mu"] = extras.get("mu", rows["mu"])
+    return _aligned(rows)
+
+
+def _bodies(machine: Machine) -> list[str]:
+    bodies = [_about_origin(joint.body, joint, machine) for joint in machine.joints]
+    inertial = [(*body.inertia, *body.moments, body.mass) for body in bodies]
+    rows = {key: [body[i].text for body in inertial] for i, key in enumerate(INERTIAL)}
+    rows["IA"] = [joint.rotor_inertia.text for joint in machine.joints]
+    rows["FV"] = [joint.friction.viscous.text for joint in machine.joints]
+    rows["FS"] = [joint.friction.coulomb.text for joint in machine.joints]
+    for axis, key in enumerate(("FX", "FY", "FZ")):
+        rows[key] = [joint.wrench.force[axis].text for joint in machine.joints]
+    for axis, key in enumerate(("CX", "CY", "CZ")):
+        rows[key] = [joint.wrench.moment[axis].text for joint in machine.joints]
+    return _aligned(rows)
+
+
+def _about_origin(body: Body, joint: Joint, machine: Machine) -> Body:
+    try:
+        return about_origin(body)
+    except FormulaError as error:
+        what = f"its inertia about the origin is too long for .par ({error}): write .toml, or give it about the origin"
+        raise InputError(machine.source or machine.name, f"joint {joint.name}, inertia", what) from None
+
+
+def _joint_lists(machine: Machine) -> list[str]:
+    extras = written_extras(machine)
+    unused = extras.get("k", ["0"] * len(machine.joints))
+    rows = {
+        "eta": [kind_flags(joint)[1] for joint in machine.joints],
+        "k": [
+            joint.spring.stiffness.text if joint.kind == Kind.ELASTIC else other
+            for joint, other in zip(machine.joints, unused, strict=True)
+        ],
+        **{key: extras[key] for key in JOINT[2:] if key in extras},
+    }
+    return _aligned(rows)
+
+
+def _base(machine: Machine) -> list[str]:
+    base = machine.base
+    lines = [
+        f"W0  = {_vector(base.angular_velocity)}",
+        f"WP0 = {_vector(base.angular_acceleration)}",
+        f"V0  = {_vector(base.velocity)}",
+        f"VP0 = {_vector(base.acceleration)}",
+    ]
+    frame = written_extras(machine).get("Z")
+    return [*lines, f"Z = {listed(frame)}"] if frame else lines
+
+
+def _aligned(rows: dict[str, list[str]]) -> list[str]:
+    """Lists whose entries stand below one another."""
+    name = max(map(len, rows))
+    count = len(next(iter(rows.values())))
+    widths = [max(len(cells[j]) for cells in rows.values()) for j in range(count)]
+    lines = []
+    for key, cells in rows.items():
+        padded = [f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)]
+        lines.append(f"{key:{name}} = {listed(padded)}")
+    return lines
+
+
+def _extensions(machine: Machine, notes: list[str], declare: bool) -> list[str]:
+    joints, parameters = machine.joints, machine.parameters
+    usual_names = all(joint.name == f"j{j}" for j, joint in enumerate(joints, start=1))
+    own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
+    values: dict[str, str] = {
+        "names": "" if usual_names else listed(_word(joint.name) for joint in joints),
+        "parameters": listed(_word(p.name) for p in parameters) if declare else "",
+        "values": _entries({p.name: _word(p.value.text) for p in parameters if p.value}),
+        "units": _entries({p.name: _word(p.unit) for p in parameters if p.unit}),
+        "damping": _joint_list(joint.spring.damping for joint in joints),
+        "neutral": _joint_list(joint.spring.neutral for joint in joints),
+        "central": _entries({joint.name: _central(joint.body) for joint in joints if joint.body.central}),
+        "notes": listed(map(_word, machine.notes[len(notes) :])) if machine.notes[len(notes) :] else "",
+        "scene": _scene(machine.scene) if machine.scene else "",
+        "extras": _entries({key: _word(text) for key, text in machine.extras.items() if key not in own}),
+    }
+    return [_extension(key, value) for key, value in values.items() if value]
+
+
+def _extension(key: str, value: str) -> str:
+    return f"(*! {key} = {value} *)"
+
+
+def _entries(table: dict[str, str]) -> str:
+    return listed(f"{_word(key)} = {value}" for key, value in table.items()) if table else ""
+
+
+def _joint_list(formulas: Iterable[Formula]) -> str:
+    cells = list(formulas)
+    return listed(_word(cell.text) for cell in cells) if any(cell != ZERO for cell in cells) else ""
+
+
+def _central(body: Body) -> str:
+    return listed(_word(formula.text) for formula in (*body.moments, *body.inertia))
+
+
+def _scene(scene: Scene) -> str:
+    parts = {}
+    if scene.models:
+        parts["models"] = listed(map(_word, scene.models))
+    if scene.outputs:
+        parts["outputs"] = _entries({model: listed(map(_word, names)) for model, names in scene.outputs.items()})
+    if scene.locked:
+        parts["locked"] = _entries({joint: _word(value.text) for joint, value in scene.locked.items()})
+    if scene.fold:
+        parts["fold"] = scene.fold if isinstance(scene.fold, str) else listed(map(_word, scene.fold))
+    if not scene.gravity:
+        parts["gravity"] = "false"
+    return _entries(parts) or "{}"
+
+
+def _vector(formulas: Iterable[Formula]) -> str:
+    return listed(formula.text for formula in formulas)
+
+
+def _plain_notes(notes: Sequence[str]) -> list[str]:
+    """The leading notes that an ordinary comment can hold; those after them go to an extension line."""
+    plain = []
+    for note in notes:
+        if not note or note != note.strip() or "*)" in note or "\r" in note or note[0] == "!" or note in HEADINGS:
+            break
+        plain.append(note)
+    return plain
+
+
+def _word(text: str) -> str:
+    """A text in an extension line, quoted where it must be."""
+    if re.fullmatch(r"[A-Za-z0-9_.+\-*/^]+( [A-Za-z0-9_.+\-*/^]+)*", text, re.ASCII):
+        return text
+    return json.dumps(text, ensure_ascii=False).replace("*)", "*\\u0029")

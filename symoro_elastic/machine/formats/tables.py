@@ -1,0 +1,128 @@
+"""Typed access to the tables of a TOML text; every error names its place and what is expected there."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.cells import formula
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import NO_VECTOR, Vector3
+from symoro_elastic.machine.names import did_you_mean, quoted
+
+
+class Number(str):
+    """A number with a point or an exponent, as written; also nan and inf."""
+
+
+def load(text: str, source: str) -> Table:
+    """The tables of a TOML text; raises `InputError` naming the line."""
+    try:
+        return Table(tomllib.loads(text, parse_float=Number), source)
+    except tomllib.TOMLDecodeError as error:
+        what, line = re.fullmatch(r"(.*?)(?: \(at (.*)\))?", str(error), re.DOTALL).groups()  # type: ignore[union-attr]
+        raise InputError(source, line or "file", f"not TOML: {' '.join(what.split())[:200]}") from None
+    except RecursionError:
+        raise InputError(source, "file", "nested too deeply: no entry needs more than four levels") from None
+    except ValueError:
+        raise InputError(source, "file", "a number has too many digits") from None
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table: its entries and where it stands."""
+
+    entries: dict[str, Any]
+    source: str
+    place: str = ""
+
+    def at(self, key: str) -> str:
+        """The name of the place of one entry."""
+        return f"{self.place}, {key}" if self.place else key
+
+    def fail(self, key: str, what: str) -> InputError:
+        """The error to raise about one entry."""
+        return InputError(self.source, self.at(key), what)
+
+    def only(self, known: Iterable[str]) -> Table:
+        """The table itself, whose keys must be `known`."""
+        for key in self.entries:
+            if key not in known:
+                shown = key if re.fullmatch(r"\w{1,60}", key) else quoted(key)
+                raise self.fail(shown, f"no such key here{did_you_mean(key, known)}")
+        return self
+
+    def table(self, key: str) -> Table:
+        """The table under `key`, empty when absent."""
+        found = self.entries.get(key, {})
+        if not isinstance(found, dict):
+            raise self.fail(key, "must be a table: { key = value, ... }")
+        return Table(found, self.source, self.at(key))
+
+    def tables(self, key: str) -> list[Table]:
+        """The list of tables under `key`."""
+        found = self.entries.get(key, [])
+        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+            raise self.fail(key, "must be a list of tables: [ { key = value, ... }, ... ]")
+        return [Table(entry, self.source) for entry in found]
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """The text under `key`; without default it must be there."""
+        found = self.entries.get(key, default)
+        if found is None:
+            raise self.fail(key, "is missing")
+        if not isinstance(found, str) or isinstance(found, Number):
+            raise self.fail(key, "must be a text in quotes")
+        return found
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """The list of texts under `key`."""
+        found = self.entries.get(key, [])
+        if not isinstance(found, list) or not all(isinstance(e, str) and not isinstance(e, Number) for e in found):
+            raise self.fail(key, "must be a list of texts in quotes")
+        return tuple(found)
+
+    def truth(self, key: str, default: bool) -> bool:
+        """true or false."""
+        found = self.entries.get(key, default)
+        if not isinstance(found, bool):
+            raise self.fail(key, "must be true or false")
+        return found
+
+    def formula(self, key: str, default: Formula = ZERO) -> Formula:
+        """The number or formula under `key`."""
+        return self.cell(self.entries[key], key) if key in self.entries else default
+
+    def formulas(self, key: str, lengths: tuple[int, ...]) -> tuple[Formula, ...]:
+        """The list of numbers or formulas under `key`, of one of these lengths."""
+        found = self.entries[key]
+        expected = " or ".join(map(str, lengths))
+        if not isinstance(found, list):
+            raise self.fail(key, f"must be a list of {expected} numbers or formulas")
+        if len(found) not in lengths:
+            raise self.fail(key, f"has {len(found)} entries, expected {expected}")
+        return tuple(self.cell(entry, key) for entry in found)
+
+    def vector(self, key: str) -> Vector3:
+        """The three numbers or formulas under `key`, zero when absent."""
+        if key not in self.entries:
+            return NO_VECTOR
+        x, y, z = self.formulas(key, (3,))
+        return x, y, z
+
+    def cell(self, value: Any, key: str) -> Formula:
+        """A number or a formula."""
+        if isinstance(value, bool) or not isinstance(value, int | str):
+            raise self.fail(key, "must be a number, or a formula in quotes")
+        if is_not_finite(value):
+            raise self.fail(key, f"{value} is not finite")
+        return formula(value.replace("_", "") if isinstance(value, Number) else value, self.source, self.at(key))
+
+
+def is_not_finite(value: Any) -> bool:
+    """Whether a value of a TOML text is nan or inf."""
+    return isinstance(value, Number) and "n" in value

@@ -1,0 +1,283 @@
+"""Arithmetic expressions of a machine file, read as data: parsed by a grammar, never evaluated as code.
+
+sum     := product (('+' | '-') product)*
+product := sign (('*' | '/') sign)*
+sign    := ('+' | '-') sign | power
+power   := atom (('^' | '**') sign)?
+atom    := number | name | function '(' sum (',' sum)* ')' | '(' sum ')'
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+MAX_LENGTH = 1000
+MAX_TOKENS = 300
+MAX_DEPTH = 50
+MAX_EXPONENT = 64
+FUNCTIONS = {"sin": 1, "cos": 1, "tan": 1, "sqrt": 1, "atan2": 2}
+PI = ("pi", "Pi")
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|[-+*/^(),]))",
+    re.ASCII,
+)
+
+Tree = tuple[Any, ...]
+
+
+class FormulaError(ValueError):
+    """What is wrong with the text of an expression, and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An arithmetic expression: its text as written and its syntax tree.
+
+    Trees are `("number", Fraction)`, `("pi",)`, `("name", str)`, `(operation, tree...)` with
+    operation one of + - * / neg, `("power", tree, int)`, or `(function, tree...)`.
+    """
+
+    text: str
+    tree: Tree
+
+    @classmethod
+    def parse(cls, source: str | int | float | Decimal | Fraction) -> Formula:
+        """Read a number or a text; raises `FormulaError`."""
+        if isinstance(source, bool):
+            raise FormulaError(f"{source} is no number")
+        if isinstance(source, Fraction):
+            source = str(source)
+        elif isinstance(source, int | float | Decimal):
+            source = _plain_number(source)
+        return cls(source.strip(), _Parser(source).parse())
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """Names of the parameters and variables that occur."""
+        return frozenset(_names(self.tree))
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the expression is the number zero, as written."""
+        return self.tree == ("number", Fraction(0))
+
+    def evaluate(
+        self,
+        names: Mapping[str, Any],
+        functions: Mapping[str, Callable[..., Any]],
+        number: Callable[[Fraction], Any] = float,
+    ) -> Any:
+        """Value in any arithmetic: `names` must hold `pi`, `number` converts exact rationals."""
+        return _evaluate(self.tree, names, functions, number)
+
+    def value(self, names: Mapping[str, float] | None = None) -> float:
+        """Value in double precision, rationals rounded once.
+
+        Raises `KeyError` for a name without value, `FormulaError` where there is no finite value.
+        """
+        functions = {name: _function_of_floats(name) for name in FUNCTIONS}
+        try:
+            result = float(_evaluate(self.tree, {"pi": math.pi, **(names or {})}, functions, lambda exact: exact))
+        except (ArithmeticError, ValueError) as error:
+            raise FormulaError(f"{self.text!r} has no value: {error}") from None
+        if not math.isfinite(result):
+            raise FormulaError(f"{self.text!r} is not finite")
+        return result
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def _plain_number(value: int | float | Decimal) -> str:
+    if isinstance(value, int):
+        if value.bit_length() > 4 * MAX_LENGTH:
+            raise FormulaError(f"a whole number of {value.bit_length()} bits is out of range")
+        return str(value)
+    if not math.isfinite(value):
+        raise FormulaError(f"{value} is not finite")
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def _function_of_floats(name: str) -> Callable[..., float]:
+    return lambda *arguments: getattr(math, name)(*map(float, arguments))
+
+
+def _names(tree: Tree) -> set[str]:
+    if tree[0] == "name":
+        return {tree[1]}
+    return {name for part in tree[1:] if isinstance(part, tuple) for name in _names(part)}
+
+
+def _degree(tree: Tree) -> int:
+    below = max((_degree(part) for part in tree[1:] if isinstance(part, tuple)), default=1)
+    return below * abs(tree[2]) if tree[0] == "power" else below
+
+
+def _evaluate(tree: Tree, names: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]], number: Any) -> Any:
+    match tree:
+        case ("number", value):
+            return number(value)
+        case ("pi",):
+            return names["pi"]
+        case ("name", name):
+            return names[name]
+        case ("power", base, exponent):
+            return _power(_evaluate(base, names, functions, number), exponent, number)
+    operation, *parts = tree
+    values = [_evaluate(part, names, functions, number) for part in parts]
+    match operation:
+        case "+":
+            return values[0] + values[1]
+        case "-":
+            return values[0] - values[1]
+        case "*":
+            return values[0] * values[1]
+        case "/":
+            return values[0] / values[1]
+        case "neg":
+            return -values[0]
+    return functions[operation](*values)
+
+
+def _power(base: Any, exponent: int, number: Any) -> Any:
+    if exponent < 0:
+        return number(Fraction(1)) / _power(base, -exponent, number)
+    result = number(Fraction(1))
+    for _ in range(exponent):
+        result = result * base
+    return result
+
+
+class _Parser:
+    def __init__(self, text: str) -> None:
+        if len(text) > MAX_LENGTH:
+            raise FormulaError(f"an expression of {len(text)} characters: at most {MAX_LENGTH} are read")
+        self.tokens = _tokens(text)
+        if len(self.tokens) > MAX_TOKENS:
+            raise FormulaError(f"an expression of {len(self.tokens)} terms and signs: at most {MAX_TOKENS} are read")
+        self.position = 0
+        self.depth = 0
+
+    def parse(self) -> Tree:
+        tree = self.sum()
+        if self.peek() is not None:
+            raise FormulaError(f"{self.peek()!r} is not expected here")
+        return tree
+
+    def peek(self) -> str | None:
+        return self.tokens[self.position][1] if self.position < len(self.tokens) else None
+
+    def take(self) -> tuple[str, str]:
+        if self.position >= len(self.tokens):
+            raise FormulaError("the expression ends too early")
+        self.position += 1
+        return self.tokens[self.position - 1]
+
+    def sum(self) -> Tree:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise FormulaError(f"nested deeper than {MAX_DEPTH} levels")
+        tree = self.product()
+        while self.peek() in ("+", "-"):
+            tree = (self.take()[1], tree, self.product())
+        self.depth -= 1
+        return tree
+
+    def product(self) -> Tree:
+        tree = self.sign()
+        while self.peek() in ("*", "/"):
+            tree = (self.take()[1], tree, self.sign())
+        return tree
+
+    def sign(self) -> Tree:
+        negative = False
+        while self.peek() in ("+", "-"):
+            negative ^= self.take()[1] == "-"
+        tree = self.power()
+        if not negative:
+            return tree
+        return ("number", -tree[1]) if tree[0] == "number" else ("neg", tree)
+
+    def power(self) -> Tree:
+        tree = self.atom()
+        if self.peek() not in ("^", "**"):
+            return tree
+        self.take()
+        exponent = self.exponent()
+        if _degree(tree) * abs(exponent) > MAX_EXPONENT:
+            raise FormulaError(f"powers of powers beyond {MAX_EXPONENT} are not read")
+        return ("sqrt", tree) if exponent == Fraction(1, 2) else ("power", tree, int(exponent))
+
+    def exponent(self) -> Fraction:
+        tree = self.sign()
+        value: Fraction | None = tree[1] if tree[0] == "number" else None
+        if tree[0] == "/" and tree[1][0] == tree[2][0] == "number" and tree[2][1]:
+            value = tree[1][1] / tree[2][1]
+        if value is None or (value.denominator != 1 and value != Fraction(1, 2)) or abs(value) > MAX_EXPONENT:
+            raise FormulaError(f"an exponent must be a whole number up to {MAX_EXPONENT}, or 1/2 for a root")
+        if self.peek() in ("^", "**"):
+            raise FormulaError("towers of powers are not read: write the exponent as a number")
+        return value
+
+    def atom(self) -> Tree:
+        kind, text = self.take()
+        if kind == "number":
+            return ("number", _exact(text))
+        if kind == "name":
+            return self.call(text) if self.peek() == "(" else ("pi",) if text in PI else ("name", text)
+        if text == "(":
+            tree = self.sum()
+            self.expect(")")
+            return tree
+        raise FormulaError(f"{text!r} is not expected here")
+
+    def call(self, name: str) -> Tree:
+        if name not in FUNCTIONS:
+            raise FormulaError(f"{name!r} is no function here: there are {', '.join(FUNCTIONS)}")
+        self.take()
+        arguments = [self.sum()]
+        while self.peek() == ",":
+            self.take()
+            arguments.append(self.sum())
+        self.expect(")")
+        if len(arguments) != FUNCTIONS[name]:
+            raise FormulaError(f"{name} takes {FUNCTIONS[name]} argument(s), not {len(arguments)}")
+        return (name, *arguments)
+
+    def expect(self, sign: str) -> None:
+        if self.peek() != sign:
+            raise FormulaError(f"{sign!r} is missing")
+        self.take()
+
+
+def _tokens(text: str) -> list[tuple[str, str]]:
+    tokens, position, text = [], 0, text.rstrip()
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if not match:
+            rest = text[position:].lstrip()
+            raise FormulaError(f"{rest[:20]!r} is not arithmetic: numbers, names, + - * / ^ ( ) are")
+        tokens.append((str(match.lastgroup), match[str(match.lastgroup)]))
+        position = match.end()
+    if not tokens:
+        raise FormulaError("an empty expression")
+    return tokens
+
+
+def _exact(text: str) -> Fraction:
+    size = float(text)
+    mantissa = re.split("[eE]", text)[0]
+    if not math.isfinite(size) or (size == 0.0 and re.search("[1-9]", mantissa)):
+        raise FormulaError(f"{text[:30]} is out of the range of double precision")
+    return Fraction(text) if size else Fraction(0)
+
+
+ZERO = Formula.parse(0)

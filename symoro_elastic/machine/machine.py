@@ -1,0 +1,139 @@
+"""The machine as data: the table of geometric parameters, the bodies, the springs, the motors.
+
+Units are SI, angles in radians. Every cell is a `Formula`: a number or an expression over
+parameter names. Nothing here computes a model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.scene import Scene
+
+Vector3 = tuple[Formula, Formula, Formula]
+Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+
+NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
+NO_INERTIA: Inertia6 = (ZERO,) * 6
+
+
+class Kind(StrEnum):
+    """What acts on a joint variable."""
+
+    MOTOR = "motor"
+    ELASTIC = "elastic"
+    PASSIVE = "passive"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True)
+class Body:
+    """Inertial parameters of one body, in its own frame.
+
+    `inertia` holds XX XY XZ YY YZ ZZ (tensor entries, kg m2). With `central` False, as in the
+    paper, they are about the origin of the frame and `moments` are the first moments MX MY MZ
+    (kg m). With `central` True they are about the centre of mass, whose coordinates (m) are
+    `moments`.
+    """
+
+    mass: Formula = ZERO
+    moments: Vector3 = NO_VECTOR
+    inertia: Inertia6 = NO_INERTIA
+    central: bool = False
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
+
+    stiffness: Formula = ZERO
+    damping: Formula = ZERO
+    neutral: Formula = ZERO
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
+
+    viscous: Formula = ZERO
+    coulomb: Formula = ZERO
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
+
+    force: Vector3 = NO_VECTOR
+    moment: Vector3 = NO_VECTOR
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One row of the table: iTj = Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1].
+
+    `antecedent` is 0 for the base, else the number (from 1) of an earlier joint. `sigma` is 0
+    (revolute), 1 (prismatic) or 2 (fixed frame). `theta` (or `r`, when prismatic) is the offset
+    to which the joint variable, named `variable`, is added.
+    """
+
+    name: str
+    antecedent: int
+    kind: Kind
+    sigma: int
+    variable: str | None = None
+    gamma: Formula = ZERO
+    b: Formula = ZERO
+    alpha: Formula = ZERO
+    d: Formula = ZERO
+    theta: Formula = ZERO
+    r: Formula = ZERO
+    body: Body = Body()
+    spring: Spring = Spring()
+    friction: Friction = Friction()
+    rotor_inertia: Formula = ZERO
+    wrench: Wrench = Wrench()
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number of the machine; `value` is None when the machine gives none."""
+
+    name: str
+    value: Formula | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Base:
+    """Motion of frame 0, in frame 0, and gravity (m/s2), in frame 0."""
+
+    gravity: Vector3 = NO_VECTOR
+    velocity: Vector3 = NO_VECTOR
+    angular_velocity: Vector3 = NO_VECTOR
+    acceleration: Vector3 = NO_VECTOR
+    angular_acceleration: Vector3 = NO_VECTOR
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A tree of bodies joined by motors, springs, passive joints and fixed frames.
+
+    `joints[j - 1]` is row j of the table. `notes` are remarks carried along; `extras` are
+    entries of a file format that no model uses, kept so that reading then writing loses nothing.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    parameters: tuple[Parameter, ...] = ()
+    base: Base = Base()
+    scene: Scene | None = None
+    notes: tuple[str, ...] = ()
+    extras: dict[str, str] = field(default_factory=dict)
+    source: str = ""
+
+    @property
+    def moving(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints that have a variable, in table order: the entries of q."""
+        return tuple(j for j, joint in enumerate(self.joints, start=1) if joint.sigma != 2)

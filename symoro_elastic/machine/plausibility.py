@@ -1,0 +1,125 @@
+"""Numbers that a machine may hold but that are probably not meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from symoro_elastic.machine.formula import Formula, FormulaError, Tree
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+
+ROUNDING = 1e-9
+NEARLY_A_TURN = 1e-3
+
+Matrix = list[list[float]]
+
+
+def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
+    """What is probably not meant, a line each; formulas over names without value are passed over."""
+    lines = []
+    for j, joint in enumerate(machine.joints, start=1):
+        found = (*_angles(joint, values), *_inertia(joint.body, values), *_without_effect(joint))
+        lines += [f"joint {j} ({joint.name}): {line}" for line in found]
+    return lines
+
+
+def _value(formula: Formula, values: Mapping[str, float]) -> float | None:
+    if not formula.names <= values.keys():
+        return None
+    try:
+        return formula.value(values)
+    except FormulaError:
+        return None
+
+
+def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
+    for key in ("gamma", "alpha", "theta"):
+        formula: Formula = getattr(joint, key)
+        angle = _value(formula, values)
+        if formula.is_zero or angle is None:
+            continue
+        turns = round(angle / (math.pi / 2))
+        exact = turns * math.pi / 2
+        ulps = 8 if _holds_pi(formula.tree) else 1
+        if ulps * math.ulp(exact) < abs(angle - exact) < NEARLY_A_TURN:
+            turn = _quarters(turns)
+            yield f"{key} = {formula} is {angle - exact:.2g} rad off {turn}: taken as written; write {turn} if meant"
+
+
+def _quarters(turns: int) -> str:
+    if turns % 2 == 0:
+        return {0: "0", 2: "pi", -2: "-pi"}.get(turns, f"{turns // 2}*pi")
+    return {1: "pi/2", -1: "-pi/2"}.get(turns, f"{turns}*pi/2")
+
+
+def _holds_pi(tree: Tree) -> bool:
+    return tree[0] == "pi" or any(_holds_pi(part) for part in tree[1:] if isinstance(part, tuple))
+
+
+def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
+    numbers = [_value(formula, values) for formula in (body.mass, *body.moments, *body.inertia)]
+    known = [number for number in numbers if number is not None]
+    if len(known) < len(numbers) or not any(known):
+        return
+    mass, moments, tensor = known[0], known[1:4], known[4:]
+    if mass == 0:
+        yield "without mass there can be no " + ("inertia" if any(tensor) else "first moments")
+        return
+    matrix = _symmetric(tensor)
+    scale = max(map(abs, tensor))
+    if not body.central:
+        shift = _parallel_axes(moments, mass)
+        matrix = [[matrix[i][k] - shift[i][k] for k in range(3)] for i in range(3)]
+        scale = max(scale, *(abs(entry) for row in shift for entry in row))
+    yield from _principal(_eigenvalues(matrix), ROUNDING * scale)
+
+
+def _principal(moments: list[float], rounding: float) -> Iterator[str]:
+    shown = ", ".join(f"{moment:.6g}" for moment in moments)
+    said = f"no body has the principal moments {shown} kg m2 about its centre of mass"
+    if moments[0] < -rounding:
+        yield f"{said}: {moments[0]:.6g} is negative"
+    elif moments[2] > moments[0] + moments[1] + rounding:
+        yield f"{said}: {moments[2]:.6g} is more than the sum of the other two (triangle inequality)"
+
+
+def _symmetric(tensor: list[float]) -> Matrix:
+    xx, xy, xz, yy, yz, zz = tensor
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+
+def _parallel_axes(first_moments: list[float], mass: float) -> Matrix:
+    """Inertia about the origin of the mass put in its centre."""
+    square = sum(moment * moment for moment in first_moments)
+    return [
+        [((square if i == k else 0.0) - first_moments[i] * first_moments[k]) / mass for k in range(3)] for i in range(3)
+    ]
+
+
+def _eigenvalues(matrix: Matrix) -> list[float]:
+    """Of a symmetric matrix 3x3, ascending, by Jacobi rotations."""
+    a = [row[:] for row in matrix]
+    for _ in range(12):
+        for i, k in ((0, 1), (0, 2), (1, 2)):
+            if a[i][k] != 0.0:
+                _rotate(a, i, k)
+    return sorted(a[i][i] for i in range(3))
+
+
+def _rotate(a: Matrix, i: int, k: int) -> None:
+    """Make the entry i, k of a symmetric matrix zero."""
+    angle = 0.5 * math.atan2(2.0 * a[i][k], a[i][i] - a[k][k])
+    c, s = math.cos(angle), math.sin(angle)
+    for row in a:
+        row[i], row[k] = c * row[i] + s * row[k], c * row[k] - s * row[i]
+    a[i], a[k] = (
+        [c * x + s * y for x, y in zip(a[i], a[k], strict=True)],
+        [c * y - s * x for x, y in zip(a[i], a[k], strict=True)],
+    )
+
+
+def _without_effect(joint: Joint) -> Iterator[str]:
+    if joint.kind == Kind.FIXED and not (joint.rotor_inertia.is_zero and joint.friction.viscous.is_zero):
+        yield "rotor inertia and friction of a fixed frame have no effect"
+    if joint.kind == Kind.ELASTIC and not joint.rotor_inertia.is_zero:
+        yield "rotor inertia on an elastic joint: kept, and counted in its inertia"

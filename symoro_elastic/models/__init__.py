@@ -1,0 +1,1 @@
+"""Models of a machine: the one place where the machine, the equations and the symbols meet."""

@@ -1,0 +1,153 @@
+"""A machine bound to the equations: every cell of its table an expression of one graph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, TorqueKnown
+from symoro_elastic.equations.joint_laws import elastic_torque, friction
+from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.spatial import (
+    RigidInertia,
+    Screw,
+    X,
+    Z,
+    subtract,
+)
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
+from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
+from symoro_elastic.symbolic.program import Names
+
+
+class Bound:
+    """A machine whose cells are expressions of one graph."""
+
+    def __init__(self, machine: Machine, folded: Sequence[str] = ()) -> None:
+        self.machine = machine
+        self.graph = Graph()
+        self.names = Names()
+        self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
+        self._cells = self._parameter_cells(folded)
+        self._functions = {
+            "sin": lambda x: cosine_sine(self.graph, x)[1],
+            "cos": lambda x: cosine_sine(self.graph, x)[0],
+            "tan": self._tangent,
+            "sqrt": lambda x: square_root(self.graph, x),
+            "atan2": lambda y, x: arc_tangent(self.graph, y, x),
+        }
+        self.q = {j: self.graph.symbol(str(machine.joints[j - 1].variable)) for j in machine.moving}
+        self.qd = self._per_joint("qd", machine.moving)
+        self.tau = self._per_joint("tau", self.motors)
+        self.qdd_motor = self._per_joint("qdd", self.motors)
+        self.mechanism = self._mechanism()
+
+    def _per_joint(self, quantity: str, joints: Sequence[int]) -> dict[int, Expression]:
+        return {j: self.graph.symbol(f"{quantity}{j}") for j in joints}
+
+    def _parameter_cells(self, folded: Sequence[str]) -> dict[str, Scalar]:
+        cells: dict[str, Scalar] = {"pi": self.graph.pi}
+        for parameter in self.machine.parameters:
+            if parameter.name in folded and parameter.value is not None:
+                cells[parameter.name] = self.cell(parameter.value, {"pi": self.graph.pi})
+            else:
+                cells[parameter.name] = self.graph.symbol(parameter.name, Level.PARAMETER)
+        return cells
+
+    def _tangent(self, x: Scalar) -> Scalar:
+        cosine, sine = cosine_sine(self.graph, x)
+        return sine / cosine
+
+    def cell(self, formula: Formula, names: dict[str, Scalar] | None = None) -> Scalar:
+        """The expression of a cell; exact zero is the integer 0 of structure."""
+        value = formula.evaluate(names or self._cells, getattr(self, "_functions", {}), Fraction)
+        return 0 if not isinstance(value, Expression) and value == 0 else value
+
+    def cells(self, formulas: Sequence[Formula]) -> Any:
+        """The expressions of several cells."""
+        return tuple(map(self.cell, formulas))
+
+    def _mechanism(self) -> Mechanism:
+        base = self.machine.base
+        gravity = self.cells(base.gravity)
+        return Mechanism(
+            tuple(self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)),
+            (self.cells(base.velocity), self.cells(base.angular_velocity)),
+            (subtract(self.cells(base.acceleration), gravity), self.cells(base.angular_acceleration)),
+        )
+
+    def _link(self, j: int, joint: Joint) -> Link:
+        q = self.q.get(j, 0)
+        theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
+        r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
+        placement = (
+            Screw(Z, *cosine_sine(self.graph, self.cell(joint.gamma)), self.cell(joint.b)),
+            Screw(X, *cosine_sine(self.graph, self.cell(joint.alpha)), self.cell(joint.d)),
+            Screw(Z, *cosine_sine(self.graph, theta), r),
+        )
+        wrench = (self.cells(joint.wrench.force), self.cells(joint.wrench.moment))
+        return Link(
+            joint.antecedent,
+            Axis(joint.sigma),
+            placement,
+            self._body(joint.body),
+            self.cell(joint.rotor_inertia),
+            wrench,
+        )
+
+    def _body(self, body: Body) -> RigidInertia:
+        mass, moments, inertia = self.cell(body.mass), self.cells(body.moments), self.cells(body.inertia)
+        if not body.central:
+            return RigidInertia(mass, moments, inertia)
+        return RigidInertia.about_center(mass, moments, inertia)
+
+    def arguments(self) -> dict[str, tuple[str, ...]]:
+        """Names of the entries of each argument of the generated functions."""
+        by_name = {"q": self.q, "qd": self.qd, "tau": self.tau, "qdd_motor": self.qdd_motor}
+        return {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
+
+    def sign_of_velocity(self, j: int) -> Scalar:
+        """sign(qd_j)."""
+        return sign(self.graph, self.qd[j])
+
+    def friction(self, j: int) -> Scalar:
+        """Friction of joint j, opposing motion."""
+        law = self.machine.joints[j - 1].friction
+        viscous, coulomb = self.cell(law.viscous), self.cell(law.coulomb)
+        return friction(viscous, coulomb, self.qd[j], self.sign_of_velocity(j))
+
+    def passive_torque(self, j: int) -> Scalar:
+        """What springs and dampers exert on joint j [9]; zero for passive joints."""
+        joint = self.machine.joints[j - 1]
+        if joint.kind is not Kind.ELASTIC:
+            return 0
+        k, d, neutral = self.cells((joint.spring.stiffness, joint.spring.damping, joint.spring.neutral))
+        return elastic_torque(k, self.q[j] - neutral, d, self.qd[j])
+
+    def rates(self) -> list[Scalar]:
+        """qd by joint number, zero for fixed frames and the base."""
+        return [self.qd.get(j, 0) for j in range(len(self.machine.joints) + 1)]
+
+    def direct_rules(self) -> list[Rule | None]:
+        """Every torque known."""
+        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
+        for j in self.machine.moving:
+            rules[j] = TorqueKnown(self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j))
+        return rules
+
+    def inverse_rules(self) -> list[Rule | None]:
+        """Motor accelerations known, elastic and passive torques known [50]-[54]."""
+        rules = self.direct_rules()
+        for j in self.motors:
+            rules[j] = AccelerationKnown(self.qdd_motor[j])
+        return rules
+
+    def held_rules(self) -> list[Rule | None]:
+        """Every acceleration known, and zero: gives H(q, qd)."""
+        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
+        for j in self.machine.moving:
+            rules[j] = AccelerationKnown(0)
+        return rules

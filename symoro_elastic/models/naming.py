@@ -1,0 +1,166 @@
+"""Names of the quantities that a trace computes, and the sections of a program they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.lagrange import InertiaMatrix
+from symoro_elastic.equations.spatial import ENTRY, Matrix, Pair, SpatialInertia, Symmetric, Vector
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.symbolic.expression import COS, SIGN, SIN, SYMBOL, Expression, Scalar
+from symoro_elastic.symbolic.program import Names, Section
+
+AXES = "xyz"
+INERTIA_ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
+FORWARD_1 = "Forward recursion: velocities"
+BACKWARD = "Backward recursion: articulated inertias and wrenches"
+FORWARD_2 = "Forward recursion: accelerations and torques"
+
+
+def _name_vector(names: Names, vector: Sequence[Any], quantity: str, section: Section) -> None:
+    for axis, x in zip(AXES, vector, strict=True):
+        names.give(x, f"{quantity}_{axis}", section)
+
+
+def _name_pair(names: Names, pair: Pair, quantity: str, section: Section) -> None:
+    for k, x in enumerate((*pair[0], *pair[1]), start=1):
+        names.give(x, f"{quantity}_{k}", section)
+
+
+def _name_symmetric(names: Names, s: Symmetric, quantity: str, section: Section, offset: int = 1) -> None:
+    for m in range(3):
+        for n in range(m, 3):
+            names.give(s[ENTRY[m][n]], f"{quantity}_{m + offset}{n + offset}", section)
+
+
+def _name_inertia(names: Names, inertia: SpatialInertia, quantity: str, section: Section) -> None:
+    _name_symmetric(names, inertia.A, quantity, section)
+    for m in range(3):
+        for n in range(3):
+            names.give(inertia.B[m][n], f"{quantity}_{m + 1}{n + 4}", section)
+    _name_symmetric(names, inertia.D, quantity, section, offset=4)
+
+
+def _name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
+    """Sines and cosines after their angle, inertial parameters and offsets after their body."""
+    for j, link in bound.mechanism.numbered():
+        here = section(j)
+        for screw in link.placement:
+            for x in (screw.cosine, screw.sine, screw.shift):
+                _name_function(bound.names, x, here)
+        bound.names.give(link.placement[2].cosine, f"cos{j}_theta", here)
+        bound.names.give(link.placement[2].sine, f"sin{j}_theta", here)
+        bound.names.give(link.placement[2].shift, f"P{j}_r", here)
+        _name_vector(bound.names, link.body.moments, f"MS{j}", here)
+        for entry, x in zip(INERTIA_ENTRIES, link.body.inertia, strict=True):
+            bound.names.give(x, f"J{j}_{entry}", here)
+
+
+def _name_function(names: Names, x: Scalar, section: Section) -> None:
+    stack = [x]
+    while stack:
+        node = stack.pop()
+        if not isinstance(node, Expression):
+            continue
+        operand = node.operands[0]
+        if node.operation in (SIN, COS, SIGN) and isinstance(operand, Expression) and operand.operation == SYMBOL:
+            names.give(node, f"{node.operation}_{operand.operands[0]}", section)
+        else:
+            stack += node.operands
+
+
+def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: str) -> None:
+    """Name the quantities of a dynamic model."""
+    _name_forward(bound, found)
+    for j, _ in reversed(list(bound.mechanism.numbered())):
+        _name_backward(bound.names, found, j, Section(BACKWARD, j, backward_equations))
+    for j, _ in bound.mechanism.numbered():
+        here = Section(FORWARD_2, j, last)
+        _name_pair(bound.names, found.f.get(j, ((0, 0, 0), (0, 0, 0))), f"f{j}", here)
+        bound.names.give(found.qdd.get(j, 0), f"qdd{j}", here)
+        bound.names.give(found.Gamma.get(j, 0), f"Gamma{j}", here)
+        if j in found.eliminated:
+            _name_acceleration(bound.names, found, j, here)
+
+
+def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) -> None:
+    _name_vector(names, found.vd[j], f"vd{j}", section)
+    _name_vector(names, found.wd[j], f"wd{j}", section)
+
+
+def _name_forward(bound: Bound, found: Dynamics) -> None:
+    def section(j: int) -> Section:
+        return Section(FORWARD_1, j, "[1], [3], [7], [14]")
+
+    for j, _ in bound.mechanism.numbered():
+        bound.names.reserve(section(j))
+    _name_geometry(bound, section)
+    for j, link in bound.mechanism.numbered():
+        here = section(j)
+        _name_vector(bound.names, found.w[j], f"w{j}", here)
+        _name_products(bound.names, found.w[j], f"ww{j}", here)
+        _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
+        if j in found.eliminated:
+            _name_pair(bound.names, found.g[j], f"g{j}", here)
+            _name_pair(bound.names, found.b[j], f"b{j}", here)
+        else:
+            _name_acceleration(bound.names, found, j, here)
+
+
+def _name_products(names: Names, w: Vector, quantity: str, section: Section) -> None:
+    """w_x w_x, w_x w_y...: the products of angular velocities that forces and accelerations share."""
+    for m in range(3):
+        for n in range(m, 3):
+            names.give(w[m] * w[n], f"{quantity}_{AXES[m]}{AXES[n]}", section)
+
+
+def _name_differences(names: Names, inertia: Symmetric, quantity: str, section: Section) -> None:
+    """Differences of moments of inertia: parameters only."""
+    xx, _, _, yy, _, zz = inertia
+    for name, x in (("yz", yy - zz), ("xz", xx - zz), ("xy", xx - yy)):
+        names.give(x, f"{quantity}_{name}", section)
+
+
+def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> None:
+    if j not in found.eliminated:
+        _name_pair(names, found.f[j], f"f{j}", section)
+        return
+    eliminated = found.eliminated[j]
+    _name_inertia(names, found.Js[j], f"Js{j}", section)
+    _name_pair(names, found.bs[j], f"bs{j}", section)
+    names.give(eliminated.H, f"H{j}", section)
+    names.give(eliminated.Hinv, f"Hinv{j}", section)
+    names.give(eliminated.ratio, f"rho{j}", section)
+    _name_pair(names, eliminated.UH, f"UH{j}", section)
+    _name_inertia(names, eliminated.K, f"K{j}", section)
+    _name_pair(names, eliminated.al, f"al{j}", section)
+
+
+def name_composites(bound: Bound, found: InertiaMatrix) -> None:
+    """Name composite inertias and the entries of the inertia matrix."""
+    _name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
+    for j, _ in reversed(list(bound.mechanism.numbered())):
+        here = Section("Composite inertias and inertia matrix", j, "[8], [13]")
+        composite = found.composite[j]
+        bound.names.give(composite.mass, f"M{j}_c", here)
+        _name_vector(bound.names, composite.moments, f"MS{j}_c", here)
+        for entry, x in zip(INERTIA_ENTRIES, composite.inertia, strict=True):
+            bound.names.give(x, f"J{j}_c{entry}", here)
+        for i in range(1, j + 1):
+            bound.names.give(found.A[i][j], f"A{i}_{j}", here)
+
+
+def name_frames(bound: Bound, placed: list[tuple[Matrix, Vector]]) -> None:
+    """Name the entries of 0Aj and 0Pj."""
+    for j, _ in bound.mechanism.numbered():
+        bound.names.reserve(Section("Geometry", j, "[1], [2]"))
+    _name_geometry(bound, lambda j: Section("Geometry", j, "[1], [2]"))
+    for j, _ in bound.mechanism.numbered():
+        here = Section("Geometry", j, "[1], [2]")
+        rotation, position = placed[j]
+        for m in range(3):
+            for n in range(3):
+                bound.names.give(rotation[m][n], f"A{j}_{m + 1}{n + 1}", here)
+        _name_vector(bound.names, position, f"P{j}", here)

@@ -1,0 +1,61 @@
+"""Folders of generated files: written whole or not at all, and never over somebody's own files."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+
+from symoro_elastic.errors import InputError
+
+MANIFEST = "generated.json"
+
+
+def write_files(folder: Path, files: dict[str, str]) -> list[Path]:
+    """Write generated files and a list of them; files of an earlier run that are no longer made go.
+
+    Raises `InputError` for a folder that holds other things or cannot be written.
+    """
+    files = {**files, MANIFEST: json.dumps({"generator": "symoro_elastic", "files": sorted(files)}, indent=2) + "\n"}
+    try:
+        earlier = _earlier_files(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        _write_all(folder, files)
+        for name in earlier - set(files):
+            (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(str(folder), "--out", f"cannot be written ({error.strerror}): choose another folder") from None
+    return [folder / name for name in files]
+
+
+def _earlier_files(folder: Path) -> set[str]:
+    if not folder.exists():
+        return set()
+    if not folder.is_dir():
+        raise InputError(str(folder), "--out", "is a file: choose another folder")
+    manifest = folder / MANIFEST
+    if manifest.is_file():
+        return _listed(manifest)
+    if any(folder.iterdir()):
+        raise InputError(
+            str(folder), "--out", "holds files that were not generated: choose another folder with --out, or move them"
+        )
+    return set()
+
+
+def _listed(manifest: Path) -> set[str]:
+    try:
+        names = json.loads(manifest.read_text(encoding="utf-8"))["files"]
+        return {name for name in names if Path(name).name == name}
+    except (ValueError, KeyError, TypeError):
+        raise InputError(str(manifest), "files", "is no list of generated files: move the folder away") from None
+
+
+def _write_all(folder: Path, files: dict[str, str]) -> None:
+    """Everything goes to temporary files first, so a full disk leaves the old files as they were."""
+    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as staging:
+        for name, text in files.items():
+            (Path(staging) / name).write_text(text, encoding="utf-8", newline="\n")
+        for name in files:
+            os.replace(Path(staging) / name, folder / name)

@@ -1,0 +1,1 @@
+"""Scalars as an interned graph, and graphs as straight-line programs."""

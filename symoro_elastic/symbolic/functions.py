@@ -1,0 +1,126 @@
+"""Sine, cosine, square root and the like of expressions, exact wherever an angle allows it.
+
+An angle is split into multiples of pi, a constant in radians, and one term for each variable;
+sine and cosine of the sum come from the addition theorem, so an offset costs no accuracy at
+large angles, and quarter turns are exact.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from symoro_elastic.symbolic.expression import (
+    ADD,
+    ATAN2,
+    COS,
+    COSPI,
+    MULTIPLY,
+    NEGATE,
+    PI,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    Expression,
+    Graph,
+    Scalar,
+)
+
+QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+Circle = tuple[Any, Any]
+
+
+def cosine_sine(graph: Graph, angle: Scalar) -> tuple[Scalar, Scalar]:
+    """Cosine and sine of an angle in radians."""
+    terms, radians = _linear_terms(angle)
+    halves = _half_turns(radians)
+    turns = Fraction(0) if halves is None else halves
+    point: Circle = (1, 0)
+    for base, factor in terms:
+        if base.operation == PI:
+            turns += factor
+        else:
+            point = _turned(point, _sampled(graph, base * abs(factor), factor))
+    point = _turned(point, _rational_turn(graph, turns))
+    return point if halves is not None else _turned(point, _sampled_constant(graph, radians))
+
+
+def square_root(graph: Graph, x: Scalar) -> Scalar:
+    """Square root; exact for squares of rationals."""
+    if isinstance(x, Expression):
+        return graph.node(SQRT, x)
+    if x < 0:
+        raise ValueError("the square root of a negative number")
+    over, under = math.isqrt(Fraction(x).numerator), math.isqrt(Fraction(x).denominator)
+    root = Fraction(over, under)
+    return root if root * root == x else graph.node(SQRT, x)
+
+
+def sign(graph: Graph, x: Scalar) -> Scalar:
+    """-1, 0 or 1."""
+    if isinstance(x, Expression):
+        return -graph.node(SIGN, x.operands[0]) if x.operation == NEGATE else graph.node(SIGN, x)
+    return (x > 0) - (x < 0)
+
+
+def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Scalar:
+    """Angle of the point (x, y)."""
+    return 0 if not isinstance(y, Expression) and y == 0 and x == 1 else graph.node(ATAN2, y, x)
+
+
+def _linear_terms(angle: Scalar) -> tuple[list[tuple[Expression, Fraction]], Fraction]:
+    terms: dict[Expression, Fraction] = {}
+    radians = Fraction(0)
+    stack: list[tuple[Scalar, Fraction]] = [(angle, Fraction(1))]
+    while stack:
+        x, factor = stack.pop()
+        if not isinstance(x, Expression):
+            radians += factor * x
+        elif x.operation in (ADD, SUBTRACT):
+            first, second = x.operands
+            stack += [(second, -factor if x.operation == SUBTRACT else factor), (first, factor)]
+        elif x.operation == NEGATE:
+            stack.append((x.operands[0], -factor))
+        elif x.operation == MULTIPLY and not isinstance(x.operands[1], Expression):
+            stack.append((x.operands[0], factor * x.operands[1]))
+        else:
+            terms[x] = terms.get(x, Fraction(0)) + factor
+    return [(x, factor) for x, factor in terms.items() if factor], radians
+
+
+def _half_turns(radians: Fraction) -> Fraction | None:
+    """The multiple of pi that a number in radians is, to one unit in the last place; else None."""
+    quarters = round(radians / Fraction(math.pi) * 2)
+    nearest = quarters * math.pi / 2
+    if radians == 0 or (quarters and abs(float(radians) - nearest) <= math.ulp(nearest)):
+        return Fraction(quarters, 2)
+    return None
+
+
+def _rational_turn(graph: Graph, halves: Fraction) -> Circle:
+    quarters, rest = divmod(halves * 2, 1)
+    cosine = _cospi(graph, rest / 2)
+    sine = _cospi(graph, Fraction(1, 2) - rest / 2)
+    return _turned((cosine, sine), QUARTERS[int(quarters) % 4])
+
+
+def _cospi(graph: Graph, halves: Fraction) -> Scalar:
+    """cos(pi x) for 0 <= x <= 1/2."""
+    exact = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
+    return exact[halves] if halves in exact else graph.node(COSPI, halves)
+
+
+def _sampled(graph: Graph, angle: Scalar, sense: Fraction) -> Circle:
+    sine = graph.node(SIN, angle)
+    return graph.node(COS, angle), sine if sense > 0 else -sine
+
+
+def _sampled_constant(graph: Graph, radians: Fraction) -> Circle:
+    return _sampled(graph, abs(radians), radians)
+
+
+def _turned(point: Circle, by: Circle) -> Circle:
+    (c, s), (cosine, sine) = point, by
+    return c * cosine - s * sine, s * cosine + c * sine
