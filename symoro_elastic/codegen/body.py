@@ -10,6 +10,7 @@ from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.symbolic.program import Section, Statement, by_section
 
 LINE = 110
+Indices = Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ class Bodies:
     used: frozenset[str]
 
 
-def bodies(function: Function, parameters: Sequence[str], joints: Sequence[str], dialect: Dialect) -> Bodies:
-    """Print the program of a function in a dialect."""
+def bodies(function: Function, parameters: Indices, joints: Sequence[str], dialect: Dialect) -> Bodies:
+    """Print the program of a function in a dialect; `parameters` gives the index of each in p."""
     program = function.program
     printer = Printer(program, functions=dialect.functions)
     writer = _Writer(printer, dialect, joints)
@@ -67,22 +68,27 @@ def bodies(function: Function, parameters: Sequence[str], joints: Sequence[str],
     printer.referenced.clear()
     once = writer.statements(program.once)
     once_arguments = writer.unpack({"p": parameters}, printer.referenced)
-    arguments = {a.name: a.symbols for a in program.inputs}
-    head = writer.unpack({**arguments, "p": parameters, "c": constants}, used)
-    arrays = {name for name, symbols in {**arguments, "p": parameters}.items() if used & set(symbols)}
+    arguments = {a.name: numbered(a.symbols) for a in program.inputs}
+    head = writer.unpack({**arguments, "p": parameters, "c": numbered(constants)}, used)
+    arrays = {name for name, symbols in {**arguments, "p": parameters}.items() if used & symbols.keys()}
     return Bodies(once_arguments + once, constants, head + lines, results, frozenset(arrays))
+
+
+def numbered(names: Iterable[str]) -> Indices:
+    """Position of each name, as text."""
+    return {name: str(k) for k, name in enumerate(names)}
 
 
 class _Writer:
     def __init__(self, printer: Printer, dialect: Dialect, joints: Sequence[str]) -> None:
         self.printer, self.dialect, self.joints = printer, dialect, joints
 
-    def unpack(self, arguments: Mapping[str, Sequence[str]], used: Iterable[str]) -> list[str]:
+    def unpack(self, arguments: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
         used = set(used)
         return [
             f"    {self.dialect.declare}{symbol} = {array}[{index}]{self.dialect.end}"
             for array, symbols in arguments.items()
-            for index, symbol in enumerate(symbols)
+            for symbol, index in symbols.items()
             if symbol in used
         ]
 

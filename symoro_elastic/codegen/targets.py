@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from symoro_elastic.codegen.body import PYTHON, Bodies, C, bodies
+from symoro_elastic.codegen.body import PYTHON, Bodies, C, bodies, numbered
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
 from symoro_elastic.symbolic.program import OperationCount
@@ -87,7 +87,7 @@ def _shape(shape: tuple[int, ...]) -> str:
 
 
 def _c_function(package: Package, macro: str, function: Function) -> dict[str, Any]:
-    printed = bodies(function, [p.name for p in package.parameters], package.joint_names, C)
+    printed = bodies(function, {p.name: f"{macro}_P_{p.name}" for p in package.parameters}, package.joint_names, C)
     parameters = ["p"] if package.parameters else []
     inputs = [a.name for a in function.arguments] + parameters
     results = [r.name for r in function.results]
@@ -115,7 +115,7 @@ def _signature(inputs: list[str], results: list[str]) -> str:
 
 
 def _python_function(package: Package, function: Function) -> dict[str, Any]:
-    printed: Bodies = bodies(function, [p.name for p in package.parameters], package.joint_names, PYTHON)
+    printed: Bodies = bodies(function, numbered(p.name for p in package.parameters), package.joint_names, PYTHON)
     groups = [in_brackets("(", [Literal(v) for v in values], ")").replace("\n", "\n    ") for values in printed.results]
     returned = "    return (\n        " + ",\n        ".join(g.replace("\n", "\n    ") for g in groups) + ",\n    )"
     constants = in_brackets("(", [Literal(name) for name in printed.constants], ")").replace("\n", "\n    ")

@@ -36,6 +36,7 @@ from symoro_elastic.equations.spatial import (
     cross,
     dot,
     hat_plus_hat_squared,
+    is_zero,
     origin,
     scale,
     screw_to_child,
@@ -186,7 +187,11 @@ def _backward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamic
 
 
 def eliminate(j: int, link: Link, rule: Rule | None, Js: SpatialInertia, bs: Pair, g: Pair) -> Elimination:
-    """Remove joint j's acceleration from f_j = J* V'_j - b* ([29]-[30], [51]-[54])."""
+    """Remove joint j's acceleration from f_j = J* V'_j - b* ([29]-[30], [51]-[54]).
+
+    Where the torque is known, a^T al is written as a^T K g + (J Gamma - Ia a^T b*) / H with
+    J = a^T J* a, which is Gamma itself for a joint without rotor inertia.
+    """
     if not isinstance(rule, TorqueKnown):
         if rule is None:
             return Elimination(Js, _plus(Js.times(g), _minus(bs)))
@@ -204,7 +209,8 @@ def eliminate(j: int, link: Link, rule: Rule | None, Js: SpatialInertia, bs: Pai
     Kg = K.times(g)
     residual = rule.torque + link.axis.project(bs)
     al = _plus(_plus(Kg, _scaled(residual, UH)), _minus(bs))
-    along = link.axis.project(Kg) + (rule.torque - ratio * residual)
+    share = 1 if is_zero(link.rotor_inertia) else link.axis.project(UH)
+    along = link.axis.project(Kg) + (share * rule.torque - ratio * link.axis.project(bs))
     return Elimination(K, _with_entry(link.axis, al, along), U, UH, H, Hinv, ratio, residual)
 
 

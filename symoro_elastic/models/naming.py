@@ -132,6 +132,8 @@ def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> N
     _name_pair(names, found.bs[j], f"bs{j}", section)
     names.give(eliminated.H, f"H{j}", section)
     names.give(eliminated.Hinv, f"Hinv{j}", section)
+    names.give(found.Gamma[j] if eliminated.Hinv else 0, f"Gamma{j}", section)
+    names.give(eliminated.residual, f"Gb{j}", section)
     names.give(eliminated.ratio, f"rho{j}", section)
     _name_pair(names, eliminated.UH, f"UH{j}", section)
     _name_inertia(names, eliminated.K, f"K{j}", section)

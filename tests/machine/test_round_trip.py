@@ -44,13 +44,6 @@ def test_random_machine_through_par(machine: Machine) -> None:
     assert par.read(par.write(machine), "") == machine
 
 
-@given(machines())
-@settings(max_examples=50, deadline=None)
-def test_formats_compose(machine: Machine) -> None:
-    there = toml.read(par.write(toml.read(toml.write(machine), "")) and toml.write(machine), "")
-    assert par.read(par.write(there), "") == machine
-
-
 def test_examples_are_what_their_names_say() -> None:
     names = {path.name for path in MACHINES}
     assert names >= {"two_axis.toml", "two_axis_printed.par", "rx90.par", "puma560.par", "flex4.par", "planar_2r.toml"}
@@ -108,7 +101,7 @@ def test_symbolic_central_inertia_about_the_origin_has_the_right_value() -> None
 def test_par_lists_its_parameters_only_when_it_must() -> None:
     machine = par.read(PAR, "arm.par")
     assert [parameter.name for parameter in machine.parameters] == ["M2", "K2"]
-    assert "parameters" not in par.write(machine)
+    assert "(*! parameters" not in par.write(machine)
     reversed_ = replace(machine, parameters=machine.parameters[::-1])
     assert "(*! parameters = {K2, M2} *)" in par.write(reversed_)
     unused = replace(machine, parameters=(*machine.parameters, Parameter("spare")))

@@ -130,7 +130,7 @@ def _about_origin(body: Body, joint: Joint, machine: Machine) -> Body:
     try:
         return about_origin(body)
     except FormulaError as error:
-        what = f"its inertia about the origin is too long for .par ({error}): write .toml, or give it about the origin"
+        what = f"its inertia about the origin cannot be written ({error}): write .toml, or give it about the origin"
         raise InputError(machine.source or machine.name, f"joint {joint.name}, inertia", what) from None
 
 

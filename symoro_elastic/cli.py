@@ -1,0 +1,190 @@
+"""The command line: generate, check, show, equations. Heavy imports wait until they are needed."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symoro_elastic import __version__
+from symoro_elastic.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.machine.scene import Scene
+
+MACHINE = click.argument("machine", metavar="MACHINE", type=click.Path())
+MODEL = click.option("--model", "models", metavar="NAME", multiple=True, help="Model to make; may be repeated.")
+FOLD = click.option("--fold", metavar="NAME|all", multiple=True, help="Parameter to make a constant; may be repeated.")
+SCENE = click.option(
+    "--scene", metavar="FILE", type=click.Path(), help="TOML file saying what is asked of the machine."
+)
+JSON = click.option("--json", "as_json", is_flag=True, help="Print figures as one JSON object.")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="symoro-elastic")
+def cli() -> None:
+    """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
+
+    MACHINE is a .toml file or a SYMORO .par file.
+    """
+
+
+@cli.command()
+@MACHINE
+@MODEL
+@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c; both unless said.")
+@click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
+@FOLD
+@SCENE
+@JSON
+def generate(
+    machine: str,
+    models: tuple[str, ...],
+    targets: tuple[str, ...],
+    out: str,
+    fold: tuple[str, ...],
+    scene: str | None,
+    as_json: bool,
+) -> None:
+    """Write the models of MACHINE as code to OUT/<machine name>/."""
+    from symoro_elastic.codegen.targets import TARGETS
+    from symoro_elastic.generate import generate
+    from symoro_elastic.report.tables import models_json, models_table
+
+    chosen = _known(targets, TARGETS, "--target") or tuple(TARGETS)
+    with _progress() as step:
+        step("read")
+        found = _read(machine)
+        asked = _scene(found, scene, models, fold)
+        made = generate(found, asked, chosen, Path(out), step)
+    if as_json:
+        _print_json({"written": [str(p) for p in made.written], "models": models_json(made.models, made.whole)})
+        return
+    for path in made.written:
+        click.echo(f"wrote {path}")
+    _print_table(models_table(made.models, made.whole))
+    click.echo("x products and divisions, + sums and differences")
+
+
+@cli.command()
+@MACHINE
+@SCENE
+@JSON
+def show(machine: str, scene: str | None, as_json: bool) -> None:
+    """Print the table of MACHINE, its parameters, and what is degenerate."""
+    from symoro_elastic.generate import found_degeneracies
+    from symoro_elastic.machine.machine import Kind
+    from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.report.tables import machine_table
+
+    found = _read(machine)
+    asked = _scene(found, scene, (), ())
+    kept = restricted(found, asked)
+    degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
+    if as_json:
+        by_kind = {k: [joint.name for joint in kept.joints if joint.kind is k] for k in Kind}
+        _print_json(
+            {
+                "name": kept.name,
+                "joints": [kept.joints[j - 1].name for j in kept.moving],
+                "motors": by_kind[Kind.MOTOR],
+                "elastic": by_kind[Kind.ELASTIC],
+                "parameters": [p.name for p in kept.parameters],
+                "degenerate": degenerate,
+            }
+        )
+        return
+    _print_table(machine_table(kept), kept.name)
+    for parameter in kept.parameters:
+        click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
+    click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
+
+
+def main() -> None:
+    """Run the command line; whatever a user can mend ends in one line on stderr and exit code 2."""
+    try:
+        code = cli.main(standalone_mode=False)
+    except InputError as error:
+        code = _fail(str(error))
+    except click.ClickException as error:
+        code = _fail(_usage(error))
+    except click.Abort:
+        code = 130
+    except BrokenPipeError:
+        code = 0
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _fail(line: str) -> int:
+    click.echo("error: " + " ".join(line.split()), err=True)
+    return 2
+
+
+def _usage(error: click.ClickException) -> str:
+    command = getattr(getattr(error, "ctx", None), "command_path", "symoro-elastic")
+    return f"{command}: {error.format_message()} See {command} --help"
+
+
+def _read(path: str) -> Machine:
+    from symoro_elastic.machine.formats import read_machine
+
+    machine, warnings = read_machine(path)
+    for warning in warnings:
+        click.echo(f"warning: {warning}", err=True)
+    return machine
+
+
+def _scene(machine: Machine, file: str | None, models: Sequence[str], fold: Sequence[str]) -> Scene:
+    """The scene of the file or of the machine, with what the command line adds."""
+    from dataclasses import replace
+
+    from symoro_elastic.machine.formats import read_scene
+    from symoro_elastic.machine.resolve import resolve
+    from symoro_elastic.machine.scene import ALL, Scene
+    from symoro_elastic.models.catalogue import MODELS
+
+    scene = read_scene(file, machine, MODELS) if file else machine.scene or Scene()
+    if models:
+        scene = replace(scene, models=tuple(dict.fromkeys(models)))
+    if fold:
+        everything = ALL in fold or scene.fold == ALL
+        scene = replace(scene, fold=ALL if everything else (*scene.fold, *fold))
+    return resolve(scene, machine, MODELS, file or machine.source)
+
+
+def _known(names: Sequence[str], known: Sequence[str] | dict[str, Any], option: str) -> tuple[str, ...]:
+    for name in names:
+        if name not in known:
+            raise InputError("symoro-elastic", option, f"there is no {name!r}: choose from {', '.join(known)}")
+    return tuple(dict.fromkeys(names))
+
+
+def _print_json(figures: dict[str, Any]) -> None:
+    click.echo(json.dumps(figures))
+
+
+def _print_table(table: Any, title: str = "") -> None:
+    from rich import box
+    from rich.console import Console
+
+    table.box, table.title = box.SIMPLE_HEAD, title or None
+    Console(highlight=False, width=None if sys.stdout.isatty() else 160).print(table)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Shows the current step on a terminal's stderr, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("read") as status:
+        yield status.update

@@ -1,0 +1,109 @@
+"""Tables for the terminal, and the same figures as plain data for `--json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.symbolic.program import OperationCount, saved
+
+GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
+
+
+def count_json(count: OperationCount) -> dict[str, int]:
+    """Operations by kind."""
+    return {"mul": count.mul, "add": count.add, "div": count.div, "sincos": count.sincos}
+
+
+def models_json(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> dict[str, Any]:
+    """Operation counts of each model, and of the whole machine where less was asked for."""
+    found: dict[str, Any] = {}
+    for model, full in zip(models, whole, strict=True):
+        found[model.model.name] = count_json(model.program.count) | {"once": count_json(model.program.count_once)}
+        if full is not model:
+            found[model.model.name]["whole"] = count_json(full.program.count)
+            found[model.model.name]["saved"] = dict(saved(full.program.count, model.program.count))
+    return found
+
+
+def models_table(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> Any:
+    """Operation counts of each model, beside those of the whole machine where less was asked for."""
+    from rich.table import Table
+
+    partial = any(full is not model for model, full in zip(models, whole, strict=True))
+    table = Table(
+        "model", *(("whole machine", "asked", "saved") if partial else ("a call",)), "once for each parameter set"
+    )
+    for model, full in zip(models, whole, strict=True):
+        once = operations(model.program.count_once)
+        asked = operations(model.program.count)
+        if not partial:
+            table.add_row(model.model.name, asked, once)
+        else:
+            table.add_row(model.model.name, operations(full.program.count), asked, _share(full, model), once)
+    return table
+
+
+def operations(count: OperationCount) -> str:
+    """`292x 277+ 10 sin/cos`; x counts products and divisions, + sums and differences."""
+    if count == OperationCount():
+        return "-"
+    return f"{count.products}x {count.add}+" + (f" {count.sincos} sin/cos" if count.sincos else "")
+
+
+def _share(full: TracedModel, asked: TracedModel) -> str:
+    before, after = (m.program.count.products + m.program.count.add for m in (full, asked))
+    return f"{before - after} ({(before - after) / before:.0%})" if before else "-"
+
+
+def machine_table(machine: Machine) -> Any:
+    """The table of geometric parameters."""
+    from rich.table import Table
+
+    columns = [name for name in GEOMETRY if name not in ("gamma", "b") or _any(machine, name)]
+    table = Table("j", "name", "a(j)", "kind", "sigma", *columns, "body", "joint")
+    for j, joint in enumerate(machine.joints, start=1):
+        cells = [_cell(joint, name) for name in columns]
+        kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
+        table.add_row(str(j), joint.name, *kind, *cells, _body(joint), _law(joint))
+    return table
+
+
+def _any(machine: Machine, name: str) -> bool:
+    return any(not getattr(joint, name).is_zero for joint in machine.joints)
+
+
+def _cell(joint: Joint, name: str) -> str:
+    offset = getattr(joint, name)
+    if joint.variable is None or (name, joint.sigma) not in (("theta", 0), ("r", 1)):
+        return str(offset)
+    return joint.variable if offset.is_zero else f"{joint.variable} + {offset}"
+
+
+def _body(joint: Joint) -> str:
+    cells = (joint.body.mass, *joint.body.moments, *joint.body.inertia)
+    return "massless" if all(cell.is_zero for cell in cells) else f"M = {joint.body.mass}"
+
+
+def _law(joint: Joint) -> str:
+    shown = {
+        "k": joint.spring.stiffness,
+        "d": joint.spring.damping,
+        "q0": joint.spring.neutral,
+        "Ia": joint.rotor_inertia,
+        "Fv": joint.friction.viscous,
+        "Fs": joint.friction.coulomb,
+    }
+    return ", ".join(f"{name} = {cell}" for name, cell in shown.items() if not cell.is_zero)
+
+
+def check_table(rows: Sequence[tuple[str, ...]], columns: Sequence[str]) -> Any:
+    """A plain table of figures."""
+    from rich.table import Table
+
+    table = Table(*columns)
+    for row in rows:
+        table.add_row(*row)
+    return table
