@@ -113,8 +113,9 @@ def quoted(text: object) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The end of a message about an unknown name: the closest known one, else all if they are few."""
-    names = sorted(set(known))
-    close = difflib.get_close_matches(name[:MAX_NAME], names, n=1, cutoff=0.6) if len(names) <= 5000 else []
+    names = sorted({str(other) for other in known})
+    cutoff = 0.5 if len(name) <= 3 else 0.6
+    close = difflib.get_close_matches(name[:MAX_NAME], names, n=1, cutoff=cutoff) if len(names) <= 5000 else []
     if not close:
         close = [other for other in names if other.lower() == name.lower()]
     if close:

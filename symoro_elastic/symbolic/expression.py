@@ -47,6 +47,15 @@ class Graph:
             self._interned[SYMBOL, name] = self._symbols[name]
         return self._symbols[name]
 
+    def pair(self, operation: str, first: Expression, second: Expression) -> Expression:
+        """The node of an operation on two expressions, as `node` gives it; most nodes are made here."""
+        key = (operation, first.id, second.id)
+        found = self._interned.get(key)
+        if found is None:
+            level = first.level if first.level > second.level else second.level
+            found = self._interned[key] = Expression(self, operation, (first, second), len(self._interned), level)
+        return found
+
     def node(self, operation: str, *operands: Any) -> Expression:
         """The node of this operation on these operands, already in normal form."""
         key = (operation, *[o.id if o.__class__ is Expression else Fraction(o).as_integer_ratio() for o in operands])
@@ -76,7 +85,7 @@ class Expression:
         if alike is not None:
             return alike
         first, second = (self, other) if self.id < other.id else (other, self)
-        return self.graph.node(ADD, first, second)
+        return self.graph.pair(ADD, first, second)
 
     def __sub__(self, other: Scalar) -> Scalar:
         if other.__class__ is not Expression:
@@ -89,8 +98,8 @@ class Expression:
         if alike is not None:
             return alike
         if self.id < other.id:
-            return self.graph.node(SUBTRACT, self, other)
-        return -self.graph.node(SUBTRACT, other, self)
+            return self.graph.pair(SUBTRACT, self, other)
+        return -self.graph.pair(SUBTRACT, other, self)
 
     def __mul__(self, other: Scalar) -> Scalar:
         if other.__class__ is not Expression:
@@ -100,7 +109,7 @@ class Expression:
         if other.operation == NEGATE:
             return -(self * other.operands[0])
         first, second = (self, other) if self.id < other.id else (other, self)
-        return self.graph.node(MULTIPLY, first, second)
+        return self.graph.pair(MULTIPLY, first, second)
 
     def __truediv__(self, other: Scalar) -> Scalar:
         if other.__class__ is not Expression:
@@ -111,7 +120,7 @@ class Expression:
             return -(self.operands[0] / other)
         if other.operation == NEGATE:
             return -(self / other.operands[0])
-        return self.graph.node(DIVIDE, self, other)
+        return self.graph.pair(DIVIDE, self, other)
 
     def __neg__(self) -> Expression:
         return self.operands[0] if self.operation == NEGATE else self.graph.node(NEGATE, self)

@@ -68,7 +68,17 @@ names = st.sampled_from(NAMES)
 compound = st.builds(
     str.format,
     st.sampled_from(
-        ["{0}", "-{0}", "{0} + {1}", "{0}*({1} - 2)", "atan2({0}, 1 + {1}^2)", "pi/2", "-Pi/2", "sqrt(2)*{0}", "(-{0})/3"]
+        [
+            "{0}",
+            "-{0}",
+            "{0} + {1}",
+            "{0}*({1} - 2)",
+            "atan2({0}, 1 + {1}^2)",
+            "pi/2",
+            "-Pi/2",
+            "sqrt(2)*{0}",
+            "(-{0})/3",
+        ]
     ),
     names,
     names,

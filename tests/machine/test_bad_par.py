@@ -23,7 +23,8 @@ def message(text: str) -> str:
 
 
 BAD = [
-    ("d = {0, 0, 0.1}", "d = {0, 0, __import__('os')}", "joint 3 (j3), d", "no function"),
+    ("d = {0, 0, 0.1}", "d = {0, 0, __import__('os')}", "joint 3 (j3), d", "not arithmetic"),
+    ("d = {0, 0, 0.1}", "d = {0, 0, exec(1)}", "joint 3 (j3), d", "no function"),
     ("d = {0, 0, 0.1}", "d = {0, 0, a.b}", "joint 3 (j3), d", "not arithmetic"),
     ("d = {0, 0, 0.1}", "d = {0, 0, 10^10^10}", "joint 3 (j3), d", "whole number"),
     ("d = {0, 0, 0.1}", "d = {0, 0, os.system(1)}", "joint 3 (j3), d", "not arithmetic"),

@@ -26,7 +26,7 @@ def message(text: str) -> str:
 # What is replaced in the sample, by what, the place that must be named, and a word of the reason.
 BAD = [
     # expressions are data
-    ("d = 0.1", "d = \"__import__('os')\"", "joint 3 (tip), d", "no function"),
+    ("d = 0.1", "d = \"__import__('os')\"", "joint 3 (tip), d", "not arithmetic"),
     ("d = 0.1", 'd = "a.b"', "joint 3 (tip), d", "not arithmetic"),
     ("d = 0.1", 'd = "10^10^10"', "joint 3 (tip), d", "whole number"),
     ("d = 0.1", 'd = "9^9999999999"', "joint 3 (tip), d", "exponent"),
@@ -139,7 +139,7 @@ def test_the_sample_itself_is_good() -> None:
 
 
 def test_every_line_break_and_bracket_of_toml_is_reported_with_its_line() -> None:
-    assert message(TOML.replace("K2 = nan", "K2 = nan nan")).startswith("line 10, column ")
+    assert message(TOML.replace("K2 = nan", "K2 = nan nan")).startswith("line 11, column ")
     assert "not TOML" in message("joints = [")
     assert "not TOML" in message("\x00\x01")
     assert "nested too deeply" in message(f"notes = {'[' * 5000}")
@@ -193,7 +193,7 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         read_machine(tmp_path / "folder.toml")
     with pytest.raises(InputError, match="cannot be written"):
         write_machine(toml.read(TOML, ""), tmp_path / "folder.toml")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no such file"):
         read_machine("a\0b.toml")
 
 

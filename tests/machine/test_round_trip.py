@@ -79,7 +79,9 @@ def test_numbers_stay_exact() -> None:
 def test_central_inertia_is_written_about_the_origin_exactly() -> None:
     machine = toml.read(TOML, "")
     text = par.write(machine)
-    lines = {line.split("=")[0].strip(): line.split("=", 1)[1].replace(" ", "") for line in text.split("\n") if "=" in line}
+    lines = {
+        line.split("=")[0].strip(): line.split("=", 1)[1].replace(" ", "") for line in text.split("\n") if "=" in line
+    }
     assert (lines["MX"], lines["YY"], lines["ZZ"]) == ("{0,0.25,0}", "{0,0.225,0}", "{0,0.275,0}")
     assert par.read(text, "") == machine
 

@@ -1,0 +1,165 @@
+"""Warnings about numbers that are probably not meant, and checks of machines built in Python."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check, formulas
+from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.plausibility import _eigenvalues
+from tests.machine.samples import TOML
+
+parse = Formula.parse
+
+
+def warnings(old: str, new: str) -> list[str]:
+    assert old in TOML
+    return check(toml.read(TOML.replace(old, new, 1), "arm.toml"))
+
+
+def one_warning(old: str, new: str) -> str:
+    found = warnings(old, new)
+    assert len(found) == 1
+    return found[0]
+
+
+INERTIA = "mass = 2.5, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.25]"
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("mass = 2, inertia = [1, 2, 4]", "4 is more than the sum"),
+        ("mass = 2, inertia = [-1, 2, 2]", "-1 is negative"),
+        ("mass = 2, inertia = [1, 2, 0, 1, 0, 1]", "-1 is negative"),
+        ("inertia = [1, 1, 1]", "without mass there can be no inertia"),
+        ("first_moments = [1, 0, 0]", "without mass there can be no first moments"),
+        # a point mass of 2 kg at x = 3 m has 18 kg m2 about y and z; less is impossible
+        ("mass = 2, first_moments = [6, 0, 0], inertia_at_origin = [0, 17, 17]", "is negative"),
+        ('mass = "L2", inertia = [1, 1, "10*L2"]', "3.5 is more than the sum"),
+    ],
+)
+def test_inertia_that_no_body_has(body: str, said: str) -> None:
+    warning = one_warning(INERTIA, body)
+    assert warning.startswith("joint 2 (lift): ") and said in warning and "\n" not in warning
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "mass = 2, inertia = [1, 1, 2]",  # a disc: equality
+        "mass = 2, first_moments = [6, 0, 0], inertia_at_origin = [0, 18, 18]",  # a point
+        "mass = 0.3, first_moments = [0.03, 0.06, 0.09], inertia_at_origin = [0.039, -0.006, -0.009, 0.03, -0.018, 0.015]",
+        'mass = "K2", inertia = [1, 2, 4]',  # K2 has no value
+        "mass = 5",
+    ],
+)
+def test_inertia_that_some_body_has(body: str) -> None:
+    assert warnings(INERTIA, body) == []
+
+
+@given(st.lists(st.floats(-10, 10), min_size=6, max_size=6))
+@settings(max_examples=100, deadline=None)
+def test_eigenvalues(tensor: list[float]) -> None:
+    xx, xy, xz, yy, yz, zz = tensor
+    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    assert _eigenvalues(matrix) == pytest.approx(list(np.linalg.eigvalsh(np.array(matrix))), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("angle", "turn"),
+    [
+        ("1.5708", "pi/2"),
+        ("-1.57079632679", "-pi/2"),
+        ("3.1416", "pi"),
+        ("4.7124", "3*pi/2"),
+        ("1e-4", "0"),
+        ('"pi/2 + 0.0001"', "pi/2"),
+        (repr(math.nextafter(math.nextafter(math.pi / 2, 2), 2)), "pi/2"),
+    ],
+)
+def test_nearly_a_quarter_turn(angle: str, turn: str) -> None:
+    warning = one_warning('alpha = "pi/2"', f"alpha = {angle}")
+    assert warning.startswith("joint 2 (lift): alpha = ") and f"write {turn} if meant" in warning
+
+
+@pytest.mark.parametrize(
+    "angle",
+    ['"pi/2"', '"-3*pi/2"', repr(math.pi / 2), repr(math.nextafter(math.pi / 2, 2)), "1.6", '"K2"', "0", '"pi/3"', "3"],
+)
+def test_an_angle_that_is_meant(angle: str) -> None:
+    assert warnings('alpha = "pi/2"', f"alpha = {angle}") == []
+
+
+def test_offsets_and_gamma_are_angles_too() -> None:
+    assert "theta = 1.5708" in one_warning('"q1"', '"q1 + 1.5708"')
+    assert "gamma = 1.5708" in one_warning('name = "tip"', 'name = "tip", gamma = 1.5708')
+    assert warnings('"q2 + L2"', '"q2 + 1.5708"') == []
+
+
+def test_rotor_inertia_where_no_motor_is() -> None:
+    assert "kept" in one_warning("[motors]", "[motors]\nlift = { rotor_inertia = 1 }")
+    assert "no effect" in one_warning("[motors]", "[motors]\ntip = { rotor_inertia = 1 }")
+
+
+ONE = Joint("a", 0, Kind.MOTOR, 0, "q1")
+
+
+def refused(machine: Machine) -> str:
+    with pytest.raises(InputError) as caught:
+        check(machine)
+    assert caught.value.file == machine.name
+    return f"{caught.value.place}: {caught.value.what}"
+
+
+@pytest.mark.parametrize(
+    ("joint", "said"),
+    [
+        (replace(ONE, variable=None), "joint 1 (a), theta: the joint variable is missing"),
+        (replace(ONE, sigma=1, variable=None), "joint 1 (a), r: the joint variable is missing"),
+        (replace(ONE, sigma=2, kind=Kind.FIXED), "joint 1 (a), joint variable: a fixed frame has none"),
+        (replace(ONE, sigma=-1), "joint 1 (a), sigma: -1"),
+        (replace(ONE, antecedent=1), "joint 1 (a), antecedent: 1 must be 0"),
+        (replace(ONE, kind=Kind.ELASTIC), "joint 1 (a), stiffness"),
+        (replace(ONE, kind=Kind.PASSIVE, spring=Spring(neutral=parse(1))), "joint 1 (a), neutral"),
+        (replace(ONE, body=Body(parse("m"))), "joint 1 (a), mass: 'm' is not declared"),
+        (replace(ONE, name="x\ny"), "joint 1 ('x\\ny'), name: the name 'x\\ny' cannot be used"),
+    ],
+)
+def test_machines_built_in_python(joint: Joint, said: str) -> None:
+    assert check(Machine("arm", (ONE,))) == []
+    assert refused(Machine("arm", (joint,))).startswith(said)
+
+
+def test_no_joint_at_all() -> None:
+    assert refused(Machine("arm", ())).startswith("joints: the machine has no joint")
+
+
+def test_formulas_are_all_of_them() -> None:
+    """Every Formula reachable in the dataclasses is checked."""
+    machine = toml.read(TOML, "arm.toml")
+    found = [id(formula) for _, formula in formulas(machine)]
+    reachable: list[int] = []
+
+    def walk(value: object) -> None:
+        if isinstance(value, Formula):
+            reachable.append(id(value))
+        elif isinstance(value, tuple):
+            for part in value:
+                walk(part)
+        elif hasattr(value, "__dataclass_fields__"):
+            for name in value.__dataclass_fields__:
+                walk(getattr(value, name))
+
+    walk(machine.joints)
+    walk(machine.base)
+    assert sorted(found) == sorted(reachable)
