@@ -1,145 +1,200 @@
-"""The paper's symbols for the names in a program: one table, read by everything that shows equations.
+r"""The paper's symbols for the names in a program: one table, read by everything that shows equations.
 
-The paper's left superscript is left out of components: every vector, wrench and inertia of body j
-is given in frame j.
+Components are given in the body's own frame, so the paper's left superscript is left out: K5_14
+is K_{5,14}. A trailing letter, as in Js5_14a, marks a part of the quantity that is used more than
+once; it becomes a superscript. What is overlined is one product, computed once.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cache
 
-from symoro_elastic.symbolic.expression import SYMBOL, Expression
 from symoro_elastic.symbolic.program import Program
 
-AXIS, SIX, ENTRY, INERTIA = "([xyz])", "([1-6])", "([1-6]{2})", "(xx|xy|xz|yy|yz|zz)"
+# Components of a name: what they look like, and the one that stands for all in the list of symbols.
+COMPONENTS = {
+    "": ("", ""),
+    "axis": ("_(?P<c>[xyz])", "x"),
+    "square": ("_(?P<c>xx|yy|zz)", "xx"),
+    "product": ("_(?P<c>[xyz]{2})", "xy"),
+    "six": ("_(?P<c>[1-6])", "k"),
+    "entry": ("_(?P<c>[1-6]{2})", "mn"),
+    "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "number": (r"_(?P<c>\d+)", "i"),
+    "c": ("_c", ""),
+    "c axis": ("_c_(?P<c>[xyz])", "x"),
+    "c moment": ("_c(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "theta": ("_theta", ""),
+    "r": ("_r", ""),
+}
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A row of the table: names `<name><j>_<component>`, their symbol, what it is, where it is defined.
+    """A row of the table: names `<name><joint><component>`, their symbol, its definition and meaning.
 
-    `base`, `above` and `below` are LaTeX in which {j} is the joint and {c} the component, {c[0]}
-    its first character. `shown` is the component in the list of symbols, `output` the result that
-    a program must have for the row to hold.
+    `base`, `above` and `below` are LaTeX in which `@` is the joint, `#` the component, `<` and `>`
+    its first and second letter. A row with an `output` holds for programs that have this result.
     """
 
     name: str
     component: str
     base: str
-    meaning: str
+    above: str
+    below: str
+    paper: str
     equations: str
-    paper: str = ""
-    above: str = ""
-    below: str = "{j},{c}"
-    shown: str = ""
+    meaning: str
     output: str = ""
 
-    def symbol(self, joint: str, component: str, part: str = "") -> str:
+    def symbol(self, joint: str = "j", component: str | None = None, part: str = "") -> str:
         """LaTeX of one component; `part` is the letter of a shared part of it."""
-        values = {"j": joint, "c": component}
-        above = ",".join(x for x in (self.above, rf"\mathrm{{{part}}}" if part else "") if x)
-        below = self.below.format(**values)
-        return self.base.format(**values) + (f"^{{{above}}}" if above else "") + (f"_{{{below}}}" if below else "")
+        shown = COMPONENTS[self.component][1] if component is None else component
+        above = "".join(x for x in (self.above, rf"\mathrm{{{part}}}" if part else "") if x)
+        text = self.base + (f"^{{{above}}}" if above else "") + (f"_{{{self.below}}}" if self.below else "")
+        return text.replace("<", shown[:1]).replace(">", shown[1:]).replace("#", shown).replace("@", joint)
 
 
+# fmt: off
 TABLE = (
-    Quantity("qd", "", r"\dot{{q}}", "velocity of joint j", "[3]", r"\dot{q}_{j}", below="{j}"),
-    Quantity("qdd", "", r"\ddot{{q}}", "acceleration of joint j", "[34], [59]", r"\ddot{q}_{j}", below="{j}"),
-    Quantity("tau", "", r"\Gamma", "torque or force of motor j", "[8], [61]", r"\Gamma_{j}", below="{j}"),
-    Quantity(
-        "Gamma",
-        "",
-        r"\bar{{\Gamma}}",
-        "what moves joint j: motor, spring and damper, less friction",
-        "[9], [17], [61]",
-        r"\Gamma_{j}",
-        below="{j}",
-    ),
-    Quantity(
-        "cos", "theta", r"\mathrm{{C}}", "cosine of the whole angle of joint j", "[1]", r"\cos\theta_{j}", r"\theta", "{j}"
-    ),
-    Quantity(
-        "sin", "theta", r"\mathrm{{S}}", "sine of the whole angle of joint j", "[1]", r"\sin\theta_{j}", r"\theta", "{j}"
-    ),
-    Quantity("P", "r", "P", "whole shift along the axis of joint j", "[1]", r"r_{j}", below="{j},{c}", shown="r"),
-    Quantity("P", AXIS, "P", "origin of frame j, in frame 0", "[2]", "{}^{0}P_{j}", shown="x"),
-    Quantity(
-        "A", r"(\d+)", "A", "entry i, j of the inertia matrix", "[8]", r"\mathbf{A}(q)", shown="i", output="A"
-    ),
-    Quantity("A", "([1-3]{2})", "A", "orientation of frame j in frame 0", "[2]", "{}^{0}A_{j}", shown="mn"),
-    Quantity("w", AXIS, r"\omega", "angular velocity of body j", "[3]", r"{}^{j}\omega_{j}", below="{j}{c}", shown="x"),
-    Quantity(
-        "ww",
-        r"xx|yy|zz",
-        r"\overline{{\omega_{{{j}{c[0]}}}^{{2}}}}",
-        "square of an angular velocity, computed once",
-        "[7], [14]",
-        below="",
-        shown="xx",
-    ),
-    Quantity(
-        "ww",
-        "([xyz]{2})",
-        r"\overline{{\omega_{{{j}{c[0]}}}\,\omega_{{{j}{c[1]}}}}}",
-        "product of angular velocities, computed once",
-        "[7], [14]",
-        below="",
-        shown="xy",
-    ),
-    Quantity(
-        "wd", AXIS, r"\dot{{\omega}}", "angular acceleration of body j", "[6]", r"{}^{j}\dot{\omega}_{j}",
-        below="{j}{c}", shown="x",
-    ),
-    Quantity("v", AXIS, "V", "velocity of the origin of frame j", "[3]", "{}^{j}V_{j}", below="{j}{c}", shown="x"),
-    Quantity(
-        "vd", AXIS, r"\dot{{V}}", "acceleration of the origin of frame j, gravity subtracted", "[6]",
-        r"{}^{j}\dot{V}_{j}", below="{j}{c}", shown="x",
-    ),
-    Quantity(
-        "g", SIX, r"\gamma", "part of the acceleration that depends on velocities only", "[7]",
-        r"{}^{j}\boldsymbol{\gamma}_{j}", shown="k",
-    ),
-    Quantity(
-        "b", SIX, r"\beta", "centrifugal and external wrench of body j", "[14]", r"{}^{j}\boldsymbol{\beta}_{j}",
-        shown="k",
-    ),
-    Quantity(
-        "bs", SIX, r"\beta", "the same with all that body j carries", "[31], [55]",
-        r"{}^{j}\boldsymbol{\beta}^{*}_{j}", "*", shown="k",
-    ),
-    Quantity("MS", AXIS, r"\mathit{{MS}}", "first moments of body j", "[13]", r"{}^{j}\mathit{MS}_{j}", shown="x"),
-    Quantity("J", INERTIA, "J", "inertia of body j about the origin of its frame", "[13]", "{}^{j}J_{j}", shown="xx"),
-    Quantity("dJ", "(yz|xz|xy)", r"\Delta J", "difference of two moments of inertia", "[14]", shown="yz"),
-    Quantity("M", "c", "M", "mass of body j and all it carries", "[8], [13]", "", "c", "{j}"),
-    Quantity(
-        "MS", "c_([xyz])", r"\mathit{{MS}}", "first moments of body j and all it carries", "[8], [13]", "", "c", shown="x"
-    ),
-    Quantity("J", f"c{INERTIA}", "J", "inertia of body j and all it carries", "[8], [13]", "", "c", shown="xx"),
-    Quantity(
-        "Js", ENTRY, "J", "articulated inertia of body j and all it carries", "[32], [56]",
-        r"{}^{j}\mathbf{J}^{*}_{j}", "*", shown="mn",
-    ),
-    Quantity("U", SIX, "U", "column of the articulated inertia along the joint", "[28], [50]", shown="k"),
-    Quantity("H", "", "H", "inertia that joint j sees", "[28], [50]", "H_{j}", below="{j}"),
-    Quantity("Hinv", "", "H", "its inverse", "[29], [51]", "H_{j}^{-1}", "-1", "{j}"),
-    Quantity("rho", "", r"\rho", "rotor inertia over the inertia that joint j sees", "[29]", r"\mathit{Ia}_{j}\,H_{j}^{-1}", below="{j}"),
-    Quantity(
-        "UH", SIX, r"\overline{{U_{{{j},{c}}}\,H_{{{j}}}^{{-1}}}}",
-        "column of the articulated inertia over the inertia that joint j sees, computed once",
-        "[29], [51]", r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}\,H_{j}^{-1}", below="", shown="k",
-    ),
-    Quantity(
-        "K", ENTRY, "K", "articulated inertia that body j shows its antecedent", "[29], [51], [53]",
-        r"{}^{j}\mathbf{K}_{j}", shown="mn",
-    ),
-    Quantity(
-        "al", SIX, r"\boldsymbol{{\alpha}}", "wrench of joint j where its antecedent has no acceleration",
-        "[30], [52], [54]", r"{}^{j}\boldsymbol{\alpha}_{j}", shown="k",
-    ),
-    Quantity(
-        "f", SIX, "f", "wrench that the antecedent exerts on body j", "[15], [35], [58]", r"{}^{j}\mathbf{f}_{j}", shown="k"
-    ),
+    Quantity("qd", "", r"\dot{q}", "", "@", "", "[3]", "velocity of joint j"),
+    Quantity("qdd", "", r"\ddot{q}", "", "@", "", "[34], [59]", "acceleration of joint j"),
+    Quantity("tau", "", r"\Gamma", "", "@", "", "[8], [61]", "torque or force of motor j"),
+    Quantity("Gamma", "", r"\bar{\Gamma}", "", "@", r"\Gamma_{j}", "[9], [17], [61]",
+             "what moves joint j: motor, spring, damper, less friction"),
+    Quantity("cos", "theta", r"\mathrm{C}", r"\theta", "@", r"\cos\theta_{j}", "[1]", "cosine of the whole angle"),
+    Quantity("sin", "theta", r"\mathrm{S}", r"\theta", "@", r"\sin\theta_{j}", "[1]", "sine of the whole angle"),
+    Quantity("P", "r", "P", "", r"@,\mathrm{r}", "r_{j}", "[1]", "whole shift along the axis of joint j"),
+    Quantity("P", "axis", "P", "", "@#", "{}^{0}P_{j}", "[2]", "origin of frame j, in frame 0"),
+    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "A"),
+    Quantity("A", "entry", "A", "", "@,#", "{}^{0}A_{j}", "[2]", "orientation of frame j, in frame 0"),
+    Quantity("w", "axis", r"\omega", "", "@#", r"{}^{j}\omega_{j}", "[3]", "angular velocity of body j"),
+    Quantity("ww", "square", r"\overline{\omega_{@<}^{2}}", "", "", "", "[7], [14]", "square of an angular velocity"),
+    Quantity("ww", "product", r"\overline{\omega_{@<}\,\omega_{@>}}", "", "", "", "[7], [14]",
+             "product of angular velocities"),
+    Quantity("wd", "axis", r"\dot{\omega}", "", "@#", r"{}^{j}\dot{\omega}_{j}", "[6]", "angular acceleration of body j"),
+    Quantity("v", "axis", "V", "", "@#", "{}^{j}V_{j}", "[3]", "velocity of the origin of frame j"),
+    Quantity("vd", "axis", r"\dot{V}", "", "@#", r"{}^{j}\dot{V}_{j}", "[6]",
+             "acceleration of the origin of frame j, gravity subtracted"),
+    Quantity("g", "six", r"\gamma", "", "@,#", r"{}^{j}\boldsymbol{\gamma}_{j}", "[7]",
+             "part of the acceleration that depends on velocities only"),
+    Quantity("b", "six", r"\beta", "", "@,#", r"{}^{j}\boldsymbol{\beta}_{j}", "[14]",
+             "centrifugal, gyroscopic and external wrench of body j"),
+    Quantity("bs", "six", r"\beta", "*", "@,#", r"{}^{j}\boldsymbol{\beta}^{*}_{j}", "[31], [55]",
+             "the same for body j and what it carries"),
+    Quantity("M", "c", "M", r"\mathrm{c}", "@", "", "[8], [13]", "mass of body j and all it carries"),
+    Quantity("MS", "axis", r"\mathit{MS}", "", "@#", r"{}^{j}\mathit{MS}_{j}", "[13]", "first moments of body j"),
+    Quantity("MS", "c axis", r"\mathit{MS}", r"\mathrm{c}", "@#", "", "[8], [13]",
+             "first moments of body j and all it carries"),
+    Quantity("J", "moment", "J", "", "@#", "{}^{j}J_{j}", "[13]", "inertia of body j about the origin of frame j"),
+    Quantity("J", "c moment", "J", r"\mathrm{c}", "@#", "", "[8], [13]", "inertia of body j and all it carries"),
+    Quantity("dJ", "product", r"\Delta J", "", "@#", "", "[14]", "difference of two moments of inertia of body j"),
+    Quantity("Js", "entry", "J", "*", "@,#", r"{}^{j}\mathbf{J}^{*}_{j}", "[32], [56]",
+             "articulated inertia of body j and what it carries"),
+    Quantity("U", "six", "U", "", "@,#", r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}", "[28], [50]",
+             "articulated inertia along the joint axis"),
+    Quantity("H", "", "H", "", "@", "", "[28], [50]", "inertia that joint j moves"),
+    Quantity("Hinv", "", "H", "-1", "@", "", "[29], [51]", "its inverse"),
+    Quantity("rho", "", r"\rho", "", "@", r"\mathit{Ia}_{j}\,H_{j}^{-1}", "[29]", "share of the rotor in this inertia"),
+    Quantity("UH", "six", r"\overline{U_{@,#}H_{@}^{-1}}", "", "",
+             r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}\,H_{j}^{-1}", "[29], [51]",
+             "articulated inertia along the joint axis, over the inertia that joint j moves"),
+    Quantity("K", "entry", "K", "", "@,#", r"{}^{j}\mathbf{K}_{j}", "[29], [51], [53]",
+             "what its antecedent feels of this articulated inertia"),
+    Quantity("al", "six", r"\boldsymbol{\alpha}", "", "@,#", r"{}^{j}\boldsymbol{\alpha}_{j}", "[30], [52], [54]",
+             "wrench at joint j that does not depend on the acceleration of its antecedent"),
+    Quantity("f", "six", "f", "", "@,#", r"{}^{j}\mathbf{f}_{j}", "[15], [35], [58]",
+             "wrench of the antecedent on body j"),
 )
+# fmt: on
+FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}", "sign": r"\mathrm{sign}"}
+RESULTS = {"qdd": r"\ddot{q}", "tau": r"\Gamma", "A": "A", "H": "H", "T": "{}^{0}T"}
+GREEK = frozenset(
+    """alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
+    Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega""".split()
+)
+
+
+@cache
+def _pattern(component: str) -> re.Pattern[str]:
+    return re.compile(rf"(?P<j>\d+){COMPONENTS[component][0]}(?P<part>[a-z]*)", re.ASCII)
+
+
+_BY_NAME: dict[str, list[Quantity]] = {}
+for _row in TABLE:
+    _BY_NAME.setdefault(_row.name, []).append(_row)
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A line of the list of symbols."""
+
+    symbol: str
+    paper: str
+    equations: str
+    meaning: str
+
+
+class Notation:
+    """LaTeX of the names of one program; no two names share a symbol."""
+
+    def __init__(self, program: Program) -> None:
+        self.outputs = {output.name for output in program.outputs}
+        self.used: set[Quantity] = set()
+        self.parts = False
+        self.symbols: dict[str, str] = {}
+        given = [name for argument in program.inputs for name in argument.symbols]
+        assigned = [s.name for s in (*program.once, *program.statements)]
+        self._users = {*given, *program.used}
+        self._claim({name: self._quantity(name) for name in (*assigned, *given)})
+        self._claim({name: user_symbol(name) for name in (*given, *sorted(program.used), *assigned)})
+
+    def __getitem__(self, name: str) -> str:
+        return self.symbols[name]
+
+    def _claim(self, wanted: Mapping[str, str]) -> None:
+        taken = set(self.symbols.values())
+        for name, symbol in wanted.items():
+            if symbol and name not in self.symbols:
+                self.symbols[name] = literal(name) if symbol in taken else symbol
+                taken.add(self.symbols[name])
+
+    def _quantity(self, name: str) -> str:
+        """Symbol of a quantity of the table; empty for any other name."""
+        function, _, argument = name.partition("_")
+        if function in FUNCTIONS and argument in self._users:
+            return f"{FUNCTIONS[function]}_{{{self._quantity(argument) or user_symbol(argument)}}}"
+        letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
+        for row in _BY_NAME.get(letters, ()):
+            found = _pattern(row.component).fullmatch(name, len(letters))
+            if found and (not row.output or row.output in self.outputs):
+                self.used.add(row)
+                self.parts |= bool(found["part"])
+                return row.symbol(found["j"], found.groupdict().get("c") or "", found["part"])
+        return ""
+
+    def meanings(self) -> Iterator[Meaning]:
+        """The quantities that occur, in the order of the table."""
+        for row in TABLE:
+            if row in self.used:
+                yield Meaning(row.symbol(), row.paper, row.equations, row.meaning)
+
+
+def user_symbol(name: str) -> str:
+    r"""Symbol of a name that a user chose: t1 is t_{1}, RL4 \mathit{RL}_{4}, k_tool k_{\mathrm{tool}}."""
+    found = re.fullmatch("([A-Za-z]+)(?:_?([0-9]+)|_([A-Za-z]+[0-9]*))?", name, re.ASCII)
+    if not found:
+        return literal(name)
+    letters, number, word = found.groups()
+    base = letters if len(letters) == 1 else rf"\{letters}" if letters in GREEK else rf"\mathit{{{letters}}}"
+    below = number or (rf"\mathrm{{{word}}}" if word else "")
+    return base + (f"_{{{below}}}" if below else "")
+
+
+def literal(name: str) -> str:
+    """A name as it is written in the machine's file."""
+    escaped = name.replace("_", r"\_")
+    return rf"\mathit{{{escaped}}}"

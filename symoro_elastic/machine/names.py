@@ -28,12 +28,12 @@ MODELS = (
     "linearization",
 )
 
-# Intermediate variables of generated code: `<letters><joint number>`, the same followed by
-# `_<component>`, and `<prefix><anything>`.
+# Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
+# `<letters><joint number>_<component>`, and `<prefix><anything>`.
 QUANTITIES: dict[str, Collection[str]] = {
-    "scalars": _words("H Hinv Gamma qd qdd tau rho"),
-    "components": _words("A P w wd W v vd g b bs J MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V"),
-    "prefixes": ("sin_", "cos_"),
+    "scalars": _words("H Hinv Gamma Gb qd qdd tau rho"),
+    "components": _words("A P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V"),
+    "prefixes": ("sin_", "cos_", "sign_", "result_"),
 }
 
 GENERATED = _words(
@@ -59,10 +59,10 @@ KEYWORDS = _words(
 
 LIBRARY = _words(
     """
-    I NULL NAN INFINITY EOF HUGE_VAL HUGE_VALF HUGE_VALL HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
+    I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
-    isnormal signbit fpclassify math_errhandling linux unix near far main printf malloc free memcpy size_t
-    fabs pow copysign fmin fmax exp log hypot fma
+    isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
+    math_errhandling linux unix near far main printf malloc free memcpy size_t fabs pow copysign fmin fmax exp log hypot fma
     range len tuple list dict zip enumerate isinstance print abs min max sum any map type object ValueError TypeError
     KeyError
     """
@@ -70,8 +70,8 @@ LIBRARY = _words(
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _MACRO = re.compile(
-    r"M_(E|LOG2E|LOG10E|LN2|LN10|PI|PI_2|PI_4|1_PI|2_PI|2_SQRTPI|SQRT2|SQRT1_2)[lf]?"
-    r"|(FP|DBL|FLT|LDBL|MATH)_[A-Z0-9_]+|[A-Z]+_(MIN|MAX)",
+    r"M_(E|LOG2E|LOG10E|LN2|LN10|PI|PI_2|PI_4|1_PI|2_PI|2_SQRTPI|SQRT2|SQRT1_2)(l|f\d*x?)?"
+    r"|HUGE_VAL\w*|SNAN[FL]?\d*X?|(FP|DBL|FLT|LDBL|MATH)_[A-Z0-9_]+|[A-Z]+_(MIN|MAX)",
     re.ASCII,
 )
 
@@ -94,7 +94,7 @@ def reserved(name: str) -> str | None:
 
 
 def _quantity(name: str) -> str | None:
-    scalar = re.fullmatch(r"([A-Za-z]+)\d+", name, re.ASCII)
+    scalar = re.fullmatch(r"([A-Za-z]+)\d+[a-z]*", name, re.ASCII)
     component = re.fullmatch(r"([A-Za-z]+)\d+_.*", name, re.ASCII)
     if (
         (scalar and scalar[1] in QUANTITIES["scalars"])

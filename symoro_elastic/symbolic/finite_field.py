@@ -1,9 +1,9 @@
 """Exact arithmetic modulo a large prime, angles included.
 
 A quantity that is identically zero vanishes at every choice of its variables; one that is not
-vanishes at random values with a probability of about 1e-24. Cosine and sine of an angle are the
+vanishes at random values with a probability of about 1e-15. Cosine and sine of an angle are the
 coordinates of a point of the circle x^2 + y^2 = 1 over the field. That group is cyclic of order
-PRIME + 1 = 16 TORSION ELL, so a multiple of pi with a denominator that divides TORSION / 2 and
+PRIME + 1 = 11 TORSION ELL, so a multiple of pi with a denominator that divides TORSION / 2 and
 any rational number of radians both have an exact image, sums of angles included.
 """
 
@@ -13,9 +13,11 @@ import random
 from fractions import Fraction
 from functools import cache
 
-PRIME = 11156590815779536889932799
+PRIME = 4614990852022238441880510100949231999999
 ELL = 2305843009213693967
-TORSION = 302400
+FACTORS = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31)
+TORSION = 2**10 * 3**5 * 5**6 * 7**2 * 11 * 13 * 17 * 19 * 23 * 29 * 31
+ODD_PI = 1414213562373095049
 
 Point = tuple[int, int]
 
@@ -71,11 +73,18 @@ def _inverse(value: int) -> int:
 
 
 def circle_of_pi(multiple: Fraction) -> Point:
-    """Image of (cos, sin) of `multiple` pi; a random point where the denominator does not fit."""
+    """Image of (cos, sin) of `multiple` pi.
+
+    Where the denominator does not fit, the angle must be less than pi/2, and up to pi/4 is taken for
+    some radians: its complement and sums of small ones are exact, but 37 times pi/37 is not pi.
+    """
     steps = multiple * TORSION / 2
-    if steps.denominator != 1:
-        return circle_of_radians(Fraction(hash(multiple) % ELL))
-    return _power(_torsion_point(), steps.numerator % TORSION)
+    if steps.denominator == 1:
+        return _power(_torsion_point(), steps.numerator % TORSION)
+    if 4 * multiple <= 1:
+        return circle_of_radians(multiple * ODD_PI)
+    cosine, sine = circle_of_radians((Fraction(1, 2) - multiple) * ODD_PI)
+    return sine, cosine
 
 
 def circle_of_radians(radians: Fraction) -> Point:
@@ -118,6 +127,6 @@ def _torsion_point() -> Point:
     """A point of order TORSION, the image of 2 pi / TORSION."""
     for t in range(2, 1000):
         point = _power(_circle_point(t), (PRIME + 1) // TORSION)
-        if all(_power(point, TORSION // q) != (1, 0) for q in (2, 3, 5, 7)):
+        if all(_power(point, TORSION // q) != (1, 0) for q in FACTORS):
             return point
     raise AssertionError("no generator found")

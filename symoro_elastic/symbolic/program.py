@@ -228,7 +228,7 @@ class _Plan:
         home: dict[int, tuple[int, str]] = {}
         for node in reversed(self.nodes):
             users = [home[u.id] for u in self.users[node.id]]
-            found = min(users, default=(len(position), "result"))
+            found = min(users, default=(len(position), "result_"))
             label = self.names.labels.get(node.id)
             home[node.id] = (position[node.id], label[0].name) if label and node.id in position else found
         return {number: name for number, (_, name) in home.items()}

@@ -95,7 +95,7 @@ BAD = [
     ("Type = 0", "(*! damping = {0, 1} *)", "(*! damping *)", "list of 3"),
     ("Type = 0", "(*! damping = {1, 0, 0} *)", "joint 1 (j1), damping", "only an elastic one"),
     ("Type = 0", "(*! neutral = {0, a.b, 0} *)", "joint 2 (j2), neutral", "not arithmetic"),
-    ("Type = 0", "(*! central = {j9 = {0}} *)", "(*! central *)", "there are: j1, j2, j3"),
+    ("Type = 0", "(*! central = {j9 = {0}} *)", "(*! central *)", "no joint 'j9'"),
     ("Type = 0", "(*! central = {j2 = {0}} *)", "joint 2 (j2), central", "list of 9"),
     ("Type = 0", "(*! central = {j2 = {1, 0, 0, 0, 0, 0, 0, 0, 0}} *)", "joint 2 (j2), central", "does not agree"),
     ("Type = 0", "(*! scene = {models = {direct_dynamic}} *)", "scene, models", "did you mean 'direct_dynamics'"),

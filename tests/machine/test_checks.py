@@ -58,7 +58,9 @@ def test_inertia_that_no_body_has(body: str, said: str) -> None:
     [
         "mass = 2, inertia = [1, 1, 2]",  # a disc: equality
         "mass = 2, first_moments = [6, 0, 0], inertia_at_origin = [0, 18, 18]",  # a point
-        "mass = 0.3, first_moments = [0.03, 0.06, 0.09], inertia_at_origin = [0.039, -0.006, -0.009, 0.03, -0.018, 0.015]",
+        # a point of 0.3 kg at (0.1, 0.2, 0.3) m, up to rounding
+        "mass = 0.3, first_moments = [0.03, 0.06, 0.09], "
+        "inertia_at_origin = [0.039, -0.006, -0.009, 0.03, -0.018, 0.015]",
         'mass = "K2", inertia = [1, 2, 4]',  # K2 has no value
         "mass = 5",
     ],

@@ -70,7 +70,7 @@ def test_a_joint_name_goes_before_the_variable_of_another(tmp_path: Path) -> Non
         ("gravty = false", "gravty", "did you mean 'gravity'"),
         ("[scene]\nx = 1", "scene, x", "no such key"),
         ("gravity = false\n[scene]", "gravity", "no such key"),
-        ("gravity =", "line 1, column 10", "not TOML"),
+        ("gravity = ;", "line 1, column 11", "not TOML"),
     ],
 )
 def test_what_the_machine_has_not(text: str, place: str, reason: str, machine: Machine, tmp_path: Path) -> None:
@@ -102,7 +102,8 @@ def test_a_missing_file(machine: Machine) -> None:
 
 def test_scene_in_a_par_file() -> None:
     text = "NL = 1\nant = {0}\nsigma = {0}\ntheta = {t1}\nd = {L}\n"
-    line = "(*! scene = {models = {jacobian}, outputs = {jacobian = {t1}}, locked = {1 = 2*L}, fold = all, gravity = false} *)"
+    line = "(*! scene = {models = {jacobian}, outputs = {jacobian = {t1}}, "
+    line += "locked = {1 = 2*L}, fold = all, gravity = false} *)"
     scene = par.read(text + line, "").scene
     assert scene.outputs == {"jacobian": ("j1",)} and scene.locked["j1"].text == "2*L"
     assert (scene.fold, scene.gravity) == (ALL, False)

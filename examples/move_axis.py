@@ -1,0 +1,68 @@
+"""A fast move of axis X of the two-axis machine: motor forces, and how far the tool lags behind.
+
+Motors follow a given acceleration and the elastic joints respond: the paper's inverse model.
+Run `symoro-elastic generate examples/two_axis.toml` first, then this file.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "generated"))
+import two_axis  # noqa: E402
+
+X, Y = two_axis.MOTORS
+ELASTIC = list(two_axis.ELASTIC)
+STROKE, DURATION, STEP = 0.02, 0.06, 2e-5
+
+
+def acceleration(t: float) -> np.ndarray:
+    """Smooth motor accelerations that move axis X by STROKE; axis Y is held."""
+    s = t / DURATION
+    peak = 60 * STROKE / DURATION**2
+    return np.array([peak * s * (1 - s) * (1 - 2 * s) if s < 1 else 0.0, 0.0])
+
+
+def rate(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    return two_axis.inverse_dynamics(q, qd, acceleration(t))[1]
+
+
+def at_rest() -> np.ndarray:
+    """Deflections under gravity: Newton on the elastic accelerations, motors held."""
+    q, qd = np.zeros(len(two_axis.JOINTS)), np.zeros(len(two_axis.JOINTS))
+    for _ in range(3):
+        moved = q + 1e-6 * np.eye(len(q))[ELASTIC]
+        slopes = (rate(0.0, moved, qd) - rate(0.0, q, qd))[:, ELASTIC].T / 1e-6
+        q[ELASTIC] -= np.linalg.solve(slopes, rate(0.0, q, qd)[ELASTIC])
+    return q
+
+
+def step(t: float, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One step of Runge and Kutta's fourth-order method."""
+    h = STEP
+    a1 = rate(t, q, qd)
+    a2 = rate(t + h / 2, q + h / 2 * qd, qd + h / 2 * a1)
+    a3 = rate(t + h / 2, q + h / 2 * qd + h**2 / 4 * a1, qd + h / 2 * a2)
+    a4 = rate(t + h, q + h * qd + h**2 / 2 * a2, qd + h * a3)
+    return q + h * qd + h**2 / 6 * (a1 + a2 + a3), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+
+def main() -> None:
+    q = at_rest()
+    qd = np.zeros_like(q)
+    tau, _ = two_axis.inverse_dynamics(q, qd, acceleration(0.0))
+    print(f"holding force of motor Y {tau[1]:.1f} N, sag of the ram {1e6 * q[list(two_axis.JOINTS).index('ram')]:.2f} um")
+    print("  t ms   motor X mm   force X N   bed um   cart um")
+    names = list(two_axis.JOINTS)
+    for k in range(int(1.2 * DURATION / STEP) + 1):
+        t = k * STEP
+        if k % 300 == 0:
+            tau, _ = two_axis.inverse_dynamics(q, qd, acceleration(t))
+            bed, cart = 1e6 * q[names.index("bed_x")], 1e6 * q[names.index("cart_x")]
+            print(f"{1e3 * t:6.1f} {1e3 * q[X]:12.4f} {round(tau[0], 1) + 0.0:11.1f} {bed:8.2f} {cart:9.2f}")
+        q, qd = step(t, q, qd)
+
+
+if __name__ == "__main__":
+    main()

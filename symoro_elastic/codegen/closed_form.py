@@ -1,0 +1,274 @@
+"""Short results written out in the joint variables, their rates, the torques and the parameters.
+
+Expressions go to SymPy node by node. What expanding one would cost is counted beforehand, so long
+ones are never tried. Of two forms, products of sines and cosines or sums of angles, the shorter
+is shown, and only where it is short.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import reduce
+from typing import Any
+
+from symoro_elastic.codegen.latex import (
+    NAMED,
+    Equation,
+    array_symbols,
+    entry_symbols,
+    matrix,
+    number,
+    product,
+    result_rows,
+)
+from symoro_elastic.codegen.notation import Notation
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
+from symoro_elastic.symbolic.expression import (
+    ADD,
+    ATAN2,
+    COS,
+    COSPI,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    PI,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    SYMBOL,
+    Expression,
+    Scalar,
+    reachable,
+)
+from symoro_elastic.symbolic.program import Output
+
+MAX_OPERATIONS = 400
+MAX_TERMS = 256
+MAX_TERMS_IN_ALL = 768
+MAX_LENGTH = 200
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """A SymPy expression and its LaTeX."""
+
+    expression: Any
+    latex: str
+
+
+@dataclass(frozen=True)
+class Size:
+    """Of an expression written out: operations, terms above and below the fraction bar once expanded."""
+
+    operations: int = 0
+    over: int = 1
+    under: int = 1
+
+    @property
+    def terms(self) -> int:
+        """All terms."""
+        return self.over + self.under
+
+
+def closed_forms(outputs: Sequence[Output], notation: Notation) -> dict[int, ClosedForm]:
+    """Short closed forms by expression id, the smallest first, until about a second is spent."""
+    import sympy
+
+    sizes = written_out(x for output in outputs for x in output.entries)
+    wanted = {x.id: x for output in outputs for x in output.entries if isinstance(x, Expression)}
+    convert, left = _Conversion(sympy), MAX_TERMS_IN_ALL
+    found = {}
+    for x in sorted(wanted.values(), key=lambda x: (sizes[x.id].terms, x.id)):
+        left -= sizes[x.id].terms
+        if left < 0 or sizes[x.id].terms > MAX_TERMS:
+            break
+        form = _shortest(sympy, convert(x), notation) if sizes[x.id].operations <= MAX_OPERATIONS else None
+        if form:
+            found[x.id] = form
+    return found
+
+
+def closed_equations(function: Function, joints: Sequence[str], notation: Notation) -> list[Equation]:
+    """The results of a function that can be written out, entries that are equal in one line.
+
+    Transformation matrices are whole or left out.
+    """
+    outputs = function.program.outputs
+    forms = closed_forms(outputs, notation)
+    rows = result_rows(function, joints)
+    lines: list[Equation] = []
+    for output in outputs:
+        if len(output.shape) == 3:
+            lines += _matrices(output, rows[output.name], forms)
+            continue
+        lefts: dict[int, list[str]] = {}
+        for symbol, x in zip(entry_symbols(output, rows[output.name]), output.entries, strict=True):
+            if isinstance(x, Expression) and x.operation != SYMBOL and x.id in forms:
+                lefts.setdefault(x.id, []).append(symbol)
+        lines += [Equation(" = ".join(symbols), forms[number].latex) for number, symbols in lefts.items()]
+    return lines
+
+
+def _matrices(output: Output, rows: Sequence[str], forms: Mapping[int, ClosedForm]) -> Iterator[Equation]:
+    size = output.shape[1] * output.shape[2]
+    for k, symbol in enumerate(array_symbols(output, rows)):
+        entries = output.entries[k * size : (k + 1) * size]
+        if all(not isinstance(x, Expression) or x.id in forms for x in entries):
+            texts = [forms[x.id].latex if isinstance(x, Expression) else number(x).signed() for x in entries]
+            if sum(map(visible_length, texts)) <= MAX_LENGTH:
+                yield Equation(symbol, matrix(texts, output.shape[2]))
+
+
+def written_out(roots: Iterable[Scalar]) -> dict[int, Size]:
+    """Sizes of the expressions as trees; sines and cosines count double, as sums of angles make two of each."""
+    sizes: dict[int, Size] = {}
+    for node in reachable(roots):
+        parts = [sizes[x.id] if isinstance(x, Expression) else Size() for x in node.operands if node.operation != SYMBOL]
+        sizes[node.id] = _size(node.operation, parts)
+    return sizes
+
+
+def _size(operation: str, parts: Sequence[Size]) -> Size:
+    operations = min(sum(part.operations for part in parts) + (operation not in (SYMBOL, PI)), 10**9)
+    if operation in (ADD, SUBTRACT):
+        a, b = parts
+        over, under = a.over * b.under + b.over * a.under, a.under * b.under
+    elif operation == MULTIPLY:
+        over, under = parts[0].over * parts[1].over, parts[0].under * parts[1].under
+    elif operation == DIVIDE:
+        over, under = parts[0].over * parts[1].under, parts[0].under * parts[1].over
+    elif operation == NEGATE:
+        over, under = parts[0].over, parts[0].under
+    else:
+        over, under = (2 if operation in (SIN, COS) else 1), 1
+    return Size(operations, min(over, 10**9), min(under, 10**9))
+
+
+class _Conversion:
+    """SymPy expressions of nodes."""
+
+    def __init__(self, sympy: Any) -> None:
+        self.sympy = sympy
+        self.found: dict[int, Any] = {}
+        self.operations: dict[str, Callable[..., Any]] = {
+            ADD: lambda a, b: a + b,
+            SUBTRACT: lambda a, b: a - b,
+            MULTIPLY: lambda a, b: a * b,
+            DIVIDE: lambda a, b: a / b,
+            NEGATE: lambda a: -a,
+            SIN: sympy.sin,
+            COS: sympy.cos,
+            SQRT: sympy.sqrt,
+            SIGN: sympy.sign,
+            ATAN2: sympy.atan2,
+            PI: lambda: sympy.pi,
+            COSPI: lambda a: sympy.cos(sympy.pi * a),
+        }
+
+    def __call__(self, x: Scalar) -> Any:
+        if not isinstance(x, Expression):
+            return self.sympy.Rational(Fraction(x).numerator, Fraction(x).denominator)
+        for node in reachable([x]):
+            if node.id not in self.found:
+                self.found[node.id] = self._node(node)
+        return self.found[x.id]
+
+    def _node(self, node: Expression) -> Any:
+        if node.operation == SYMBOL:
+            return self.sympy.Symbol(node.operands[0])
+        operands = [self.found[x.id] if isinstance(x, Expression) else self(x) for x in node.operands]
+        return self.operations[node.operation](*operands)
+
+
+def _shortest(sympy: Any, x: Any, notation: Notation) -> ClosedForm | None:
+    """The shorter of the two forms, if it is short."""
+    from sympy.simplify.fu import TR8
+
+    over, under = (sympy.expand(part) for part in sympy.fraction(sympy.together(x)))
+    if under.is_number:
+        over, under = sympy.expand(over / under), sympy.Integer(1)
+    forms = [over / under, sympy.expand(TR8(over)) / sympy.expand(TR8(under))]
+    try:
+        printed = [ClosedForm(form, _Printer(sympy, notation).text(form).signed()) for form in forms]
+    except LookupError:
+        return None
+    shortest = min(printed, key=lambda form: visible_length(form.latex))
+    return shortest if visible_length(shortest.latex) <= MAX_LENGTH else None
+
+
+def visible_length(latex: str) -> int:
+    """Signs that a LaTeX text shows, roughly."""
+    return len(re.sub(r"\\(mathit|mathrm|d?dot|overline|frac|,)|[{}_^\s]", "", re.sub(r"\\(sin|cos)\b", "sin", latex)))
+
+
+class _Printer:
+    """LaTeX of SymPy expressions in the notation of a program; `LookupError` where there is none."""
+
+    def __init__(self, sympy: Any, notation: Notation) -> None:
+        self.sympy, self.notation = sympy, notation
+        self.functions = {
+            sympy.sin: NAMED[SIN],
+            sympy.cos: NAMED[COS],
+            sympy.sign: NAMED[SIGN],
+            sympy.atan2: NAMED[ATAN2],
+        }
+
+    def text(self, x: Any) -> Text:
+        """An expression."""
+        if x.is_Rational:
+            return number(Fraction(int(x.p), int(x.q)))
+        if x.is_Symbol:
+            return Text(False, self.notation[x.name], ATOM)
+        if x is self.sympy.pi:
+            return Text(False, r"\pi", ATOM)
+        if x.is_Add:
+            return self._sum([self.text(term) for term in x.as_ordered_terms()])
+        coefficient, rest = x.as_coeff_Mul()
+        if coefficient != 1:
+            text = self.text(rest)
+            if coefficient == -1:
+                return text._replace(negative=not text.negative)
+            return product(self.text(coefficient), text)
+        over, under = self.sympy.fraction(x)
+        if under != 1:
+            top, bottom = self.text(over), self.text(under)
+            return Text(top.negative != bottom.negative, rf"\frac{{{top.text}}}{{{bottom.text}}}", ATOM)
+        if x.is_Mul:
+            return reduce(product, map(self.text, sorted(x.as_ordered_factors(), key=self._rank)))
+        if x.is_Pow:
+            return self._power(*x.args)
+        return self._call(x, "")
+
+    def _rank(self, factor: Any) -> int:
+        """Constants, symbols, sums, then functions."""
+        base = factor.base if factor.is_Pow else factor
+        return 0 if base.is_number else 3 if base.is_Function else 2 if base.is_Add else 1
+
+    def _sum(self, terms: list[Text]) -> Text:
+        first = next((k for k, term in enumerate(terms) if not term.negative), None)
+        if first is None:
+            return self._sum([term._replace(negative=False) for term in terms])._replace(negative=True)
+        terms.insert(0, terms.pop(first))
+        rest = "".join(f" {'-' if term.negative else '+'} {term.factor(PRODUCT)}" for term in terms[1:])
+        return Text(False, terms[0].signed() + rest, SUM)
+
+    def _power(self, base: Any, exponent: Any) -> Text:
+        if exponent == self.sympy.Rational(1, 2):
+            return Text(False, rf"\sqrt{{{self.text(base).signed()}}}", ATOM)
+        if base.is_Function:
+            return self._call(base, f"^{{{exponent}}}")
+        text = self.text(base).factor(ATOM)
+        text = f"({text})" if "^" in text else text
+        return Text(False, f"{text}^{{{self.text(exponent).signed()}}}", ATOM)
+
+    def _call(self, x: Any, power: str) -> Text:
+        name = self.functions[x.func] + power
+        texts = [self.text(argument) for argument in x.args]
+        if len(texts) == 1 and texts[0].binding == ATOM and not texts[0].negative:
+            return Text(False, f"{name} {texts[0].text}", PRODUCT)
+        return Text(False, f"{name}({', '.join(text.signed() for text in texts)})", ATOM)

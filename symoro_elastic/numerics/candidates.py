@@ -1,0 +1,110 @@
+"""What is compared with the reference: generated C, generated numpy, and the equations on floats."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.compile import CompiledPackage
+from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.numerics.states import States
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.program import Program
+
+Array = NDArray[np.float64]
+Results = dict[str, Array]
+Candidate = Callable[[TracedModel, States], Results]
+
+_numbers = itertools.count()
+
+
+def c_code(compiled: CompiledPackage, p: Array) -> Candidate:
+    """The compiled functions, state by state."""
+
+    def run(traced: TracedModel, states: States) -> Results:
+        return compiled.call(traced.model.name, p=p, **_arguments(traced, states))
+
+    return run
+
+
+def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
+    """The generated package: all states in one call, or one at a time on plain floats."""
+
+    def run(traced: TracedModel, states: States) -> Results:
+        function = getattr(module, traced.model.name)
+        if stacked:
+            return _named(traced, function(**_arguments(traced, states), p=p))
+        each = [
+            _named(traced, function(**_arguments(traced, states, state), p=p)) for state in range(len(states))
+        ]
+        return {name: np.stack([results[name] for results in each]) for name in traced.rows}
+
+    return run
+
+
+def equations_on_floats(values: Mapping[str, float]) -> Candidate:
+    """The traced program in double precision, without code; NaN where it has no value."""
+
+    def run(traced: TracedModel, states: States) -> Results:
+        rows = [_evaluated(traced.program, _symbols(traced, states, state, values)) for state in range(len(states))]
+        columns = zip(*rows, strict=True)
+        return {
+            output.name: np.array(column, dtype=float)
+            for output, column in zip(traced.program.outputs, columns, strict=True)
+        }
+
+    return run
+
+
+def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
+    """Write a generated numpy package to a folder and import it under a name of its own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    name = f"symoro_elastic_generated_{next(_numbers)}"
+    found = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    if found is None or found.loader is None:
+        raise ImportError(f"{folder} holds no package")
+    module = sys.modules[name] = importlib.util.module_from_spec(found)
+    try:
+        found.loader.exec_module(module)
+    finally:
+        for loaded in [loaded for loaded in sys.modules if loaded == name or loaded.startswith(f"{name}.")]:
+            del sys.modules[loaded]
+    return module
+
+
+def _arguments(traced: TracedModel, states: States, state: int | slice = slice(None)) -> dict[str, Array]:
+    """The arrays that a model takes, of one state or of all."""
+    return {name: getattr(states, name)[state] for name in traced.model.arguments}
+
+
+def _named(traced: TracedModel, results: Any) -> Results:
+    names = tuple(traced.rows)
+    return dict(zip(names, results if len(names) > 1 else (results,), strict=True))
+
+
+def _symbols(traced: TracedModel, states: States, state: int, values: Mapping[str, float]) -> dict[str, float]:
+    symbols = dict(values)
+    for argument in traced.program.inputs:
+        symbols |= zip(argument.symbols, getattr(states, argument.name)[state].tolist(), strict=True)
+    return symbols
+
+
+def _evaluated(program: Program, symbols: Mapping[str, float]) -> list[Sequence[float]]:
+    try:
+        value = evaluate((x for output in program.outputs for x in output.entries), symbols, FLOATS)
+        return [[float(value(x)) for x in output.entries] for output in program.outputs]
+    except (ArithmeticError, ValueError):
+        return [[math.nan] * len(output.entries) for output in program.outputs]

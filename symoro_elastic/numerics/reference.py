@@ -1,0 +1,273 @@
+"""Models in 50 digits by another way than the recursions that the generated code carries out.
+
+The dynamic models are A and H, springs from the table, and the solution of linear systems; the
+frames are products of 4x4 matrices. Constants are those of the table, folded or not.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
+from symoro_elastic.models.catalogue import TracedModel, trace
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
+from symoro_elastic.symbolic.expression import ATAN2, COS, PI, SIN, SQRT
+from symoro_elastic.symbolic.program import Program
+
+DIGITS = 50
+ULP = Fraction(1, 1 << 52)
+
+Numbers = list[Any]
+Matrix = list[Numbers]
+State = Mapping[str, Sequence[float]]
+
+
+class Singular(ArithmeticError):
+    """The linear system of a model has no solution at this state."""
+
+
+class Reference:
+    """The models of a machine, in many digits.
+
+    `values` are the numbers that the generated code is given; `folded` names stand for the
+    exact values of the machine. `solved` False asks for the traced models themselves, for
+    machines so large that solving takes too long.
+    """
+
+    def __init__(self, machine: Machine, values: Mapping[str, float], folded: Sequence[str], solved: bool) -> None:
+        self.machine, self.solved = machine, solved
+        self.values = {name: value for name, value in values.items() if name not in folded}
+        self.exact = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
+        self.inertia = trace(machine, "inertia_matrix").program
+        self.bias = trace(machine, "bias_forces").program
+
+    def at(self, state: State, moved: random.Random | None = None) -> Point:
+        """The models at a state; with `moved`, at random one ulp from it: state, parameters, constants."""
+        arithmetic = multiprecision(DIGITS)
+        return Point(self, state, arithmetic if moved is None else _rounded(arithmetic, moved), moved)
+
+    @cached_property
+    def newton_euler(self) -> Program:
+        """Gamma for given accelerations of all joints: every joint a motor."""
+        joints = tuple(
+            replace(joint, kind=Kind.MOTOR, spring=Spring()) if joint.sigma != 2 else joint
+            for joint in self.machine.joints
+        )
+        return trace(replace(self.machine, joints=joints), "inverse_dynamics").program
+
+    def disagreement(self, state: State, seed: int = 0) -> float:
+        """A x + H against Newton and Euler's recursion at random accelerations x, relative."""
+        point, source = self.at(state), random.Random(seed)
+        x = [point.arithmetic.number(source.uniform(-1, 1)) for _ in self.machine.moving]
+        wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
+        found = point.run(self.newton_euler, {"q": point.q, "qd": point.qd, "qdd_motor": x})["tau"]
+        return distance(found, wanted)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A reference at one state."""
+
+    reference: Reference
+    state: State
+    arithmetic: Arithmetic
+    moved: random.Random | None = None
+
+    def model(self, traced: TracedModel) -> dict[str, Numbers]:
+        """Results of a model, entry by entry. Raises `Singular`."""
+        own = {"geometric_model": self._frames, "inertia_matrix": self._inertia, "bias_forces": self._bias}
+        if self.reference.solved:
+            own |= {"direct_dynamics": self._direct, "inverse_dynamics": self._inverse}
+        if traced.model.name in own:
+            return own[traced.model.name](traced)
+        return self.run(traced.program, {argument: self._numbers(argument) for argument in traced.model.arguments})
+
+    def run(self, program: Program, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
+        """Results of a traced program in this arithmetic."""
+        symbols = dict(self.names)
+        for argument in program.inputs:
+            symbols |= zip(argument.symbols, arguments[argument.name], strict=True)
+        value = evaluate((x for o in program.outputs for x in o.entries), symbols, self.arithmetic)
+        return {output.name: [value(x) for x in output.entries] for output in program.outputs}
+
+    def cell(self, formula: Formula) -> Any:
+        """A cell of the table."""
+        return formula.evaluate(self.names, self._functions, self.arithmetic.number)
+
+    @cached_property
+    def names(self) -> dict[str, Any]:
+        """Values of pi and of the parameters."""
+        names = {"pi": self.arithmetic.operations[PI]()}
+        exact = {
+            name: formula.evaluate(names, self._functions, self.arithmetic.number)
+            for name, formula in self.reference.exact.items()
+        }
+        return names | exact | {name: self._input(x) for name, x in self.reference.values.items()}
+
+    @cached_property
+    def _functions(self) -> dict[str, Callable[..., Any]]:
+        operations = self.arithmetic.operations
+        functions = {name: operations[name] for name in (SIN, COS, SQRT, ATAN2)}
+        return {**functions, "tan": lambda x: functions[SIN](x) / functions[COS](x)}
+
+    @cached_property
+    def q(self) -> Numbers:
+        """Joint variables."""
+        return self._numbers("q")
+
+    @cached_property
+    def qd(self) -> Numbers:
+        """Joint velocities."""
+        return self._numbers("qd")
+
+    @cached_property
+    def A(self) -> Matrix:
+        """The inertia matrix [8]."""
+        n = len(self.q)
+        entries = self.run(self.reference.inertia, {"q": self.q})["A"]
+        return [entries[row * n : (row + 1) * n] for row in range(n)]
+
+    @cached_property
+    def H(self) -> Numbers:
+        """Bias forces, friction included."""
+        return self.run(self.reference.bias, {"q": self.q, "qd": self.qd})["H"]
+
+    def _numbers(self, argument: str) -> Numbers:
+        return [self._input(x) for x in self.state[argument]]
+
+    def _input(self, x: float) -> Any:
+        """A number given to the generated code; one ulp off where that is asked for."""
+        exact = Fraction(float(x))
+        return multiprecision(DIGITS).number(exact if self.moved is None else _one_ulp_off(exact, self.moved))
+
+    def _joints(self) -> list[Joint]:
+        return [self.reference.machine.joints[j - 1] for j in self.reference.machine.moving]
+
+    def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
+        """Entries of the joints with these numbers."""
+        by_number = dict(zip(self.reference.machine.moving, entries, strict=True))
+        return [by_number[j] for j in rows]
+
+    def _inertia(self, traced: TracedModel) -> dict[str, Numbers]:
+        asked = traced.rows["A"]
+        return {"A": [x for row in self._of_joints(self.A, asked) for x in self._of_joints(row, asked)]}
+
+    def _bias(self, traced: TracedModel) -> dict[str, Numbers]:
+        return {"H": self._of_joints(self.H, traced.rows["H"])}
+
+    def _exerted(self) -> Numbers:
+        """Gamma of the joints without motor: -k (q - q0) - d qd [9]."""
+        return [
+            -self.cell(joint.spring.stiffness) * (q - self.cell(joint.spring.neutral))
+            - self.cell(joint.spring.damping) * qd
+            if joint.kind is Kind.ELASTIC
+            else self.arithmetic.number(0)
+            for joint, q, qd in zip(self._joints(), self.q, self.qd, strict=True)
+        ]
+
+    def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
+        """A qdd = Gamma - H."""
+        Gamma, tau = self._exerted(), iter(self._numbers("tau"))
+        for k, joint in enumerate(self._joints()):
+            if joint.kind is Kind.MOTOR:
+                Gamma[k] = next(tau)
+        qdd = solve(self.A, [g - h for g, h in zip(Gamma, self.H, strict=True)])
+        return {"qdd": self._of_joints(qdd, traced.rows["qdd"])}
+
+    def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
+        """Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11]."""
+        Gamma, given = self._exerted(), iter(self._numbers("qdd_motor"))
+        motors = [joint.kind is Kind.MOTOR for joint in self._joints()]
+        soft = [k for k, motor in enumerate(motors) if not motor]
+        qdd = [next(given) if motor else self.arithmetic.number(0) for motor in motors]
+        right = [Gamma[k] - self.H[k] - dot(self.A[k], qdd) for k in soft]
+        for k, x in zip(soft, solve([[self.A[k][i] for i in soft] for k in soft], right), strict=True):
+            qdd[k] = x
+        tau = [dot(row, qdd) + h for row, h in zip(self.A, self.H, strict=True)]
+        return {name: self._of_joints(x, traced.rows[name]) for name, x in (("tau", tau), ("qdd", qdd))}
+
+    def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
+        """0Tj = 0Ti iTj [2]."""
+        zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
+        placed: list[Matrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
+        variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
+        for j, joint in enumerate(self.reference.machine.joints, start=1):
+            placed.append(product(placed[joint.antecedent], self._placement(joint, variables.get(j, zero))))
+        return {"T": [x for j in traced.rows["T"] for row in placed[j] for x in row]}
+
+    def _placement(self, joint: Joint, q: Any) -> Matrix:
+        """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
+        theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
+        r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
+        before = product(self._about_z(self.cell(joint.gamma), self.cell(joint.b)), self._about_x(joint))
+        return product(before, self._about_z(theta, r))
+
+    def _about_z(self, angle: Any, shift: Any) -> Matrix:
+        c, s = self._functions[COS](angle), self._functions[SIN](angle)
+        return [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, shift], [0, 0, 0, 1]]
+
+    def _about_x(self, joint: Joint) -> Matrix:
+        alpha, d = self.cell(joint.alpha), self.cell(joint.d)
+        c, s = self._functions[COS](alpha), self._functions[SIN](alpha)
+        return [[1, 0, 0, d], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]]
+
+
+def _rounded(arithmetic: Arithmetic, source: random.Random) -> Arithmetic:
+    """The arithmetic with every constant that double precision rounds one ulp off."""
+    moved: dict[Fraction, Any] = {}
+
+    def number(x: Fraction | int) -> Any:
+        if isinstance(x, int) or Fraction(float(x)) == x:
+            return arithmetic.number(x)
+        if x not in moved:
+            moved[x] = arithmetic.number(_one_ulp_off(x, source))
+        return moved[x]
+
+    return Arithmetic(number, arithmetic.operations)
+
+
+def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:
+    return x * (1 + source.choice((-1, 1)) * ULP)
+
+
+def dot(row: Sequence[Any], column: Sequence[Any]) -> Any:
+    """Sum of products."""
+    return sum(x * y for x, y in zip(row, column, strict=True))
+
+
+def product(first: Matrix, second: Matrix) -> Matrix:
+    """Matrix product."""
+    columns = list(zip(*second, strict=True))
+    return [[dot(row, column) for column in columns] for row in first]
+
+
+def solve(matrix: Matrix, right: Numbers) -> Numbers:
+    """Gaussian elimination with partial pivoting; raises `Singular`."""
+    rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
+    n = len(rows)
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        if rows[k][k] == 0:
+            raise Singular("the inertia matrix is singular here")
+        for row in rows[k + 1 :]:
+            factor = row[k] / rows[k][k]
+            if factor:
+                row[k + 1 :] = [x - factor * y for x, y in zip(row[k + 1 :], rows[k][k + 1 :], strict=True)]
+    solution: Numbers = []
+    for k in reversed(range(n)):
+        solution.insert(0, (rows[k][n] - dot(rows[k][k + 1 : n], solution)) / rows[k][k])
+    return solution
+
+
+def distance(found: Sequence[Any], wanted: Sequence[Any]) -> float:
+    """Largest difference over the largest wanted entry; infinite where all of these are zero and those are not."""
+    difference = max((abs(x - y) for x, y in zip(found, wanted, strict=True)), default=0)
+    scale = max((abs(y) for y in wanted), default=0)
+    return float(difference / scale) if scale else 0.0 if not difference else float("inf")

@@ -1,0 +1,183 @@
+"""Test states of a machine, stacked: moderate and extreme ones, deterministic by seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.numerics.values import Values, parameter_values
+
+Array = NDArray[np.float64]
+Rng = np.random.Generator
+
+ARGUMENTS = ("q", "qd", "tau", "qdd_motor")
+
+
+@dataclass(frozen=True)
+class States:
+    """States along the first axis: q and qd of the moving joints, tau and qdd_motor of the motors.
+
+    SI units, radians; `titles` says what is special about each state.
+    """
+
+    q: Array
+    qd: Array
+    tau: Array
+    qdd_motor: Array
+    titles: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.titles)
+
+    def __add__(self, other: States) -> States:
+        arrays = [np.concatenate([mine, others]) for mine, others in zip(self.arrays, other.arrays, strict=True)]
+        return States(*arrays, self.titles + other.titles)
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array]:
+        """q, qd, tau, qdd_motor."""
+        return self.q, self.qd, self.tau, self.qdd_motor
+
+    def at(self, state: int) -> dict[str, Array]:
+        """The arguments of one state, by name."""
+        return dict(zip(ARGUMENTS, (array[state] for array in self.arrays), strict=True))
+
+
+@dataclass(frozen=True)
+class _Variable:
+    """What a state has to know of a joint: kind, and the place and extent of its ordinary motion."""
+
+    revolute: bool
+    motor: bool
+    centre: float
+    extent: float
+
+
+@dataclass
+class _State:
+    q: list[float]
+    qd: list[float]
+    tau: list[float]
+    qdd_motor: list[float]
+
+
+def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
+    """Angles within pi, slides within 0.5 m, velocities within 2, torques within 20, accelerations within 5.
+
+    Elastic joints are within 0.5 of their neutral position in every other state, and otherwise
+    within the deflection of 1 kN or 1 kN m.
+    """
+    variables = _variables(machine, values or parameter_values(machine, seed))
+    rng = np.random.default_rng([seed, 1])
+    return _stacked([("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)])
+
+
+def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
+    """Rest, quarter turns and one ulp off them, angles to 1e8 rad, velocities from 1e-6 to 1e6, ...
+
+    Slides go to 1 km, torques and motor accelerations to 1e8, and one state in eight mixes all.
+    """
+    variables = _variables(machine, values or parameter_values(machine, seed))
+    rng = np.random.default_rng([seed, 2])
+    found = []
+    for k in range(count):
+        title, change = EXTREMES[k % len(EXTREMES)]
+        state = _moderate(variables, rng, wide=k % 2 == 0)
+        change(state, variables, rng)
+        found.append((title, state))
+    return _stacked(found)
+
+
+def _stacked(states: Sequence[tuple[str, _State]]) -> States:
+    columns = ([getattr(state, name) for _, state in states] for name in ARGUMENTS)
+    return States(*(np.array(column, dtype=float) for column in columns), tuple(title for title, _ in states))
+
+
+def _variables(machine: Machine, values: Values) -> list[_Variable]:
+    return [_variable(machine.joints[j - 1], values) for j in machine.moving]
+
+
+def _variable(joint: Joint, values: Values) -> _Variable:
+    revolute = joint.sigma == 0
+    if joint.kind is not Kind.ELASTIC:
+        return _Variable(revolute, joint.kind is Kind.MOTOR, 0.0, math.pi if revolute else 0.5)
+    stiffness, neutral = joint.spring.stiffness.value(values), joint.spring.neutral.value(values)
+    deflection = 1e3 / stiffness if stiffness > 0 else 0.5
+    return _Variable(revolute, False, neutral, min(0.5, max(deflection, 1e-2 * abs(neutral))))
+
+
+def _moderate(variables: Sequence[_Variable], rng: Rng, wide: bool) -> _State:
+    motors = sum(v.motor for v in variables)
+    extents = [max(v.extent, 0.5) if wide else v.extent for v in variables]
+    return _State(
+        [v.centre + extent * float(rng.uniform(-1, 1)) for v, extent in zip(variables, extents, strict=True)],
+        rng.uniform(-2, 2, len(variables)).tolist(),
+        rng.uniform(-20, 20, motors).tolist(),
+        rng.uniform(-5, 5, motors).tolist(),
+    )
+
+
+def _magnitude(rng: Rng, low: float, high: float) -> float:
+    """Either sign, its size spread evenly over the decades from 10^low to 10^high."""
+    return float(10 ** rng.uniform(low, high) * rng.choice([-1.0, 1.0]))
+
+
+def _rest(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    state.qd = [0.0] * len(state.qd)
+    state.tau = [0.0] * len(state.tau)
+    state.qdd_motor = [0.0] * len(state.qdd_motor)
+
+
+def _quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    for k, variable in enumerate(variables):
+        if variable.revolute:
+            state.q[k] = int(rng.integers(-4, 5)) * math.pi / 2
+
+
+def _nearly_quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    _quarter_turns(state, variables, rng)
+    for k, variable in enumerate(variables):
+        if variable.revolute:
+            state.q[k] = math.nextafter(state.q[k], math.copysign(math.inf, rng.uniform(-1, 1)))
+
+
+def _far(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    for k, variable in enumerate(variables):
+        state.q[k] = _magnitude(rng, 2, 8) if variable.revolute else _magnitude(rng, -3, 3)
+
+
+def _velocities(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    state.qd = [0.0 if rng.random() < 0.2 else _magnitude(rng, -6, 6) for _ in state.qd]
+
+
+def _torques(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    state.tau = [_magnitude(rng, 2, 8) for _ in state.tau]
+    state.qdd_motor = [_magnitude(rng, 2, 8) for _ in state.qdd_motor]
+
+
+def _everything(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    _far(state, variables, rng)
+    _velocities(state, variables, rng)
+    _torques(state, variables, rng)
+
+
+def _zero(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
+    _rest(state, variables, rng)
+    state.q = [0.0] * len(state.q)
+
+
+EXTREMES: tuple[tuple[str, Callable[[_State, Sequence[_Variable], Rng], None]], ...] = (
+    ("at rest", _rest),
+    ("at quarter turns", _quarter_turns),
+    ("one ulp off quarter turns", _nearly_quarter_turns),
+    ("far away", _far),
+    ("very fast and very slow", _velocities),
+    ("large torques", _torques),
+    ("everything extreme", _everything),
+    ("everything zero", _zero),
+)

@@ -1,0 +1,137 @@
+"""Values for parameters that the machine leaves open: physically possible ones, deterministic by seed.
+
+A name says nothing: what it stands for is derived from the cells of the table in which it occurs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.machine import Base, Body, Joint, Machine
+
+Values = dict[str, float]
+Draw = Callable[[np.random.Generator], float]
+
+ATTEMPTS = 50
+DIAGONAL = (0, 3, 5)
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+class NoValues(Exception):
+    """No values were found at which every cell of the table is a real number; names the cell."""
+
+
+def _between(low: float, high: float) -> Draw:
+    return lambda rng: float(rng.uniform(low, high))
+
+
+def _either_sign(low: float, high: float) -> Draw:
+    return lambda rng: float(rng.uniform(low, high) * rng.choice([-1.0, 1.0]))
+
+
+ORDER_ONE = _between(0.3, 1.5)
+ANGLE, LENGTH = _either_sign(0.3, 1.2), _either_sign(0.2, 1.0)  # rad, m
+ROTOR, STIFFNESS, DAMPING, NEUTRAL = _between(0.1, 1.0), _between(100, 1000), _between(0.1, 1.0), _between(-0.2, 0.2)
+FRICTION, FORCE, GRAVITY, MOTION = _between(0.1, 1.0), _either_sign(1, 10), _either_sign(5, 10), _either_sign(0.3, 2)
+MASS = _between(1.0, 5.0)  # kg
+
+
+def parameter_values(machine: Machine, seed: int = 0) -> Values:
+    """A value for every parameter: the machine's own where it gives one, else a drawn one.
+
+    Masses of some kg, tensors of bodies that exist, positive rotor inertias (kg m2 or kg) and
+    stiffnesses (N m/rad or N/m), lengths near 1 m. A name that no cell holds alone is a positive
+    number of order one. Raises `NoValues` where a formula stays undefined, such as sqrt(1 - A^2).
+    """
+    undefined = ""
+    for attempt in range(ATTEMPTS):
+        values = _draw(machine, np.random.default_rng([seed, attempt]))
+        undefined = _undefined_cell(machine, values)
+        if not undefined:
+            return values
+    raise NoValues(f"{undefined}: no real value in {ATTEMPTS} draws of the parameters; give them values")
+
+
+def given_values(machine: Machine) -> Values:
+    """The values that the machine gives."""
+    return {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+
+
+def _draw(machine: Machine, rng: np.random.Generator) -> Values:
+    values = given_values(machine)
+    for joint in machine.joints:
+        for formula, draw in _cells(joint):
+            _settle(values, formula, draw(rng))
+        _settle_body(values, joint.body, rng)
+    for name in ("velocity", "angular_velocity", "acceleration", "angular_acceleration"):
+        for formula in getattr(machine.base, name):
+            _settle(values, formula, MOTION(rng))
+    for formula in machine.base.gravity:
+        _settle(values, formula, GRAVITY(rng))
+    for parameter in machine.parameters:
+        values.setdefault(parameter.name, ORDER_ONE(rng))
+    return {parameter.name: values[parameter.name] for parameter in machine.parameters}
+
+
+def _settle(values: Values, formula: Formula, value: float) -> None:
+    """Give a cell that is one name, or its negative, this value, unless the name has one."""
+    match formula.tree:
+        case ("name", name):
+            values.setdefault(name, value)
+        case ("neg", ("name", name)):
+            values.setdefault(name, abs(value))
+
+
+def _cells(joint: Joint) -> Iterator[tuple[Formula, Draw]]:
+    yield from ((formula, ANGLE) for formula in (joint.gamma, joint.alpha, joint.theta))
+    yield from ((formula, LENGTH) for formula in (joint.b, joint.d, joint.r))
+    yield joint.rotor_inertia, ROTOR
+    yield joint.spring.stiffness, STIFFNESS
+    yield joint.spring.damping, DAMPING
+    yield joint.spring.neutral, NEUTRAL
+    yield joint.friction.viscous, FRICTION
+    yield joint.friction.coulomb, FRICTION
+    yield from ((formula, FORCE) for formula in (*joint.wrench.force, *joint.wrench.moment))
+
+
+def _settle_body(values: Values, body: Body, rng: np.random.Generator) -> None:
+    """Mass, then its place, then inertia: that of the mass at its centre and a nearly round body about it.
+
+    Any tensor so drawn, and any mixture of several, is possible: its moments about the centre of
+    mass are m (0.05 .. 0.065) m2, its products at most m 0.0025 m2.
+    """
+    _settle(values, body.mass, MASS(rng))
+    mass = _known(body.mass, values) or 1.0
+    for formula in body.moments:
+        _settle(values, formula, float(rng.uniform(-0.1, 0.1)) * (1.0 if body.central else mass))
+    moments = [_known(formula, values) or 0.0 for formula in body.moments]
+    square = sum(x * x for x in moments)
+    for k, (m, n) in enumerate(PAIRS):
+        about_centre = rng.uniform(1.0, 1.3) if k in DIAGONAL else rng.uniform(-0.05, 0.05)
+        shift = 0.0 if body.central else ((square if m == n else 0.0) - moments[m] * moments[n]) / mass
+        _settle(values, body.inertia[k], float(0.05 * mass * about_centre + shift))
+
+
+def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
+    if not formula.names <= values.keys():
+        return None
+    try:
+        return formula.value(values)
+    except FormulaError:
+        return None
+
+
+def _undefined_cell(machine: Machine, values: Values) -> str:
+    """The first cell without a finite real value; empty where all have one."""
+    for j, joint in enumerate(machine.joints, start=1):
+        body = (joint.body.mass, *joint.body.moments, *joint.body.inertia)
+        for formula in (*(formula for formula, _ in _cells(joint)), *body):
+            if _known(formula, values) is None:
+                return f"joint {j} ({joint.name}), {formula}"
+    for name in Base.__dataclass_fields__:
+        if any(_known(formula, values) is None for formula in getattr(machine.base, name)):
+            return name
+    return ""
