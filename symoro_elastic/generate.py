@@ -20,6 +20,7 @@ from symoro_elastic.output_folder import write_files
 ARGUMENTS = {
     "q": "joint variables, rad or m",
     "qd": "joint velocities, rad/s or m/s",
+    "qdd": "joint accelerations, rad/s2 or m/s2",
     "tau": "motor torques or forces, N m or N",
     "qdd_motor": "motor accelerations, rad/s2 or m/s2",
 }
@@ -59,17 +60,39 @@ def generate(
     whole = trace_scene(machine, whole_machine(scene)) if is_part(scene) else models
     step("render")
     described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene))
-    files: dict[str, str] = {}
-    for target in targets:
-        files |= TARGETS[target](described)
+    files = render(described, targets, machine.source)
     step("write")
     return Generated(write_files(out / machine.name, files), models, whole)
 
 
+def render(described: Package, targets: Sequence[str], source: str) -> dict[str, str]:
+    """File names and texts; raises `InputError` for constants that no double holds."""
+    files: dict[str, str] = {}
+    try:
+        for target in targets:
+            files |= TARGETS[target](described)
+    except OverflowError:
+        what = "their products are out of the range of double precision: check the units"
+        raise InputError(source or described.name, "numbers of the table", what) from None
+    return files
+
+
+def refuse_taken_names(machine: Machine) -> None:
+    """Raise `InputError` for a parameter or joint variable called like a result or a macro of the header."""
+    macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
+    for name in [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]:
+        if name in RESULTS or name.startswith(macros):
+            what = "generated code uses this name: choose another for the parameter or joint variable"
+            raise InputError(machine.source or machine.name, name, what)
+
+
 def refuse_degenerate(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a machine whose asked models would divide by zero at every position."""
-    for message, joints in found_degeneracies(machine, scene):
-        raise InputError(machine.source or machine.name, joints, message)
+    found = found_degeneracies(machine, scene)
+    if found:
+        message, joints = found[0]
+        likewise = "".join(f"; likewise {others}" for _, others in found[1:])
+        raise InputError(machine.source or machine.name, joints, message + likewise)
 
 
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
@@ -103,7 +126,8 @@ def describe(scene: Scene) -> str:
 
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
-    """What the targets render for these models of a machine."""
+    """What the targets render for these models of a machine; raises `InputError` for names that are taken."""
+    refuse_taken_names(machine)
     moving = [machine.joints[j - 1] for j in machine.moving]
     return Package(
         name=machine.name,

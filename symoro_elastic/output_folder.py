@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from symoro_elastic.errors import InputError
@@ -20,6 +21,7 @@ def write_files(folder: Path, files: dict[str, str]) -> list[Path]:
     files = {**files, MANIFEST: json.dumps({"generator": "symoro_elastic", "files": sorted(files)}, indent=2) + "\n"}
     try:
         earlier = _earlier_files(folder)
+        _refuse_to_replace([folder / name for name in files if name not in earlier and name != MANIFEST])
         folder.mkdir(parents=True, exist_ok=True)
         _write_all(folder, files)
         for name in earlier - set(files):
@@ -42,6 +44,12 @@ def _earlier_files(folder: Path) -> set[str]:
             str(folder), "--out", "holds files that were not generated: choose another folder with --out, or move them"
         )
     return set()
+
+
+def _refuse_to_replace(paths: Iterable[Path]) -> None:
+    for path in paths:
+        if path.exists() or path.is_symlink():
+            raise InputError(str(path), "--out", "was not generated: move it away, or choose another folder with --out")
 
 
 def _listed(manifest: Path) -> set[str]:

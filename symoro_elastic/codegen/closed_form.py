@@ -77,19 +77,26 @@ class Size:
 
 def closed_forms(outputs: Sequence[Output], notation: Notation) -> dict[int, ClosedForm]:
     """Short closed forms by expression id, the smallest first, until about a second is spent."""
+    wanted = _affordable({x.id: x for output in outputs for x in output.entries if isinstance(x, Expression)}.values())
+    if not wanted:
+        return {}
     import sympy
 
-    sizes = written_out(x for output in outputs for x in output.entries)
-    wanted = {x.id: x for output in outputs for x in output.entries if isinstance(x, Expression)}
-    convert, left = _Conversion(sympy), MAX_TERMS_IN_ALL
-    found = {}
-    for x in sorted(wanted.values(), key=lambda x: (sizes[x.id].terms, x.id)):
+    convert = _Conversion(sympy)
+    forms = {x.id: _shortest(sympy, convert(x), notation) for x in wanted}
+    return {key: form for key, form in forms.items() if form}
+
+
+def _affordable(asked: Iterable[Expression]) -> list[Expression]:
+    asked = list(asked)
+    sizes = written_out(asked)
+    left, found = MAX_TERMS_IN_ALL, []
+    for x in sorted(asked, key=lambda x: (sizes[x.id].terms, x.id)):
         left -= sizes[x.id].terms
         if left < 0 or sizes[x.id].terms > MAX_TERMS:
             break
-        form = _shortest(sympy, convert(x), notation) if sizes[x.id].operations <= MAX_OPERATIONS else None
-        if form:
-            found[x.id] = form
+        if sizes[x.id].operations <= MAX_OPERATIONS:
+            found.append(x)
     return found
 
 
@@ -110,7 +117,7 @@ def closed_equations(function: Function, joints: Sequence[str], notation: Notati
         for symbol, x in zip(entry_symbols(output, rows[output.name]), output.entries, strict=True):
             if isinstance(x, Expression) and x.operation != SYMBOL and x.id in forms:
                 lefts.setdefault(x.id, []).append(symbol)
-        lines += [Equation(" = ".join(symbols), forms[number].latex) for number, symbols in lefts.items()]
+        lines += [Equation(" = ".join(symbols), forms[key].latex) for key, symbols in lefts.items()]
     return lines
 
 
@@ -128,7 +135,9 @@ def written_out(roots: Iterable[Scalar]) -> dict[int, Size]:
     """Sizes of the expressions as trees; sines and cosines count double, as sums of angles make two of each."""
     sizes: dict[int, Size] = {}
     for node in reachable(roots):
-        parts = [sizes[x.id] if isinstance(x, Expression) else Size() for x in node.operands if node.operation != SYMBOL]
+        parts = [
+            sizes[x.id] if isinstance(x, Expression) else Size() for x in node.operands if node.operation != SYMBOL
+        ]
         sizes[node.id] = _size(node.operation, parts)
     return sizes
 

@@ -108,7 +108,9 @@ class CompiledPackage:
         inputs = self._inputs(signature, arrays)
         lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs))
         states = math.prod(lead)
-        rows = [np.ascontiguousarray(np.broadcast_to(a, (*lead, a.shape[-1]))).reshape(states, a.shape[-1]) for a in inputs]
+        rows = [
+            np.ascontiguousarray(np.broadcast_to(a, (*lead, a.shape[-1]))).reshape(states, a.shape[-1]) for a in inputs
+        ]
         results = [np.empty((states, math.prod(result.shape))) for result in signature.results]
         steps = [(array.ctypes.data, array.strides[0]) for array in (*rows, *results)]
         for state in range(states):
@@ -144,6 +146,12 @@ def _entry(library: ctypes.CDLL, package: Package, function: Function) -> Any:
     count = len(function.arguments) + bool(package.parameters) + len(function.results)
     entry.argtypes, entry.restype = [ctypes.c_void_p] * count, None
     return entry
+
+
+def _rows(array: Array, lead: tuple[int, ...], states: int) -> Array:
+    """An array broadcast to the leading axes, one state a row."""
+    size = array.shape[-1]
+    return np.ascontiguousarray(np.broadcast_to(array, (*lead, size))).reshape(states, size)
 
 
 def _checked(name: str, value: ArrayLike, size: int) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -9,7 +10,7 @@ from fractions import Fraction
 
 from symoro_elastic.codegen.notation import RESULTS, Notation, literal
 from symoro_elastic.codegen.package import Function
-from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Printer, Text
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.symbolic.expression import (
     ATAN2,
     COS,
@@ -29,6 +30,7 @@ from symoro_elastic.symbolic.program import Output, Program, Section, Statement,
 
 MATRIX = 8
 LONG = 60
+NUMBER = re.compile(r"(?:\\frac\{)?\d")
 NAMED = {SIN: r"\sin", COS: r"\cos", SIGN: r"\operatorname{sign}", ATAN2: r"\operatorname{atan2}", COSPI: r"\cos"}
 
 
@@ -66,7 +68,10 @@ def solution(function: Function, joints: Sequence[str]) -> Solution:
     rows = result_rows(function, joints)
     results = [line for output in program.outputs for line in _result(printer, output, rows[output.name])]
     return Solution(
-        tuple(_stretches(printer, program.once)), tuple(_stretches(printer, program.statements)), tuple(results), notation
+        tuple(_stretches(printer, program.once)),
+        tuple(_stretches(printer, program.statements)),
+        tuple(results),
+        notation,
     )
 
 
@@ -110,7 +115,7 @@ class LatexPrinter(Printer):
         if operation in NAMED:
             arguments = [self.value(x) for x in operands]
             if operation == COSPI:
-                arguments = [product(number(operands[0]), Text(False, r"\pi", ATOM)).text]
+                arguments = [_turn(operands[0])]
             return Text(flipped, f"{NAMED[operation]}({', '.join(arguments)})", ATOM)
         return super().operation(node, flipped)
 
@@ -118,12 +123,18 @@ class LatexPrinter(Printer):
 def product(first: Text, second: Text, flipped: bool = False) -> Text:
     """Product of two printed factors: numbers in front, equal factors squared where that reads well."""
     negative = (first.negative != second.negative) != flipped
-    if second.text[0].isdigit():
+    if NUMBER.match(second.text):
         first, second = second, first
     left, right = first.factor(PRODUCT), second.factor(PRODUCT)
     if left == right and "^" not in left and first.binding != PRODUCT:
         return Text(negative, f"{left}^{{2}}", ATOM)
-    return Text(negative, rf"{left} \cdot {right}" if right[0].isdigit() else rf"{left}\,{right}", PRODUCT)
+    return Text(negative, rf"{left} \cdot {right}" if NUMBER.match(right) else rf"{left}\,{right}", PRODUCT)
+
+
+def _turn(halves: Constant) -> str:
+    """A multiple of pi."""
+    over, under = Fraction(halves).as_integer_ratio()
+    return rf"\frac{{{'' if over == 1 else over}\pi}}{{{under}}}"
 
 
 def number(value: Constant) -> Text:
@@ -148,7 +159,11 @@ def _stretches(printer: LatexPrinter, statements: Sequence[Statement]) -> Iterat
 def result_rows(function: Function, joints: Sequence[str]) -> dict[str, list[str]]:
     """For each result the numbers along its first axis: of joints, or counted from 1."""
     numbers = {name: str(j) for j, name in enumerate(joints, start=1)}
-    return {r.name: [numbers.get(name, str(k)) for k, name in enumerate(r.rows, start=1)] for r in function.results}
+    rows = {}
+    for result in function.results:
+        names = result.rows if len(result.rows) == result.shape[0] else range(1, result.shape[0] + 1)
+        rows[result.name] = [numbers.get(str(name), str(k)) for k, name in enumerate(names, start=1)]
+    return rows
 
 
 def entry_symbols(output: Output, rows: Sequence[str]) -> list[str]:

@@ -65,6 +65,8 @@ TABLE = (
     Quantity("tau", "", r"\Gamma", "", "@", "", "[8], [61]", "torque or force of motor j"),
     Quantity("Gamma", "", r"\bar{\Gamma}", "", "@", r"\Gamma_{j}", "[9], [17], [61]",
              "what moves joint j: motor, spring, damper, less friction"),
+    Quantity("Gb", "", r"\Gamma", "*", "@", r"\Gamma_{j} + {}^{j}\mathbf{a}_{j}^{T}\,{}^{j}\boldsymbol{\beta}^{*}_{j}",
+             "[30], [52]", "what moves joint j, velocity forces of what it carries included"),
     Quantity("cos", "theta", r"\mathrm{C}", r"\theta", "@", r"\cos\theta_{j}", "[1]", "cosine of the whole angle"),
     Quantity("sin", "theta", r"\mathrm{S}", r"\theta", "@", r"\sin\theta_{j}", "[1]", "sine of the whole angle"),
     Quantity("P", "r", "P", "", r"@,\mathrm{r}", "r_{j}", "[1]", "whole shift along the axis of joint j"),
@@ -75,7 +77,8 @@ TABLE = (
     Quantity("ww", "square", r"\overline{\omega_{@<}^{2}}", "", "", "", "[7], [14]", "square of an angular velocity"),
     Quantity("ww", "product", r"\overline{\omega_{@<}\,\omega_{@>}}", "", "", "", "[7], [14]",
              "product of angular velocities"),
-    Quantity("wd", "axis", r"\dot{\omega}", "", "@#", r"{}^{j}\dot{\omega}_{j}", "[6]", "angular acceleration of body j"),
+    Quantity("wd", "axis", r"\dot{\omega}", "", "@#", r"{}^{j}\dot{\omega}_{j}", "[6]",
+             "angular acceleration of body j"),
     Quantity("v", "axis", "V", "", "@#", "{}^{j}V_{j}", "[3]", "velocity of the origin of frame j"),
     Quantity("vd", "axis", r"\dot{V}", "", "@#", r"{}^{j}\dot{V}_{j}", "[6]",
              "acceleration of the origin of frame j, gravity subtracted"),
@@ -84,7 +87,7 @@ TABLE = (
     Quantity("b", "six", r"\beta", "", "@,#", r"{}^{j}\boldsymbol{\beta}_{j}", "[14]",
              "centrifugal, gyroscopic and external wrench of body j"),
     Quantity("bs", "six", r"\beta", "*", "@,#", r"{}^{j}\boldsymbol{\beta}^{*}_{j}", "[31], [55]",
-             "the same for body j and what it carries"),
+             "wrench beta of body j with what the bodies it carries add"),
     Quantity("M", "c", "M", r"\mathrm{c}", "@", "", "[8], [13]", "mass of body j and all it carries"),
     Quantity("MS", "axis", r"\mathit{MS}", "", "@#", r"{}^{j}\mathit{MS}_{j}", "[13]", "first moments of body j"),
     Quantity("MS", "c axis", r"\mathit{MS}", r"\mathrm{c}", "@#", "", "[8], [13]",
@@ -97,7 +100,7 @@ TABLE = (
     Quantity("U", "six", "U", "", "@,#", r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}", "[28], [50]",
              "articulated inertia along the joint axis"),
     Quantity("H", "", "H", "", "@", "", "[28], [50]", "inertia that joint j moves"),
-    Quantity("Hinv", "", "H", "-1", "@", "", "[29], [51]", "its inverse"),
+    Quantity("Hinv", "", "H", "-1", "@", "", "[29], [51]", "inverse of the inertia that joint j moves"),
     Quantity("rho", "", r"\rho", "", "@", r"\mathit{Ia}_{j}\,H_{j}^{-1}", "[29]", "share of the rotor in this inertia"),
     Quantity("UH", "six", r"\overline{U_{@,#}H_{@}^{-1}}", "", "",
              r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}\,H_{j}^{-1}", "[29], [51]",
@@ -112,10 +115,11 @@ TABLE = (
 # fmt: on
 FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}", "sign": r"\mathrm{sign}"}
 RESULTS = {"qdd": r"\ddot{q}", "tau": r"\Gamma", "A": "A", "H": "H", "T": "{}^{0}T"}
-GREEK = frozenset(
-    """alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
-    Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega""".split()
-)
+_LETTERS = """
+    alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
+    Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega
+"""
+GREEK = frozenset(_LETTERS.split())
 
 
 @cache
@@ -149,7 +153,7 @@ class Notation:
         given = [name for argument in program.inputs for name in argument.symbols]
         assigned = [s.name for s in (*program.once, *program.statements)]
         self._users = {*given, *program.used}
-        self._claim({name: self._quantity(name) for name in (*assigned, *given)})
+        self._claim({name: self.quantity(name) for name in (*assigned, *given)})
         self._claim({name: user_symbol(name) for name in (*given, *sorted(program.used), *assigned)})
 
     def __getitem__(self, name: str) -> str:
@@ -162,11 +166,11 @@ class Notation:
                 self.symbols[name] = literal(name) if symbol in taken else symbol
                 taken.add(self.symbols[name])
 
-    def _quantity(self, name: str) -> str:
+    def quantity(self, name: str) -> str:
         """Symbol of a quantity of the table; empty for any other name."""
         function, _, argument = name.partition("_")
         if function in FUNCTIONS and argument in self._users:
-            return f"{FUNCTIONS[function]}_{{{self._quantity(argument) or user_symbol(argument)}}}"
+            return f"{FUNCTIONS[function]}_{{{self.quantity(argument) or user_symbol(argument)}}}"
         letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
         for row in _BY_NAME.get(letters, ()):
             found = _pattern(row.component).fullmatch(name, len(letters))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -72,7 +73,9 @@ class Printer:
         return self.operation(x)
 
     def literal(self, value: float) -> Text:
-        """A number in double precision."""
+        """A number in double precision; raises `OverflowError` where there is none."""
+        if not math.isfinite(value):
+            raise OverflowError(f"{value} is not finite")
         return Text(value < 0, repr(abs(value)) + self.literal_suffix, ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:

@@ -15,9 +15,12 @@ from symoro_elastic.equations.spatial import (
     add,
     cross,
     full,
+    hat_plus_hat_squared,
     hat_squared,
     origin,
     scale,
+    screw_to_child,
+    subtract,
     times,
     to_child,
     transpose,
@@ -75,3 +78,57 @@ def coriolis(link: Link, jw_i: Vector, qd: Scalar) -> Pair:
 def squared_velocities(w: list[Vector]) -> list[Symmetric]:
     """hat(w_j) hat(w_j) of every link."""
     return [hat_squared(w_j) for w_j in w]
+
+
+def velocities(mechanism: Mechanism, qd: Scalars) -> list[Pair]:
+    """V_j [3]: velocity of the origin (m/s) and angular velocity (rad/s) of every frame, in frame j."""
+    found = [mechanism.velocity]
+    for j, link in mechanism.numbered():
+        linear, angular = screw_to_child(link.placement, found[link.antecedent])
+        moved, turned = link.axis.screw(qd[j])
+        found.append((add(linear, moved), add(angular, turned)))
+    return found
+
+
+def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]:
+    """V'_j [6]: acceleration of the origin (m/s2) and angular acceleration (rad/s2), in frame j.
+
+    Starts from the acceleration of the base that the mechanism holds, gravity included there.
+    """
+    w = angular_velocities(mechanism, qd)
+    found = [mechanism.acceleration]
+    for j, link in mechanism.numbered():
+        i = link.antecedent
+        linear, angular = coriolis(link, carried_velocity(link, w[i]), qd[j])
+        moved, turned = link.axis.screw(qdd[j])
+        vd_i, wd_i = found[i]
+        carried = to_child(link.placement, add(vd_i, times(hat_plus_hat_squared(w[i], wd_i), origin(link.placement))))
+        wd = add(to_child(link.placement, wd_i), add(angular, turned))
+        found.append((add(carried, add(linear, moved)), wd))
+    return found
+
+
+def path(mechanism: Mechanism, j: int) -> list[int]:
+    """Numbers of the links from the base to link j."""
+    links: list[int] = []
+    while j:
+        links.append(j)
+        j = mechanism.links[j - 1].antecedent
+    return links[::-1]
+
+
+def jacobian(mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], frame: int) -> dict[int, Pair]:
+    """Columns of the basic Jacobian of a frame, linear part first, in frame 0; by joint number.
+
+    V_frame = sum of the columns times qd. A revolute joint gives [z x (P - P_j); z], a prismatic
+    joint [z; 0], for the joints on the path from the base.
+    """
+    columns: dict[int, Pair] = {}
+    for j in path(mechanism, frame):
+        rotation, position = placed[j]
+        z = transpose(rotation)[2]
+        if mechanism.links[j - 1].axis is Axis.REVOLUTE:
+            columns[j] = cross(z, subtract(placed[frame][1], position)), z
+        elif mechanism.links[j - 1].axis is Axis.PRISMATIC:
+            columns[j] = z, (0, 0, 0)
+    return columns

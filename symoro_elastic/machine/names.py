@@ -62,7 +62,8 @@ LIBRARY = _words(
     I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
-    math_errhandling linux unix near far main printf malloc free memcpy size_t fabs pow copysign fmin fmax exp log hypot fma
+    math_errhandling linux unix near far main printf malloc free memcpy size_t
+    fabs pow copysign fmin fmax exp log hypot fma
     range len tuple list dict zip enumerate isinstance print abs min max sum any map type object ValueError TypeError
     KeyError
     """

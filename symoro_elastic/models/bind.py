@@ -16,11 +16,18 @@ from symoro_elastic.equations.spatial import (
     Z,
     subtract,
 )
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
+
+
+def _exact(x: Scalar) -> Scalar:
+    """Constants as fractions, so that their quotients are exact."""
+    return x if isinstance(x, Expression) else Fraction(x)
 
 
 class Bound:
@@ -31,16 +38,17 @@ class Bound:
         self.graph = Graph()
         self.names = Names()
         self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
-        self._cells = self._parameter_cells(folded)
         self._functions = {
-            "sin": lambda x: cosine_sine(self.graph, x)[1],
-            "cos": lambda x: cosine_sine(self.graph, x)[0],
+            "sin": lambda x: _exact(cosine_sine(self.graph, x)[1]),
+            "cos": lambda x: _exact(cosine_sine(self.graph, x)[0]),
             "tan": self._tangent,
             "sqrt": lambda x: square_root(self.graph, x),
             "atan2": lambda y, x: arc_tangent(self.graph, y, x),
         }
+        self._cells = self._parameter_cells(folded)
         self.q = {j: self.graph.symbol(str(machine.joints[j - 1].variable)) for j in machine.moving}
         self.qd = self._per_joint("qd", machine.moving)
+        self.qdd = self._per_joint("qdd", machine.moving)
         self.tau = self._per_joint("tau", self.motors)
         self.qdd_motor = self._per_joint("qdd", self.motors)
         self.mechanism = self._mechanism()
@@ -59,16 +67,24 @@ class Bound:
 
     def _tangent(self, x: Scalar) -> Scalar:
         cosine, sine = cosine_sine(self.graph, x)
-        return sine / cosine
+        return _exact(sine) / cosine
 
     def cell(self, formula: Formula, names: dict[str, Scalar] | None = None) -> Scalar:
-        """The expression of a cell; exact zero is the integer 0 of structure."""
-        value = formula.evaluate(names or self._cells, getattr(self, "_functions", {}), Fraction)
+        """The expression of a cell; exact zero is the integer 0 of structure. Raises `InputError`."""
+        try:
+            value = formula.evaluate(names or self._cells, self._functions, Fraction)
+        except (ArithmeticError, ValueError) as error:
+            reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
+            source = self.machine.source or self.machine.name
+            raise InputError(source, self._place(formula), f"{formula.text!r} has no value: {reason}") from None
         return 0 if not isinstance(value, Expression) and value == 0 else value
 
-    def cells(self, formulas: Sequence[Formula]) -> Any:
+    def cells(self, written: Sequence[Formula]) -> Any:
         """The expressions of several cells."""
-        return tuple(map(self.cell, formulas))
+        return tuple(map(self.cell, written))
+
+    def _place(self, formula: Formula) -> str:
+        return next((place for place, written in formulas(self.machine) if written == formula), "parameters")
 
     def _mechanism(self) -> Mechanism:
         base = self.machine.base
@@ -106,7 +122,7 @@ class Bound:
 
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
-        by_name = {"q": self.q, "qd": self.qd, "tau": self.tau, "qdd_motor": self.qdd_motor}
+        by_name = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "qdd_motor": self.qdd_motor}
         return {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
 
     def sign_of_velocity(self, j: int) -> Scalar:

@@ -43,9 +43,7 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
         function = getattr(module, traced.model.name)
         if stacked:
             return _named(traced, function(**_arguments(traced, states), p=p))
-        each = [
-            _named(traced, function(**_arguments(traced, states, state), p=p)) for state in range(len(states))
-        ]
+        each = [_named(traced, function(**_arguments(traced, states, state), p=p)) for state in range(len(states))]
         return {name: np.stack([results[name] for results in each]) for name in traced.rows}
 
     return run

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
@@ -22,10 +26,11 @@ from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
+ZERO = 1e-30  # what is smaller is rounding of the reference
 
 Numbers = list[Any]
 Matrix = list[Numbers]
-State = Mapping[str, Sequence[float]]
+State = Mapping[str, NDArray[np.float64]]
 
 
 class Singular(ArithmeticError):
@@ -47,10 +52,23 @@ class Reference:
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
 
-    def at(self, state: State, moved: random.Random | None = None) -> Point:
-        """The models at a state; with `moved`, at random one ulp from it: state, parameters, constants."""
-        arithmetic = multiprecision(DIGITS)
-        return Point(self, state, arithmetic if moved is None else _rounded(arithmetic, moved), moved)
+    def at(self, state: State) -> Point:
+        """The models at a state."""
+        return Point(self, state, multiprecision(DIGITS))
+
+    def near(self, state: State, source: random.Random, forces: bool = False) -> Point:
+        """The models one ulp from a state: its numbers, the parameters, and constants that are rounded.
+
+        With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
+        precision gets these better.
+        """
+        return Point(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
+
+    def solving(self) -> Reference:
+        """The same reference, by solving."""
+        other = copy(self)
+        other.solved = True
+        return other
 
     @cached_property
     def newton_euler(self) -> Program:
@@ -64,7 +82,7 @@ class Reference:
     def disagreement(self, state: State, seed: int = 0) -> float:
         """A x + H against Newton and Euler's recursion at random accelerations x, relative."""
         point, source = self.at(state), random.Random(seed)
-        x = [point.arithmetic.number(source.uniform(-1, 1)) for _ in self.machine.moving]
+        x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in self.machine.moving]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
         found = point.run(self.newton_euler, {"q": point.q, "qd": point.qd, "qdd_motor": x})["tau"]
         return distance(found, wanted)
@@ -77,7 +95,8 @@ class Point:
     reference: Reference
     state: State
     arithmetic: Arithmetic
-    moved: random.Random | None = None
+    source: random.Random | None = None
+    forces: bool = False
 
     def model(self, traced: TracedModel) -> dict[str, Numbers]:
         """Results of a model, entry by entry. Raises `Singular`."""
@@ -130,13 +149,20 @@ class Point:
     def A(self) -> Matrix:
         """The inertia matrix [8]."""
         n = len(self.q)
-        entries = self.run(self.reference.inertia, {"q": self.q})["A"]
+        entries = self._result(self.run(self.reference.inertia, {"q": self.q})["A"])
         return [entries[row * n : (row + 1) * n] for row in range(n)]
 
     @cached_property
     def H(self) -> Numbers:
         """Bias forces, friction included."""
-        return self.run(self.reference.bias, {"q": self.q, "qd": self.qd})["H"]
+        return self._result(self.run(self.reference.bias, {"q": self.q, "qd": self.qd})["H"])
+
+    def _result(self, entries: Numbers) -> Numbers:
+        """An array as it is, or one ulp of its largest entry off."""
+        if self.source is None or not self.forces:
+            return entries
+        ulp = max(map(abs, entries), default=0) * multiprecision(DIGITS).number(ULP)
+        return [x + self.source.choice((-1, 1)) * ulp for x in entries]
 
     def _numbers(self, argument: str) -> Numbers:
         return [self._input(x) for x in self.state[argument]]
@@ -144,7 +170,7 @@ class Point:
     def _input(self, x: float) -> Any:
         """A number given to the generated code; one ulp off where that is asked for."""
         exact = Fraction(float(x))
-        return multiprecision(DIGITS).number(exact if self.moved is None else _one_ulp_off(exact, self.moved))
+        return multiprecision(DIGITS).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _joints(self) -> list[Joint]:
         return [self.reference.machine.joints[j - 1] for j in self.reference.machine.moving]
@@ -267,7 +293,7 @@ def solve(matrix: Matrix, right: Numbers) -> Numbers:
 
 
 def distance(found: Sequence[Any], wanted: Sequence[Any]) -> float:
-    """Largest difference over the largest wanted entry; infinite where all of these are zero and those are not."""
+    """Largest difference over the largest wanted entry, or over 1 where all of these are zero."""
     difference = max((abs(x - y) for x, y in zip(found, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
-    return float(difference / scale) if scale else 0.0 if not difference else float("inf")
+    return float(difference / (scale if scale > ZERO else 1))

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 ARGUMENTS = ("q", "qd", "tau", "qdd_motor")
+WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class States:
         return len(self.titles)
 
     def __add__(self, other: States) -> States:
-        arrays = [np.concatenate([mine, others]) for mine, others in zip(self.arrays, other.arrays, strict=True)]
-        return States(*arrays, self.titles + other.titles)
+        q, qd, tau, qdd = (np.concatenate([x, y]) for x, y in zip(self.arrays, other.arrays, strict=True))
+        return States(q, qd, tau, qdd, self.titles + other.titles)
 
     @property
     def arrays(self) -> tuple[Array, Array, Array, Array]:
@@ -50,12 +51,13 @@ class States:
 
 @dataclass(frozen=True)
 class _Variable:
-    """What a state has to know of a joint: kind, and the place and extent of its ordinary motion."""
+    """What a state has to know of a joint: kind, place and extent of its ordinary motion, farthest reach."""
 
     revolute: bool
     motor: bool
     centre: float
     extent: float
+    reach: float
 
 
 @dataclass
@@ -80,7 +82,8 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
     """Rest, quarter turns and one ulp off them, angles to 1e8 rad, velocities from 1e-6 to 1e6, ...
 
-    Slides go to 1 km, torques and motor accelerations to 1e8, and one state in eight mixes all.
+    Slides go to 10 m, torques and motor accelerations to 1e8, and one state in eight mixes all.
+    Elastic joints stay within the deflection of 1 MN or 1 MN m.
     """
     variables = _variables(machine, values or parameter_values(machine, seed))
     rng = np.random.default_rng([seed, 2])
@@ -94,8 +97,8 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values |
 
 
 def _stacked(states: Sequence[tuple[str, _State]]) -> States:
-    columns = ([getattr(state, name) for _, state in states] for name in ARGUMENTS)
-    return States(*(np.array(column, dtype=float) for column in columns), tuple(title for title, _ in states))
+    q, qd, tau, qdd = (np.array([getattr(state, name) for _, state in states], dtype=float) for name in ARGUMENTS)
+    return States(q, qd, tau, qdd, tuple(title for title, _ in states))
 
 
 def _variables(machine: Machine, values: Values) -> list[_Variable]:
@@ -105,10 +108,11 @@ def _variables(machine: Machine, values: Values) -> list[_Variable]:
 def _variable(joint: Joint, values: Values) -> _Variable:
     revolute = joint.sigma == 0
     if joint.kind is not Kind.ELASTIC:
-        return _Variable(revolute, joint.kind is Kind.MOTOR, 0.0, math.pi if revolute else 0.5)
+        return _Variable(revolute, joint.kind is Kind.MOTOR, 0.0, math.pi if revolute else 0.5, math.inf)
     stiffness, neutral = joint.spring.stiffness.value(values), joint.spring.neutral.value(values)
-    deflection = 1e3 / stiffness if stiffness > 0 else 0.5
-    return _Variable(revolute, False, neutral, min(0.5, max(deflection, 1e-2 * abs(neutral))))
+    compliance = 1 / stiffness if stiffness > 0 else math.inf
+    extent = min(0.5, max(WORKING_LOAD * compliance, 1e-2 * abs(neutral)))
+    return _Variable(revolute, False, neutral, extent, EXTREME_LOAD * compliance)
 
 
 def _moderate(variables: Sequence[_Variable], rng: Rng, wide: bool) -> _State:
@@ -135,8 +139,9 @@ def _rest(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
 
 def _quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     for k, variable in enumerate(variables):
-        if variable.revolute:
-            state.q[k] = int(rng.integers(-4, 5)) * math.pi / 2
+        turn = int(rng.integers(-4, 5)) * math.pi / 2
+        if variable.revolute and abs(turn - variable.centre) <= variable.reach:
+            state.q[k] = turn
 
 
 def _nearly_quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
@@ -148,7 +153,8 @@ def _nearly_quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rn
 
 def _far(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     for k, variable in enumerate(variables):
-        state.q[k] = _magnitude(rng, 2, 8) if variable.revolute else _magnitude(rng, -3, 3)
+        away = _magnitude(rng, 2, 8) if variable.revolute else _magnitude(rng, -3, 1)
+        state.q[k] = variable.centre + min(variable.reach, max(-variable.reach, away))
 
 
 def _velocities(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:

@@ -1,8 +1,8 @@
 """Generated code against a 50-digit reference, at moderate and at extreme states.
 
-The error of a result is its largest difference over its largest reference entry. At moderate
-states it may be 1e-12. At extreme states it may also be 64 times the change that moving the
-inputs by one ulp makes, since no code in double precision can do much better than that.
+The error of a result is its largest difference over its largest reference entry, or over 1 where
+the result is zero. It may be 1e-12; where it is more, 64 times the change that one ulp of the
+inputs makes (and, at extreme states, one ulp of A and H).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 import random
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,29 +25,41 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.numerics.candidates import Candidate, c_code, equations_on_floats, import_package, numpy_code
-from symoro_elastic.numerics.reference import Numbers, Point, Reference, Singular, distance
+from symoro_elastic.numerics.candidates import (
+    Candidate,
+    Results,
+    c_code,
+    equations_on_floats,
+    import_package,
+    numpy_code,
+)
+from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
+Runs = list[tuple[str, Results]]
 
 BOUND = 1e-12
 ULPS = 64
-MOVES = 3
+MOVES = 4
 AGREEMENT = 1e-20
 MOST_SOLVED = 40
-FEW_STATES = 10_000
+MANY_STATEMENTS = 10_000
 
 
 @dataclass(frozen=True)
 class Worst:
-    """Worst relative errors of one implementation of a model; `share` is the worst error over its bound."""
+    """Worst relative errors of one implementation of a model.
+
+    `share` is the largest error over its bound, `at` the state where that is.
+    """
 
     moderate: float = 0.0
     extreme: float = 0.0
     share: float = 0.0
+    at: str = ""
 
     @property
     def error(self) -> float:
@@ -60,17 +72,16 @@ class Worst:
         return self.share <= 1.0
 
     def __or__(self, other: Worst) -> Worst:
-        return Worst(
-            max(self.moderate, other.moderate), max(self.extreme, other.extreme), max(self.share, other.share)
-        )
+        first = self if self.share >= other.share else other
+        return Worst(max(self.moderate, other.moderate), max(self.extreme, other.extreme), first.share, first.at)
 
 
 @dataclass(frozen=True)
 class ModelVerification:
     """One model: worst errors of the generated code and of the equations on floats.
 
-    `c` is None without a compiler. `bound` is the largest error allowed at an extreme state;
-    `moderate` and `extreme` count the states compared, `unjudged` names the others and why.
+    `c` is None without a compiler. `moderate` and `extreme` count the states that were judged,
+    `bound` is the largest error allowed at one of them, `unjudged` names the others and why.
     """
 
     name: str
@@ -84,16 +95,17 @@ class ModelVerification:
 
     @property
     def ok(self) -> bool:
-        """Whether states were compared and all errors are within their bounds."""
+        """Whether states were judged and all errors are within their bounds."""
         implementations = (self.numpy, self.equations, *((self.c,) if self.c else ()))
         return self.moderate > 0 and all(worst.ok for worst in implementations)
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What was found; `missing` says what kept the C code from being compared, `disagreement` how
+    """What was found.
 
-    far A and H are from Newton and Euler's recursion in 50 digits.
+    `missing` says what kept the C code from being compared (empty when nothing did);
+    `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits.
     """
 
     models: tuple[ModelVerification, ...]
@@ -105,16 +117,6 @@ class Verification:
     def ok(self) -> bool:
         """Whether everything that was compared is within its bound."""
         return self.disagreement <= AGREEMENT and all(model.ok for model in self.models)
-
-
-@dataclass
-class _Judged:
-    """Reference of one model: entries as sums of two doubles, bound and reason against, by state."""
-
-    high: dict[str, list[list[float]]]
-    low: dict[str, list[list[float]]]
-    bounds: dict[str, list[float]]
-    unjudged: dict[int, str] = field(default_factory=dict)
 
 
 def verify(
@@ -135,135 +137,134 @@ def verify(
     scene = scene or Scene()
     kept, constants = restricted(machine, scene), folded(machine, scene)
     traced = trace_scene(machine, scene)
-    described = package(kept, traced, constants)
     values = parameter_values(kept, seed)
-    reference = Reference(kept, values, constants, solved=len(kept.moving) <= MOST_SOLVED)
     moderate, extreme = states or _how_many(traced)
     stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
-    judged = _reference(reference, traced, stacked, moderate, seed, progress)
-    p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
-    with tempfile.TemporaryDirectory() as folder:
-        candidates, missing = _candidates(described, p, values, Path(folder))
-        models = [_compared(model, stacked, moderate, judged[model.model.name], candidates) for model in traced]
-    disagreement = _disagreement(reference, traced, stacked)
-    return Verification(tuple(models), len(stacked), disagreement, missing)
+    candidates, missing = _run(package(kept, traced, constants), traced, values, stacked)
+    reference = Reference(kept, values, constants, solved=len(kept.moving) <= MOST_SOLVED)
+    tallies = [_Tally(model, candidates[model.model.name]) for model in traced]
+    for k in range(len(stacked)):
+        state = _TestState(k, stacked.titles[k], stacked.at(k), k >= moderate, f"{seed} {k}")
+        point = reference.at(state.arguments)
+        for tally in tallies:
+            tally.add(state, point)
+        if progress:
+            progress(k + 1, len(stacked))
+    models = tuple(tally.verification() for tally in tallies)
+    return Verification(models, len(stacked), _disagreement(reference, traced, stacked), missing)
 
 
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
-    """Fewer states for large models."""
-    statements = sum(len(t.program.once) + len(t.program.statements) for t in traced)
-    return (32, 32) if statements < FEW_STATES else (8, 16)
+    """Numbers of moderate and extreme states: fewer for large models."""
+    statements = sum(len(model.program.once) + len(model.program.statements) for model in traced)
+    return (32, 32) if statements < MANY_STATEMENTS else (8, 16)
 
 
-def _candidates(
-    described: Package, p: Array, values: dict[str, float], folder: Path
-) -> tuple[dict[str, list[Candidate]], str]:
-    """The implementations by name, and what is missing for C."""
-    module = import_package(render_numpy(described), folder / "numpy")
-    found = {
-        "numpy": [numpy_code(module, p, stacked) for stacked in (False, True)],
-        "equations": [equations_on_floats(values)],
-    }
-    try:
-        compiled = compile_package(described, folder / "c", render_c(described))
-    except CompilerMissing as error:
-        return found, str(error)
-    return found | {"c": [c_code(compiled, p)]}, ""
+def _run(
+    described: Package, traced: Sequence[TracedModel], values: Mapping[str, float], states: States
+) -> tuple[dict[str, Runs], str]:
+    """Results of every implementation by model, and what is missing for C."""
+    p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
+    missing = ""
+    with tempfile.TemporaryDirectory() as folder:
+        module = import_package(render_numpy(described), Path(folder) / "numpy")
+        found: list[tuple[str, Candidate]] = [
+            ("numpy", numpy_code(module, p, stacked=False)),
+            ("numpy", numpy_code(module, p, stacked=True)),
+            ("equations", equations_on_floats(values)),
+        ]
+        try:
+            found.append(("c", c_code(compile_package(described, Path(folder) / "c", render_c(described)), p)))
+        except CompilerMissing as error:
+            missing = str(error)
+        runs = {model.model.name: [(name, run(model, states)) for name, run in found] for model in traced}
+    return runs, missing
 
 
-def _reference(
-    reference: Reference,
-    traced: Sequence[TracedModel],
-    states: States,
-    moderate: int,
-    seed: int,
-    progress: Progress | None,
-) -> dict[str, _Judged]:
-    names = {model.model.name: tuple(model.rows) for model in traced}
-    found = {model: _Judged(*({name: [] for name in results} for _ in range(3))) for model, results in names.items()}
-    for state in range(len(states)):
-        source = random.Random(f"{seed} {state}")
-        point = reference.at(states.at(state))
-        moved = [reference.at(states.at(state), source) for _ in range(MOVES)] if state >= moderate else []
-        for model in traced:
-            _judge(found[model.model.name], model, state, point, moved)
-        if progress:
-            progress(state + 1, len(states))
-    return found
+@dataclass(frozen=True)
+class _TestState:
+    number: int
+    title: str
+    arguments: dict[str, Array]
+    extreme: bool
+    seed: str
+
+    def __str__(self) -> str:
+        return f"state {self.number + 1} ({self.title})"
 
 
-def _judge(judged: _Judged, traced: TracedModel, state: int, point: Point, moved: Sequence[Point]) -> None:
-    """Add the reference of a model at a state, and its bound."""
-    try:
-        wanted = point.model(traced)
-        changed = [at.model(traced) for at in moved]
-    except (Singular, ZeroDivisionError) as error:
-        judged.unjudged[state] = str(error) or "division by zero"
-        wanted, changed = {output.name: [math.nan] * len(output.entries) for output in traced.program.outputs}, []
-    for name, entries in wanted.items():
-        high = [float(x) for x in entries]
-        effect = max((distance(other[name], entries) for other in changed), default=0.0)
-        if not all(map(math.isfinite, high)):
-            judged.unjudged.setdefault(state, f"{name} is not finite")
-        if ULPS * effect >= 1:
-            judged.unjudged.setdefault(state, f"one ulp of the inputs changes {name} altogether")
-        judged.high[name].append(high)
-        judged.low[name].append([float(x - h) for x, h in zip(entries, high, strict=True)])
-        judged.bounds[name].append(max(BOUND, ULPS * effect))
+class _Tally:
+    """Judges one model, state by state."""
+
+    def __init__(self, traced: TracedModel, runs: Runs) -> None:
+        self.traced, self.runs = traced, runs
+        self.worst = {name: Worst() for name, _ in runs}
+        self.judged = {False: 0, True: 0}
+        self.bound = BOUND
+        self.unjudged: list[str] = []
+
+    def add(self, state: _TestState, point: Point) -> None:
+        """Compare all implementations at a state."""
+        try:
+            wanted = point.model(self.traced)
+            errors = [(name, self._error(results, wanted, state.number)) for name, results in self.runs]
+            bound = BOUND
+            if max(size for _, size in errors) > BOUND:
+                bound = max(BOUND, ULPS * self._effect(state, point.reference, wanted))
+        except (Singular, ZeroDivisionError) as reason:
+            self.unjudged.append(f"{state}: {reason}")
+            return
+        if bound >= 1:
+            self.unjudged.append(f"{state}: one ulp of the inputs changes the result altogether")
+            return
+        self.judged[state.extreme] += 1
+        self.bound = max(self.bound, bound)
+        for name, error in errors:
+            moderate, extreme = (0.0, error) if state.extreme else (error, 0.0)
+            self.worst[name] |= Worst(moderate, extreme, error / bound, str(state))
+
+    def verification(self) -> ModelVerification:
+        """What was found at all states."""
+        return ModelVerification(
+            self.traced.model.name,
+            self.worst["numpy"],
+            self.worst.get("c"),
+            self.worst["equations"],
+            self.judged[False],
+            self.judged[True],
+            self.bound,
+            tuple(self.unjudged),
+        )
+
+    def _error(self, results: Results, wanted: Mapping[str, Numbers], state: int) -> float:
+        """The error of the worst result; infinite where one is not a number."""
+        return max(_error(results[name][state].ravel(), entries) for name, entries in wanted.items())
+
+    def _effect(self, state: _TestState, reference: Reference, wanted: Mapping[str, Numbers]) -> float:
+        """The largest change that one ulp makes."""
+        source = random.Random(state.seed)
+        moved = [reference.near(state.arguments, source, state.extreme).model(self.traced) for _ in range(MOVES)]
+        return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 
 
-def _compared(
-    traced: TracedModel, states: States, moderate: int, judged: _Judged, candidates: dict[str, list[Candidate]]
-) -> ModelVerification:
-    kept = np.array([state not in judged.unjudged for state in range(len(states))])
-    worst = {
-        name: _worst([candidate(traced, states) for candidate in runs], judged, kept, moderate)
-        for name, runs in candidates.items()
-    }
-    bounds = [np.array(bounds)[kept] for bounds in judged.bounds.values()]
-    return ModelVerification(
-        traced.model.name,
-        worst["numpy"],
-        worst.get("c"),
-        worst["equations"],
-        int(kept[:moderate].sum()),
-        int(kept[moderate:].sum()),
-        max((float(b.max(initial=BOUND)) for b in bounds), default=BOUND),
-        tuple(f"state {k + 1} ({states.titles[k]}): {why}" for k, why in sorted(judged.unjudged.items())),
-    )
-
-
-def _worst(runs: Sequence[dict[str, Array]], judged: _Judged, kept: NDArray[np.bool_], moderate: int) -> Worst:
-    worst = Worst()
-    for results in runs:
-        for name, array in results.items():
-            high, low = np.array(judged.high[name]), np.array(judged.low[name])
-            errors = _errors(array.reshape(high.shape), high, low)
-            share = errors / np.array(judged.bounds[name])
-            ordinary, special = errors[:moderate][kept[:moderate]], errors[moderate:][kept[moderate:]]
-            worst |= Worst(
-                float(ordinary.max(initial=0.0)), float(special.max(initial=0.0)), float(share[kept].max(initial=0.0))
-            )
-    return worst
-
-
-def _errors(found: Array, high: Array, low: Array) -> Array:
-    """Largest difference over largest entry, by state; infinite where a result is not a number."""
+def _error(found: Array, wanted: Numbers) -> float:
+    """`distance` of floats from the reference, which is taken as a sum of two doubles."""
+    high = np.array([float(x) for x in wanted])
+    low = np.array([float(x - h) for x, h in zip(wanted, high.tolist(), strict=True)])
     with np.errstate(all="ignore"):
-        difference = np.abs((found - high) - low).max(axis=1, initial=0.0)
-        scale = np.abs(high).max(axis=1, initial=0.0)
-        errors = np.where(difference == 0, 0.0, difference / scale)
-    return np.where(np.isnan(errors), np.inf, errors)
+        difference = float(np.abs((found - high) - low).max(initial=0.0))
+    scale = float(np.abs(high).max(initial=0.0))
+    error = difference / (scale if scale > ZERO else 1.0)
+    return error if math.isfinite(error) else math.inf
 
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
-    """A and H against Newton and Euler; where the models were not solved for, one of them that is."""
+    """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
     found = reference.disagreement(states.at(0))
     if reference.solved:
         return found
-    solving = Reference(reference.machine, reference.values, (), solved=True)
+    solving = replace(reference.at(states.at(0)), reference=reference.solving())
     for model in traced:
-        point, other = reference.at(states.at(0)), solving.at(states.at(0))
-        wanted = other.model(model)
-        found = max(found, *(distance(x, wanted[name]) for name, x in point.model(model).items()))
+        wanted = solving.model(model)
+        found = max(found, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
     return found

@@ -6,38 +6,34 @@ import re
 from collections.abc import Iterator
 from html import escape
 
+from symoro_elastic.codegen.notation import GREEK
+
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|[0-9]+(?:\.[0-9]+)?|[+-] |[{}^_&]|[^\s{}^_&\\]")
-_BREAK = re.compile(r"[{}]| (?=[+-] )")
-LETTERS = {
-    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ϵ", "zeta": "ζ", "eta": "η", "theta": "θ",
-    "kappa": "κ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "ϕ",
-    "chi": "χ", "psi": "ψ", "omega": "ω",
-}  # fmt: skip
-CAPITALS = {
-    "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Sigma": "Σ", "Phi": "Φ", "Psi": "Ψ",
-    "Omega": "Ω",
-}  # fmt: skip
-ACCENTS = {"dot": "˙", "ddot": "¨", "bar": "¯", "overline": "¯"}
+_BREAK = re.compile(r"\\begin|\\end|[{}]| (?=[+-] )")
+ACCENTS = {"dot": "&dot;", "ddot": "&Dot;", "bar": "&macr;"}
+ROWS = {"boldsymbol": "bf", "overline": "over"}
 FONTS = {"mathit": "it", "mathrm": "rm", "mathbf": "bf", "operatorname": "rm"}
+SPACE = '<mspace width="0.17em"/>'
 SIGNS = {
     "=": "<mo>=</mo>",
-    "*": "<mo>∗</mo>",
-    "-": '<mo form="prefix">−</mo>',
-    "+ ": '<mo form="infix">+</mo>',
-    "- ": '<mo form="infix">−</mo>',
+    "*": "<mo>&lowast;</mo>",
+    "-": '<mo form="prefix">&minus;</mo>',
+    "+ ": '<mo form="infix" lspace="0.22em" rspace="0.22em">+</mo>',
+    "- ": '<mo form="infix" lspace="0.22em" rspace="0.22em">&minus;</mo>',
+    ",": '<mo lspace="0em" rspace="0.1em">,</mo>',
 }
 
 
 def mathml(latex: str) -> str:
     """One `<math>` element; raises `ValueError` for LaTeX beyond what equations use."""
-    return f'<math displaystyle="true">{_Reader(latex).everything()}</math>'
+    return f'<math displaystyle="true">{_Reader(latex).everything()}</math>' if latex else ""
 
 
 def pieces(latex: str) -> Iterator[str]:
     """`<math>` elements of the terms of a sum, so that a page can break the line between them."""
     depth, start = 0, 0
     for found in _BREAK.finditer(latex):
-        depth += (found[0] == "{") - (found[0] == "}")
+        depth += (found[0] in ("{", r"\begin")) - (found[0] in ("}", r"\end"))
         if found[0] == " " and depth == 0:
             yield mathml(latex[start : found.start()])
             start = found.end()
@@ -51,7 +47,7 @@ class _Reader:
         self.position = 0
 
     def everything(self) -> str:
-        row = self.row("")
+        row = self.row()
         if self.position < len(self.tokens):
             raise self.unexpected()
         return row
@@ -77,17 +73,17 @@ class _Reader:
 
     def scripted(self) -> str:
         """An item with what stands above and below to its right."""
+        applied = self.peek() in (r"\sin", r"\cos")
         base = self.item()
         scripts: dict[str, str] = {}
         while self.peek() in ("^", "_"):
-            scripts[self.take()] = self.group()
-        if len(scripts) == 2:
-            return f"<msubsup>{base}{scripts['_']}{scripts['^']}</msubsup>"
-        if scripts:
-            (kind, script), = scripts.items()
-            tag = "msub" if kind == "_" else "msup"
-            return f"<{tag}>{base}{script}</{tag}>"
-        return base
+            place = self.take()
+            scripts[place] = self.group()
+        gap = SPACE if applied and self.peek() != "(" else ""
+        if not scripts:
+            return base + gap
+        tag = "msubsup" if len(scripts) == 2 else "msub" if "_" in scripts else "msup"
+        return f"<{tag}>{base}{scripts.get('_', '')}{scripts.get('^', '')}</{tag}>{gap}"
 
     def group(self) -> str:
         """What is in braces, as one element."""
@@ -115,7 +111,7 @@ class _Reader:
             return f"<mi>{token}</mi>"
         if token[0] == "\\":
             return self.command(token[1:])
-        if token in "()[],":
+        if token in "()":
             return f'<mo stretchy="false">{token}</mo>'
         if token in SIGNS:
             return SIGNS[token]
@@ -124,19 +120,19 @@ class _Reader:
 
     def command(self, name: str) -> str:
         if name == ",":
-            return '<mspace width="0.17em"/>'
-        if name in LETTERS or name in CAPITALS:
-            return f"<mi>{LETTERS[name]}</mi>" if name in LETTERS else f'<mi class="rm">{CAPITALS[name]}</mi>'
+            return SPACE
+        if name in GREEK or name == "pi":
+            return f'<mi class="rm">&{name};</mi>' if name[0].isupper() else f"<mi>&{name};</mi>"
         if name in ACCENTS:
             return f'<mover accent="true">{self.group()}<mo>{ACCENTS[name]}</mo></mover>'
         if name in FONTS:
             return f'<mi class="{FONTS[name]}">{self.word()}</mi>'
-        if name == "boldsymbol":
-            return f'<mrow class="bf">{self.group()}</mrow>'
+        if name in ROWS:
+            return f'<mrow class="{ROWS[name]}">{self.group()}</mrow>'
         if name in ("sin", "cos"):
             return f'<mi class="rm">{name}</mi>'
         if name == "cdot":
-            return "<mo>·</mo>"
+            return "<mo>&middot;</mo>"
         if name == "frac":
             return f"<mfrac>{self.group()}{self.group()}</mfrac>"
         if name == "sqrt":
@@ -149,7 +145,7 @@ class _Reader:
     def table(self) -> str:
         """A matrix in brackets."""
         self.word()
-        rows = [[]]
+        rows: list[list[str]] = [[]]
         while True:
             rows[-1].append(self.row("&", r"\\", r"\end"))
             mark = self.take()

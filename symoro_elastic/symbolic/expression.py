@@ -115,7 +115,7 @@ class Expression:
         if other.__class__ is not Expression:
             return _scale(self, 1 / Fraction(other))
         if self is other:
-            return 1
+            return Fraction(1)
         if self.operation == NEGATE:
             return -(self.operands[0] / other)
         if other.operation == NEGATE:

@@ -146,6 +146,18 @@ def test_every_line_break_and_bracket_of_toml_is_reported_with_its_line() -> Non
     assert "no joint" in message("name = 'arm'")
 
 
+@pytest.mark.parametrize("part", ["a", '"a,b"', "1", "'.'"])
+def test_keys_of_many_parts_take_no_time(part: str) -> None:
+    dotted = ".".join([part] * 100_000)
+    assert "more than 8 dots" in message(f"{dotted} = 1")
+    assert "more than 8 dots" in message(f"[{dotted}]")
+
+
+def test_dots_in_texts_and_comments_are_free() -> None:
+    text = 'notes = ["a.b.c.d.e.f.g.h.i.j.k.l", \'1.2.3.4.5.6.7.8.9.10.11\', """a.\nb\\"""c.d.e.f.g.h.i.j.k"""]  # .........\n'
+    assert len(toml.read(text + TOML, "").notes) == 3
+
+
 @pytest.mark.parametrize("offset", ["q1", "(q1)", "+q1", "q1+0"])
 def test_a_variable_alone(offset: str) -> None:
     joint = toml.read(TOML.replace('"q1"', f'"{offset}"'), "").joints[0]

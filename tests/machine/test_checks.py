@@ -102,6 +102,10 @@ def test_an_angle_that_is_meant(angle: str) -> None:
     assert warnings('alpha = "pi/2"', f"alpha = {angle}") == []
 
 
+def test_zero_is_not_negative() -> None:
+    assert warnings("damping = 3", 'damping = "L2 - 0.35"') == []
+
+
 def test_offsets_and_gamma_are_angles_too() -> None:
     assert "theta = 1.5708" in one_warning('"q1"', '"q1 + 1.5708"')
     assert "gamma = 1.5708" in one_warning('name = "tip"', 'name = "tip", gamma = 1.5708')

@@ -110,6 +110,11 @@ def test_par_lists_its_parameters_only_when_it_must() -> None:
     assert par.read(par.write(unused), "arm.par") == unused
 
 
+def test_type_tells_a_chain_from_a_tree() -> None:
+    assert "Type = 0\n" in par.write(par.read(PAR, ""))
+    assert "Type = 1\n" in par.write(par.read(PAR.replace("Type = 0", "").replace("{0, 1, 2}", "{0, 1, 1}", 1), ""))
+
+
 def test_unused_columns_of_par_are_kept() -> None:
     extra = "QP = {QP1, QP2, 0}\nk = {K1, K2, 0}\nmu = {1, 0, 0}\nType = 1\nZ = {" + ", ".join("1" * 16) + "}\n"
     text = PAR.replace("k = {0, K2, 0}\n", "").replace("Type = 0\n", "") + extra
@@ -122,6 +127,33 @@ def test_unused_columns_of_par_are_kept() -> None:
     assert par.read(again, "") == machine
     for line in ("QP = {QP1, QP2, 0}", "k = {K1, K2, 0}", "Type = 1", "mu = {1, 0, 0}"):
         assert line.replace(" ", "") in again.replace(" ", "")
+
+
+@pytest.mark.parametrize(
+    ("extra", "where"),
+    [
+        ({"k": "{K9, 0, 0}"}, "k     = {K9,   K2,   0}"),
+        ({"k": "{0, K9, 0}"}, "extras"),  # joint 2 is elastic: its k is another
+        ({"k": "{0, 0, 0}"}, "extras"),
+        ({"mu": "{1, 0, 1}"}, "mu    = { 1,    0,   1}"),
+        ({"mu": "{0, 1, 0}"}, "extras"),  # joint 1 is a motor
+        ({"mu": "{1, 2, 0}"}, "extras"),
+        ({"mu": "{1, 1, 0}"}, "extras"),  # as the kinds imply
+        ({"QP": "{1, 2}"}, "extras"),
+        ({"QP": "{1,2,3}"}, "extras"),
+        ({"QP": "{a, b, c}"}, "QP    = {a, b, c}"),
+        ({"Type": "2"}, "Type = 2"),
+        ({"Type": "tree"}, "extras"),
+        ({"any thing": "*) }"}, "extras"),
+    ],
+)
+def test_extras_stand_where_par_readers_look_for_them(extra: dict[str, str], where: str) -> None:
+    machine = replace(par.read(PAR, ""), extras=extra)
+    text = par.write(machine)
+    assert par.read(text, "") == machine
+    assert toml.read(toml.write(machine), "") == machine
+    assert ("(*! extras" in text) == (where == "extras")
+    assert where.replace(" ", "") in text.replace(" ", "")
 
 
 def test_empty_scene_is_not_no_scene() -> None:

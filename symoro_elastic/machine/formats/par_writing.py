@@ -78,7 +78,7 @@ def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
     if key == "mu":
         usual = [kind_flags(joint)[0] for joint in joints]
         free = [spring or joint.sigma == 2 for spring, joint in zip(elastic, joints, strict=True)]
-        same = all(cell == mu or (f and cell in "01") for cell, mu, f in zip(cells, usual, free, strict=True))
+        same = all(cell == mu or (f and cell in ("0", "1")) for cell, mu, f in zip(cells, usual, free, strict=True))
         return same and cells != usual
     return True
 

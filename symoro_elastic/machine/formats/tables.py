@@ -14,6 +14,12 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
 from symoro_elastic.machine.names import did_you_mean, quoted
 
+MAX_DOTS = 8
+_STRING_OR_COMMENT = re.compile(
+    r'"""(?:[^\\]|\\.)*?"""|' + r"'''.*?'''|" + r'"(?:[^"\\\n]|\\.)*"|' + r"'[^'\n]*'|#[^\n]*", re.DOTALL
+)
+_RUN = re.compile(r"[\w\-. \t]+", re.ASCII)
+
 
 class Number(str):
     """A number with a point or an exponent, as written; also nan and inf."""
@@ -21,6 +27,7 @@ class Number(str):
 
 def load(text: str, source: str) -> Table:
     """The tables of a TOML text; raises `InputError` naming the line."""
+    _check_keys(text, source)
     try:
         return Table(tomllib.loads(text, parse_float=Number), source)
     except tomllib.TOMLDecodeError as error:
@@ -30,6 +37,15 @@ def load(text: str, source: str) -> Table:
         raise InputError(source, "file", "nested too deeply: no entry needs more than four levels") from None
     except ValueError:
         raise InputError(source, "file", "a number has too many digits") from None
+
+
+def _check_keys(text: str, source: str) -> None:
+    """Refuse dotted keys of many parts, on which the TOML reader's time and memory grow with their square."""
+    for run in _RUN.finditer(_STRING_OR_COMMENT.sub("s", text)):
+        if run[0].count(".") > MAX_DOTS:
+            raise InputError(
+                source, "file", f"{quoted(run[0].strip())} has more than {MAX_DOTS} dots: no key needs them"
+            )
 
 
 @dataclass(frozen=True)

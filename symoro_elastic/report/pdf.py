@@ -1,0 +1,72 @@
+"""A LaTeX document compiled to PDF by whichever LaTeX is installed."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from symoro_elastic.errors import InputError
+
+INSTEAD = "use --format latex or html"
+QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")
+# Command and how often it must run until the table of contents is right.
+ENGINES: dict[str, tuple[tuple[str, ...], int]] = {
+    "latexmk": (("-pdf", "-norc", *QUIET), 1),
+    "pdflatex": (QUIET, 2),
+    "tectonic": (("--untrusted",), 1),
+    "lualatex": (QUIET, 2),
+}
+SECONDS = 300
+
+
+def pdf(tex: str, path: Path) -> Path:
+    """Compile a document to `path` with the first LaTeX found; nothing is written if that fails.
+
+    Raises `InputError`.
+    """
+    engine = next((name for name in ENGINES if shutil.which(name)), None)
+    if engine is None:
+        raise InputError(str(path), "pdf", f"no LaTeX is installed ({', '.join(ENGINES)}): {INSTEAD}")
+    with TemporaryDirectory(prefix="symoro-elastic-") as folder:
+        source = Path(folder, "equations.tex")
+        source.write_text(tex, encoding="utf-8")
+        made = source.with_suffix(".pdf")
+        log = _compile(engine, folder)
+        if not made.is_file():
+            raise InputError(str(path), "pdf", f"{engine} failed{_reason(log)}: {INSTEAD}")
+        shutil.copyfile(made, path)
+    return path
+
+
+def _compile(engine: str, folder: str) -> str:
+    options, times = ENGINES[engine]
+    environment = os.environ | {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1"}
+    log = ""
+    for _ in range(times):
+        try:
+            done = subprocess.run(
+                [engine, *options, "equations.tex"],
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=SECONDS,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return f"! {error}"
+        log = (done.stdout + done.stderr).decode("utf-8", "replace")
+        if done.returncode:
+            Path(folder, "equations.pdf").unlink(missing_ok=True)
+            break
+    return log
+
+
+def _reason(log: str) -> str:
+    """The first complaint of a log, in brackets."""
+    found = re.search(r"^(?:!|error:) *(.+)", log, re.MULTILINE)
+    return f" ({found[1].strip()})" if found else ""

@@ -1,0 +1,154 @@
+"""Generated code in tests: rendered, taken apart as text, imported, compiled."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import itertools
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.generate import package
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
+from symoro_elastic.symbolic.program import OperationCount
+
+ALL_MODELS = tuple(MODELS)
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
+RESULTS = {
+    "direct_dynamics": ("qdd",),
+    "inverse_dynamics": ("tau", "qdd"),
+    "inertia_matrix": ("A",),
+    "bias_forces": ("H",),
+    "geometric_model": ("T",),
+}
+_unique = itertools.count()
+
+Array = NDArray[np.float64]
+
+
+def rendered(machine: Machine, scene: Scene | None = None, targets: Sequence[str] = ("numpy", "c")) -> dict[str, str]:
+    """File names and texts; all models unless the scene names some."""
+    scene = _with_models(scene)
+    described = package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene))
+    files: dict[str, str] = {}
+    for target in targets:
+        files |= TARGETS[target](described)
+    return files
+
+
+def traced(machine: Machine, scene: Scene | None = None) -> dict[str, TracedModel]:
+    """The traced models by name; all unless the scene names some."""
+    return {model.model.name: model for model in trace_scene(machine, _with_models(scene))}
+
+
+def _with_models(scene: Scene | None) -> Scene:
+    scene = scene or Scene()
+    return scene if scene.models else replace(scene, models=ALL_MODELS)
+
+
+# Text
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """`target = right;`; local variables are declared where they are assigned."""
+
+    target: str
+    local: bool
+    right: str
+
+
+def c_functions(text: str) -> dict[str, list[Assignment]]:
+    """Functions of a C text and their assignments, found without the printer's help."""
+    plain = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
+    found = {}
+    for name, body in re.findall(r"^void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
+        statements = [" ".join(s.split()) for s in body.split(";")]
+        parts = [re.fullmatch(r"(const double )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
+        found[name] = [Assignment(p[2], bool(p[1]), p[3]) for p in parts if p]
+    return found
+
+
+TOKEN = re.compile(
+    r"(?P<number>\d+\.?\d*(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/])|(?P<other>[\[\](),])"
+)
+
+
+def tokens(expression: str) -> list[tuple[str, str]]:
+    """(kind, text) of each token; fails on anything that is no arithmetic."""
+    assert not TOKEN.sub("", expression).strip(), expression
+    return [(str(m.lastgroup), m[0]) for m in TOKEN.finditer(expression)]
+
+
+def names_in(expression: str) -> list[str]:
+    """Identifiers of an expression."""
+    return [text for kind, text in tokens(expression) if kind == "name"]
+
+
+def recount(assignments: Sequence[Assignment]) -> OperationCount:
+    """Operations in printed statements, by reading the text: binary signs, calls of sin and cos."""
+    totals = {"mul": 0, "add": 0, "div": 0, "sincos": 0}
+    kinds = {"*": "mul", "/": "div", "+": "add", "-": "add"}
+    for assignment in assignments:
+        before = ("other", "(")
+        for kind, text in tokens(assignment.right):
+            if kind == "sign" and (before[0] in ("number", "name") or before[1] in (")", "]")):
+                totals[kinds[text]] += 1
+            totals["sincos"] += kind == "name" and text in ("sin", "cos")
+            before = (kind, text)
+    return OperationCount(**totals)
+
+
+# Numbers
+
+
+def imported(folder: Path) -> ModuleType:
+    """The numpy package in a folder, under a name of its own."""
+    name = f"generated_{next(_unique)}_{folder.name}"
+    spec = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def compiled(folder: Path, build: Path, compiler: str, name: str = "") -> ctypes.CDLL:
+    """The C of a folder as a library, without a warning."""
+    name = name or folder.name
+    library = build / f"{name}_{compiler}_{next(_unique)}.so"
+    command = [compiler, *STRICT, "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o", str(library)]
+    run = subprocess.run([*command, str(folder / f"{name}.c"), "-lm"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0 and not run.stderr, run.stderr
+    return ctypes.CDLL(str(library))
+
+
+def call(
+    library: ctypes.CDLL, machine: str, model: str, inputs: Sequence[Any], p: Any, shapes: Sequence[tuple[int, ...]]
+) -> list[Array]:
+    """Results of a C function; `p` is left out when it is empty."""
+    arrays = [np.ascontiguousarray(x, dtype=float) for x in inputs]
+    arrays += [np.ascontiguousarray(p, dtype=float)] if len(p) else []
+    results = [np.full(shape, np.nan) for shape in shapes]
+    pointers = [a.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for a in (*arrays, *results)]
+    function = getattr(library, f"{machine}_{model}")
+    function.restype = None
+    function(*pointers)
+    return results
