@@ -107,6 +107,76 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
 
+@cli.command()
+@MACHINE
+@MODEL
+@FOLD
+@SCENE
+@click.option("--seed", default=0, show_default=True, help="Chooses the random states.")
+@JSON
+def check(
+    machine: str, models: tuple[str, ...], fold: tuple[str, ...], scene: str | None, seed: int, as_json: bool
+) -> None:
+    """Compile the C, and compare C, numpy and the equations on floats with 50 digits.
+
+    At random and at extreme states; exit code 1 where an error is out of bounds.
+    """
+    from symoro_elastic.codegen.compile import CompilationFailed
+    from symoro_elastic.generate import refuse_degenerate
+    from symoro_elastic.numerics.values import NoValues
+    from symoro_elastic.numerics.verify import verify
+    from symoro_elastic.report.tables import verification_json, verification_table
+
+    found = _read(machine)
+    asked = _scene(found, scene, models, fold)
+    refuse_degenerate(found, asked)
+    try:
+        with _counted("verify") as progress:
+            result = verify(found, asked, seed=seed, progress=progress)
+    except (CompilationFailed, NoValues) as error:
+        raise InputError(machine, "check", str(error)) from None
+    if as_json:
+        _print_json(verification_json(result))
+    else:
+        _print_table(verification_table(result), f"{found.name}: worst relative error, {result.states} states a model")
+        click.echo("every error is within its bound" if result.ok else "OUT OF BOUNDS")
+    if result.missing:
+        raise InputError(machine, "C compiler", result.missing)
+    if not result.ok:
+        raise SystemExit(1)
+
+
+@cli.command()
+@MACHINE
+@click.option("--model", default="direct_dynamics", show_default=True, metavar="NAME", help="Model to write out.")
+@click.option("--format", "form", default="latex", show_default=True, metavar="NAME", help="latex, html or pdf.")
+@click.option("--out", metavar="FILE", type=click.Path(), help="File to write; standard output unless said.")
+@FOLD
+@SCENE
+def equations(machine: str, model: str, form: str, out: str | None, fold: tuple[str, ...], scene: str | None) -> None:
+    """Write the equations of a model with their intermediate variables, in order."""
+    from symoro_elastic.generate import described
+    from symoro_elastic.report.page import html_page, latex_document
+    from symoro_elastic.report.pdf import pdf
+
+    _known((form,), ("latex", "html", "pdf"), "--format")
+    with _progress() as step:
+        step("trace")
+        found = _read(machine)
+        package = described(found, _scene(found, scene, (model,), fold))
+        step("render")
+        text = (html_page if form == "html" else latex_document)(package, package.functions[0])
+        if form == "pdf":
+            step("compile")
+            out = str(pdf(text, Path(out or f"{found.name}_{model}.pdf")))
+    if out is None:
+        click.echo(text, nl=False)
+        return
+    if form != "pdf":
+        _write(text, out)
+    click.echo(f"wrote {out}", err=True)
+
+
 def main() -> None:
     """Run the command line; whatever a user can mend ends in one line on stderr and exit code 2."""
     try:
@@ -176,6 +246,26 @@ def _print_table(table: Any, title: str = "") -> None:
 
     table.box, table.title = box.SIMPLE_HEAD, title or None
     Console(highlight=False, width=None if sys.stdout.isatty() else 160).print(table)
+
+
+def _write(text: str, out: str) -> None:
+    from symoro_elastic.machine.formats.files import save_text
+
+    save_text(text, out)
+
+
+@contextmanager
+def _counted(step: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal's stderr, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(step)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 @contextmanager

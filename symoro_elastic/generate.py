@@ -65,6 +65,13 @@ def generate(
     return Generated(write_files(out / machine.name, files), models, whole)
 
 
+def described(machine: Machine, scene: Scene) -> Package:
+    """The models that a scene asks of a machine, ready to be rendered. Raises `InputError`."""
+    refuse_taken_names(machine)
+    refuse_degenerate(machine, scene)
+    return package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene), describe(scene))
+
+
 def render(described: Package, targets: Sequence[str], source: str) -> dict[str, str]:
     """File names and texts; raises `InputError` for constants that no double holds."""
     files: dict[str, str] = {}

@@ -280,7 +280,7 @@ def test_singularities_in_branches_are_all_found() -> None:
     ]
     machine = Machine("branches", tuple(rows), PARAMETERS)
     assert sorted(blamed(machine)) == [(2, (2, 3)), (4, (4, 5)), (6, (6,))]
-    with pytest.raises(InputError, match="likewise joint 4, joint 5; likewise joint 6$"):
+    with pytest.raises(InputError, match=r"likewise joint 4, joint 5; likewise joint 6$"):
         refuse_degenerate(machine, Scene())
 
 

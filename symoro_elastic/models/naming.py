@@ -62,7 +62,7 @@ def _name_function(names: Names, x: Scalar, section: Section) -> None:
     stack = [x]
     while stack:
         node = stack.pop()
-        if not isinstance(node, Expression):
+        if not isinstance(node, Expression) or not node.operands:
             continue
         operand = node.operands[0]
         if node.operation in (SIN, COS, SIGN) and isinstance(operand, Expression) and operand.operation == SYMBOL:

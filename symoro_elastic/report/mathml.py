@@ -10,7 +10,7 @@ from symoro_elastic.codegen.notation import GREEK
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|[0-9]+(?:\.[0-9]+)?|[+-] |[{}^_&]|[^\s{}^_&\\]")
 _BREAK = re.compile(r"\\begin|\\end|[{}]| (?=[+-] )")
-ACCENTS = {"dot": "&dot;", "ddot": "&Dot;", "bar": "&macr;"}
+ACCENTS = {"dot": "&dot;", "ddot": "&Dot;", "bar": "&oline;"}
 ROWS = {"boldsymbol": "bf", "overline": "over"}
 FONTS = {"mathit": "it", "mathrm": "rm", "mathbf": "bf", "operatorname": "rm"}
 SPACE = '<mspace width="0.17em"/>'

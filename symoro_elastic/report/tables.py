@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.symbolic.program import OperationCount, saved
+
+if TYPE_CHECKING:
+    from symoro_elastic.numerics.verify import Verification
 
 GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
 
@@ -99,11 +102,32 @@ def _law(joint: Joint) -> str:
     return ", ".join(f"{name} = {cell}" for name, cell in shown.items() if not cell.is_zero)
 
 
-def check_table(rows: Sequence[tuple[str, ...]], columns: Sequence[str]) -> Any:
-    """A plain table of figures."""
+def verification_table(result: Verification) -> Any:
+    """Worst errors of each model."""
     from rich.table import Table
 
-    table = Table(*columns)
-    for row in rows:
-        table.add_row(*row)
+    table = Table("model", "C", "numpy", "floats", "C, extreme", "numpy, extreme", "floats, extreme", "bound", "")
+    for model in result.models:
+        columns = (model.c, model.numpy, model.equations)
+        moderate = [f"{worst.moderate:.1e}" if worst else "-" for worst in columns]
+        extreme = [f"{worst.extreme:.1e}" if worst else "-" for worst in columns]
+        verdict = "ok" if model.ok else "out of bounds"
+        table.add_row(model.name, *moderate, *extreme, f"{model.bound:.1e}", verdict)
     return table
+
+
+def verification_json(result: Verification) -> dict[str, Any]:
+    """Worst errors of each model as plain data; `c` is null without a compiler."""
+    models = {
+        model.name: {
+            "numpy": model.numpy.error,
+            "c": model.c.error if model.c else None,
+            "equations": model.equations.error,
+            "moderate": {"numpy": model.numpy.moderate, "c": model.c.moderate if model.c else None},
+            "bound": model.bound,
+            "ok": model.ok,
+        }
+        for model in result.models
+    }
+    found: dict[str, Any] = {"ok": result.ok and not result.missing, "states": result.states, "models": models}
+    return found | ({"missing": result.missing} if result.missing else {})

@@ -154,7 +154,8 @@ def test_keys_of_many_parts_take_no_time(part: str) -> None:
 
 
 def test_dots_in_texts_and_comments_are_free() -> None:
-    text = 'notes = ["a.b.c.d.e.f.g.h.i.j.k.l", \'1.2.3.4.5.6.7.8.9.10.11\', """a.\nb\\"""c.d.e.f.g.h.i.j.k"""]  # .........\n'
+    text = 'notes = ["a.b.c.d.e.f.g.h.i.j.k.l", '
+    text += '\'1.2.3.4.5.6.7.8.9.10.11\', """a.\nb\\"""c.d.e.f.g.h.i.j.k"""]  # .........\n'
     assert len(toml.read(text + TOML, "").notes) == 3
 
 
