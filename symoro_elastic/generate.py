@@ -12,9 +12,10 @@ from symoro_elastic.codegen.targets import TARGETS
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
+from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.output_folder import write_files
 
 ARGUMENTS = {
@@ -29,7 +30,12 @@ RESULTS = {
     "tau": "motor torques or forces, N m or N",
     "A": "inertia matrix, kg m2, kg m or kg",
     "H": "Coriolis, centrifugal, gravity and friction forces, N m or N",
-    "T": "0Tj of each frame, row by row, lengths in m",
+    "T": "placement of each frame, row by row, lengths in m",
+    "V": "velocity of the origin (m/s), then angular velocity (rad/s) of each frame",
+    "Vd": "acceleration of the origin (m/s2), then angular acceleration (rad/s2) of each frame",
+    "J": "Jacobian of each frame: V = J qd, linear part first",
+    "f": "force (N), then moment (N m) that the antecedent exerts on each body, in its frame",
+    "E": "kinetic, gravity and elastic energy, J",
 }
 
 
@@ -165,7 +171,16 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
     program = traced.program
     arguments = tuple(Argument(a.name, len(a.symbols), ARGUMENTS[a.name]) for a in program.inputs)
     results = tuple(
-        Result(o.name, o.shape, RESULTS[o.name], tuple(machine.joints[j - 1].name for j in traced.rows[o.name]))
-        for o in program.outputs
+        Result(o.name, o.shape, RESULTS[o.name], _row_names(machine, traced.results[o.name])) for o in program.outputs
     )
     return Function(traced.model.name, traced.model.title, traced.model.equations, program, arguments, results)
+
+
+def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
+    """What the first axis of a result follows: `tool`, or `tool in bed_x`."""
+    names = [BASE, *(joint.name for joint in machine.joints)]
+    places = result.seen_from or [None] * len(result.rows or ())
+    return tuple(
+        names[j] if place is None else f"{names[j]}{SEEN_FROM}{names[place]}"
+        for j, place in zip(result.rows or (), places, strict=True)
+    )

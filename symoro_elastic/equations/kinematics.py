@@ -24,6 +24,7 @@ from symoro_elastic.equations.spatial import (
     times,
     to_child,
     transpose,
+    turn,
     turn_back,
 )
 
@@ -34,11 +35,7 @@ def frames(mechanism: Mechanism) -> list[tuple[Matrix, Vector]]:
     """0Aj and 0Pj of every frame [2]."""
     placed: list[tuple[Matrix, Vector]] = [(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))]
     for _, link in mechanism.numbered():
-        rotation, position = placed[link.antecedent]
-        for screw in link.placement:
-            position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
-            rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
-        placed.append((rotation, position))
+        placed.append(moved_frame(link, *placed[link.antecedent]))
     return placed
 
 
@@ -132,3 +129,26 @@ def jacobian(mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], frame: i
         elif mechanism.links[j - 1].axis is Axis.PRISMATIC:
             columns[j] = z, (0, 0, 0)
     return columns
+
+
+def placement_between(mechanism: Mechanism, k: int, f: int) -> tuple[Matrix, Vector]:
+    """kAf and kPf, over the joints between the two frames only."""
+    from_k, from_f = path(mechanism, k), path(mechanism, f)
+    shared = len([i for i, j in zip(from_k, from_f, strict=False) if i == j])
+    rotation: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    position: Vector = (0, 0, 0)
+    for j in reversed(from_k[shared:]):
+        for screw in reversed(mechanism.links[j - 1].placement):
+            position = subtract(position, scale(screw.shift, transpose(rotation)[screw.axis]))
+            rotation = (turn(screw, rotation[0]), turn(screw, rotation[1]), turn(screw, rotation[2]))
+    for j in from_f[shared:]:
+        rotation, position = moved_frame(mechanism.links[j - 1], rotation, position)
+    return rotation, position
+
+
+def moved_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
+    """Frame j from frame i, both seen from any third [1]."""
+    for screw in link.placement:
+        position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
+        rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
+    return rotation, position

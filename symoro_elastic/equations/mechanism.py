@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from symoro_elastic.equations.spatial import (
@@ -95,3 +95,9 @@ class Mechanism:
             for link in self.links
         )
         return Mechanism(links, pair(self.velocity), pair(self.acceleration))
+
+
+def without_loads(mechanism: Mechanism) -> Mechanism:
+    """The mechanism on a base at rest, without gravity and external wrenches."""
+    links = tuple(replace(link, wrench=(ZERO, ZERO)) for link in mechanism.links)
+    return Mechanism(links)

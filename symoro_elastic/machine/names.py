@@ -20,13 +20,22 @@ MODELS = (
     "bias_forces",
     "geometric_model",
     "jacobian",
+    "jacobian_dot_qd",
     "velocities",
     "accelerations",
     "reaction_wrenches",
+    "energy",
+    "coriolis_forces",
+    "gravity_forces",
+    "friction_forces",
+    "external_forces",
+    "inverse_geometric_model",
     "base_parameters",
     "regressor",
     "linearization",
 )
+
+SEEN_FROM_FRAMES = ("geometric_model", "velocities", "accelerations", "jacobian", "jacobian_dot_qd")
 
 # Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
 # `<letters><joint number>_<component>`, and `<prefix><anything>`.

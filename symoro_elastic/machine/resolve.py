@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import MODELS, did_you_mean, quoted
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.names import MODELS, SEEN_FROM_FRAMES, did_you_mean, quoted
+from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
 
 
 def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, source: str = "") -> Scene:
@@ -23,14 +23,27 @@ def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, sour
     for name in () if isinstance(scene.fold, str) else scene.fold:
         _known(name, [parameter.name for parameter in machine.parameters], "parameter", source, "fold")
     outputs = {
-        model: tuple(joints[_known(name, joints, "joint", source, f"outputs, {model}")] for name in names)
-        for model, names in scene.outputs.items()
+        model: tuple(_output(name, model, joints, source) for name in names) for model, names in scene.outputs.items()
     }
     locked = {joints[_known(name, joints, "joint", source, "locked")]: value for name, value in scene.locked.items()}
     if len(locked) < len(scene.locked):
         raise InputError(source, "scene, locked", "a joint is locked twice, by two of its names")
     _check_locked(locked, machine, source)
     return Scene(scene.models, outputs, locked, scene.fold, scene.gravity)
+
+
+def _output(name: str, model: str, joints: dict[str, str], source: str) -> str:
+    """A joint, or a frame as in "tool in bed_x", by the names that the machine has."""
+    first, *seen_from = name.split(SEEN_FROM)
+    if seen_from and model not in SEEN_FROM_FRAMES:
+        what = f"{quoted(name)}: only {', '.join(SEEN_FROM_FRAMES)} can be asked for as seen from a frame"
+        raise InputError(source, f"scene, outputs, {model}", what)
+    places = {**joints, BASE: BASE}
+    found = [joints[_known(first.strip(), joints, "joint", source, f"outputs, {model}")]]
+    found += [places[_known(place.strip(), places, "frame", source, f"outputs, {model}")] for place in seen_from]
+    if len(found) > 2:
+        raise InputError(source, f"scene, outputs, {model}", f"{quoted(name)}: write one frame in one other")
+    return SEEN_FROM.join(found)
 
 
 def _joints_by_any_name(machine: Machine) -> dict[str, str]:

@@ -10,8 +10,10 @@ from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, TorqueKno
 from symoro_elastic.equations.joint_laws import elastic_torque, friction
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    Pair,
     RigidInertia,
     Screw,
+    Vector,
     X,
     Z,
     subtract,
@@ -136,16 +138,44 @@ class Bound:
         return friction(viscous, coulomb, self.qd[j], self.sign_of_velocity(j))
 
     def passive_torque(self, j: int) -> Scalar:
-        """What springs and dampers exert on joint j [9]; zero for passive joints."""
+        """What springs and dampers exert on joint j [9]; zero for joints without."""
+        stiffness, deflection = self.spring(j)
+        damping = self.cell(self.machine.joints[j - 1].spring.damping)
+        return elastic_torque(stiffness, deflection, damping, self.qd[j])
+
+    def spring(self, j: int) -> tuple[Scalar, Scalar]:
+        """Stiffness of joint j and deflection of its spring; zero for joints without."""
         joint = self.machine.joints[j - 1]
         if joint.kind is not Kind.ELASTIC:
-            return 0
-        k, d, neutral = self.cells((joint.spring.stiffness, joint.spring.damping, joint.spring.neutral))
-        return elastic_torque(k, self.q[j] - neutral, d, self.qd[j])
+            return 0, 0
+        return self.cell(joint.spring.stiffness), self.q[j] - self.cell(joint.spring.neutral)
+
+    @property
+    def gravity(self) -> Vector:
+        """Acceleration of gravity in frame 0."""
+        found: Vector = self.cells(self.machine.base.gravity)
+        return found
 
     def rates(self) -> list[Scalar]:
         """qd by joint number, zero for fixed frames and the base."""
         return [self.qd.get(j, 0) for j in range(len(self.machine.joints) + 1)]
+
+    def given_accelerations(self) -> list[Scalar]:
+        """qdd by joint number, zero for fixed frames and the base."""
+        return [self.qdd.get(j, 0) for j in range(len(self.machine.joints) + 1)]
+
+    @property
+    def base_acceleration(self) -> Pair:
+        """V'_0 without gravity."""
+        base = self.machine.base
+        return self.cells(base.acceleration), self.cells(base.angular_acceleration)
+
+    def given_rules(self) -> list[Rule | None]:
+        """Every acceleration known."""
+        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
+        for j in self.machine.moving:
+            rules[j] = AccelerationKnown(self.qdd[j])
+        return rules
 
     def direct_rules(self) -> list[Rule | None]:
         """Every torque known."""

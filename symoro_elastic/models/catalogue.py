@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.geometric import GEOMETRIC
-from symoro_elastic.models.model import FRAMES, Joints, Model, TracedModel
+from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
 from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
@@ -20,20 +20,24 @@ MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
 
-def trace(machine: Machine, name: str, asked: Sequence[int] = (), folded: Sequence[str] = ()) -> TracedModel:
+def trace(machine: Machine, name: str, asked: Joints | Frames = (), folded: Sequence[str] = ()) -> TracedModel:
     """Run the equations of a model on the symbols of a machine, prune and schedule.
 
-    `asked` are joint numbers (all when empty), `folded` names of parameters that become constants.
+    `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
     Raises `SingularPivot` where a joint has no inertia.
     """
     model = MODELS[name]
     bound = Bound(machine, folded)
-    everything = range(1, len(machine.joints) + 1) if model.rows == FRAMES else machine.moving
-    results = model.run(bound, tuple(asked) or tuple(everything))
+    results = model.run(bound, tuple(asked) or _everything(machine, model))
     inputs = [Input(argument, bound.arguments()[argument]) for argument in model.arguments]
-    outputs = [Output(name, (len(r.rows), *r.columns), r.entries) for name, r in results.items()]
-    rows = {name: r.rows for name, r in results.items()}
-    return TracedModel(model, rows, build(inputs, outputs, bound.names))
+    outputs = [Output(name, r.shape, r.entries) for name, r in results.items()]
+    return TracedModel(model, results, build(inputs, outputs, bound.names))
+
+
+def _everything(machine: Machine, model: Model) -> Joints | Frames:
+    if model.rows == FRAMES:
+        return tuple(Frame(j) for j in range(1, len(machine.joints) + 1))
+    return machine.moving
 
 
 def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
@@ -46,17 +50,20 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     return [trace(kept, name, _asked(kept, scene, name), constants) for name in scene.models or DEFAULT_MODELS]
 
 
-def _asked(kept: Machine, scene: Scene, model: str) -> Joints:
-    """Numbers of the joints (or frames) that a scene asks of a model; none when it asks for all."""
-    numbers = {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
-    asked = tuple(numbers[name] for name in scene.outputs.get(model, ()))
-    for j in asked:
-        if MODELS[model].rows != FRAMES and j not in kept.moving:
+def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
+    """Joints (or frames) that a scene asks of a model; none when it asks for all."""
+    numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
+    asked = [name.split(SEEN_FROM) for name in scene.outputs.get(model, ())]
+    if MODELS[model].rows == FRAMES:
+        return tuple(Frame(numbers[name], *(numbers[place] for place in seen_from)) for name, *seen_from in asked)
+    joints = tuple(numbers[name] for name, *_ in asked)
+    for j in joints:
+        if j not in kept.moving:
             joint = kept.joints[j - 1].name
             why = "is locked" if joint in scene.locked else "is a fixed frame"
             what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
             raise InputError(kept.source or kept.name, f"scene, outputs, {model}", what)
-    return asked
+    return joints
 
 
 def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:

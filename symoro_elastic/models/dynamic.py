@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
+from symoro_elastic.equations.kinematics import frames, velocities
 from symoro_elastic.equations.lagrange import inertia_matrix
+from symoro_elastic.equations.mechanism import Mechanism, without_loads
+from symoro_elastic.equations.spatial import RigidInertia
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.models.naming import name_composites, name_dynamics
+from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
+from symoro_elastic.models.naming import name_composites, name_dynamics, name_screws
+from symoro_elastic.symbolic.expression import Scalar
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
@@ -37,6 +44,52 @@ def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
     return {"A": Result(asked, entries, (len(asked),))}
 
 
+def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
+    """H(q, qd) of a machine without gravity, friction, external wrenches and motion of the base."""
+    return _held(bound, asked, without_loads(bound.mechanism))
+
+
+def _gravity_forces(bound: Bound, asked: Joints) -> Results:
+    """H(q, 0) under gravity only."""
+    still = replace(without_loads(bound.mechanism), acceleration=bound.mechanism.acceleration)
+    return _held(bound, asked, still, at_rest=True)
+
+
+def _external_forces(bound: Bound, asked: Joints) -> Results:
+    """What the external wrenches ask of the joints."""
+    bodiless = tuple(replace(link, body=RigidInertia()) for link in bound.mechanism.links)
+    return _held(bound, asked, replace(bound.mechanism, links=bodiless), at_rest=True)
+
+
+def _friction_forces(bound: Bound, asked: Joints) -> Results:
+    return {"H": Result(asked, tuple(bound.friction(j) for j in asked))}
+
+
+def _held(bound: Bound, asked: Joints, mechanism: Mechanism, at_rest: bool = False) -> Results:
+    rates = [0] * len(bound.rates()) if at_rest else bound.rates()
+    found = dynamics(mechanism, rates, bound.held_rules())
+    name_dynamics(bound, found, "[15]", "[61]")
+    return {"H": Result(asked, tuple(found.Gamma[j] for j in asked))}
+
+
+def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
+    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    name_dynamics(bound, found, "[15]", "[61]")
+    entries = [x for frame in asked for part in found.f[frame.number] for x in part]
+    return {"f": Result(tuple(frame.number for frame in asked), tuple(entries), (6,))}
+
+
+def _energy(bound: Bound, _: Joints) -> Results:
+    placed = frames(bound.mechanism)
+    elastic: Scalar = 0
+    for j in bound.machine.moving:
+        stiffness, deflection = bound.spring(j)
+        elastic = elastic + elastic_energy(stiffness, deflection)
+    gravity = gravity_energy(bound.mechanism, placed, bound.gravity)
+    name_screws(bound, velocities(bound.mechanism, bound.rates()), placed, "V", "[3]")
+    return {"E": Result(None, (kinetic_energy(bound.mechanism, bound.rates()), gravity, elastic), (3,))}
+
+
 DYNAMIC = (
     Model("direct_dynamics", "direct dynamic model", "[12]-[36]", ("q", "qd", "tau"), ("qdd",), _direct_dynamics),
     Model(
@@ -56,4 +109,18 @@ DYNAMIC = (
         ("H",),
         _bias_forces,
     ),
+    Model("coriolis_forces", "Coriolis and centrifugal forces", "[8]", ("q", "qd"), ("H",), _coriolis_forces),
+    Model("gravity_forces", "gravity forces", "[8]", ("q",), ("H",), _gravity_forces),
+    Model("friction_forces", "friction forces", "[61]", ("qd",), ("H",), _friction_forces),
+    Model("external_forces", "forces that balance the external wrenches", "[8]", ("q",), ("H",), _external_forces),
+    Model(
+        "reaction_wrenches",
+        "reaction wrenches of bodies",
+        "[15], [35], [58]",
+        ("q", "qd", "qdd"),
+        ("f",),
+        _reaction_wrenches,
+        FRAMES,
+    ),
+    Model("energy", "kinetic, gravity and elastic energy", "[8], [9]", ("q", "qd"), ("E",), _energy),
 )

@@ -4,22 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.expression import Scalar
 from symoro_elastic.symbolic.program import Program
 
 Joints = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame that is asked for, and the frame it is seen from where a scene names one (0 is the base)."""
+
+    number: int
+    seen_from: int | None = None
+
+
+Frames = tuple[Frame, ...]
 JOINTS, FRAMES = "joints", "frames"
 
 
 @dataclass(frozen=True)
 class Result:
-    """A result of a model: the joints (or frames) along its first axis, its entries, its other axes."""
+    """A result of a model: the joints (or frames) along its first axis, its entries, its other axes.
 
-    rows: Joints
+    `rows` is None where no axis follows joints; `seen_from` gives the frame in which each row is seen.
+    """
+
+    rows: Joints | None
     entries: tuple[Scalar, ...]
     columns: tuple[int, ...] = ()
+    seen_from: tuple[int | None, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of all axes."""
+        return self.columns if self.rows is None else (len(self.rows), *self.columns)
 
 
 Results = dict[str, Result]
@@ -37,14 +58,19 @@ class Model:
     equations: str
     arguments: tuple[str, ...]
     results: tuple[str, ...]
-    run: Callable[[Bound, Joints], Results]
+    run: Callable[[Bound, Any], Results]
     rows: str = JOINTS
 
 
 @dataclass(frozen=True)
 class TracedModel:
-    """A model of one machine as a program; `rows` gives the joints (or frames) of each result."""
+    """A model of one machine as a program; `results` are as in its trace, `rows` their joints (or frames)."""
 
     model: Model
-    rows: dict[str, tuple[int, ...]]
+    results: Results
     program: Program
+
+    @property
+    def rows(self) -> dict[str, tuple[int, ...]]:
+        """Numbers of the joints (or frames) along the first axis of each result."""
+        return {name: result.rows or () for name, result in self.results.items()}

@@ -166,3 +166,20 @@ def name_frames(bound: Bound, placed: list[tuple[Matrix, Vector]]) -> None:
             for n in range(3):
                 bound.names.give(rotation[m][n], f"A{j}_{m + 1}{n + 1}", here)
         _name_vector(bound.names, position, f"P{j}", here)
+
+
+def name_screws(
+    bound: Bound, screws: list[Pair], placed: list[tuple[Matrix, Vector]], quantity: str, equations: str
+) -> None:
+    """Name velocities or accelerations of frames, and where the frames are."""
+    name_frames(bound, placed)
+    for j, _ in bound.mechanism.numbered():
+        _name_pair(bound.names, screws[j], f"{quantity}{j}", Section("Forward recursion", j, equations))
+
+
+def name_jacobian(bound: Bound, columns: dict[int, tuple[Scalar, ...]], frame: int) -> None:
+    """Name the entries of the Jacobian of a frame: row, then joint."""
+    here = Section("Jacobian", frame, "[3]")
+    for j, column in columns.items():
+        for k, x in enumerate(column, start=1):
+            bound.names.give(x, f"Jc{frame}_{k}_{j}", here)

@@ -31,7 +31,7 @@ def c_code(compiled: CompiledPackage, p: Array) -> Candidate:
     """The compiled functions, state by state."""
 
     def run(traced: TracedModel, states: States) -> Results:
-        return compiled.call(traced.model.name, p=p, **_arguments(traced, states))
+        return _spread(traced, compiled.call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
 
     return run
 
@@ -42,7 +42,7 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
     def run(traced: TracedModel, states: States) -> Results:
         function = getattr(module, traced.model.name)
         if stacked:
-            return _named(traced, function(**_arguments(traced, states), p=p))
+            return _spread(traced, _named(traced, function(**_arguments(traced, states), p=p)), len(states))
         each = [_named(traced, function(**_arguments(traced, states, state), p=p)) for state in range(len(states))]
         return {name: np.stack([results[name] for results in each]) for name in traced.rows}
 
@@ -91,6 +91,12 @@ def _arguments(traced: TracedModel, states: States, state: int | slice = slice(N
 def _named(traced: TracedModel, results: Any) -> Results:
     names = tuple(traced.rows)
     return dict(zip(names, results if len(names) > 1 else (results,), strict=True))
+
+
+def _spread(traced: TracedModel, results: Results, states: int) -> Results:
+    """Results by state also where they depend on parameters only."""
+    shapes = {output.name: output.shape for output in traced.program.outputs}
+    return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 
 
 def _symbols(traced: TracedModel, states: States, state: int, values: Mapping[str, float]) -> dict[str, float]:

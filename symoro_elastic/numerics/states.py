@@ -15,13 +15,14 @@ from symoro_elastic.numerics.values import Values, parameter_values
 Array = NDArray[np.float64]
 Rng = np.random.Generator
 
-ARGUMENTS = ("q", "qd", "tau", "qdd_motor")
+ARGUMENTS = ("q", "qd", "tau", "qdd_motor", "qdd")
+OF_MOTORS = ("tau", "qdd_motor")
 WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 
 @dataclass(frozen=True)
 class States:
-    """States along the first axis: q and qd of the moving joints, tau and qdd_motor of the motors.
+    """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
     SI units, radians; `titles` says what is special about each state.
     """
@@ -30,23 +31,19 @@ class States:
     qd: Array
     tau: Array
     qdd_motor: Array
+    qdd: Array
     titles: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.titles)
 
     def __add__(self, other: States) -> States:
-        q, qd, tau, qdd = (np.concatenate([x, y]) for x, y in zip(self.arrays, other.arrays, strict=True))
-        return States(q, qd, tau, qdd, self.titles + other.titles)
-
-    @property
-    def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """q, qd, tau, qdd_motor."""
-        return self.q, self.qd, self.tau, self.qdd_motor
+        joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ARGUMENTS}
+        return States(**joined, titles=self.titles + other.titles)
 
     def at(self, state: int) -> dict[str, Array]:
         """The arguments of one state, by name."""
-        return dict(zip(ARGUMENTS, (array[state] for array in self.arrays), strict=True))
+        return {name: getattr(self, name)[state] for name in ARGUMENTS}
 
 
 @dataclass(frozen=True)
@@ -66,6 +63,7 @@ class _State:
     qd: list[float]
     tau: list[float]
     qdd_motor: list[float]
+    qdd: list[float]
 
 
 def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
@@ -76,14 +74,15 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values 
     """
     variables = _variables(machine, values or parameter_values(machine, seed))
     rng = np.random.default_rng([seed, 1])
-    return _stacked([("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)])
+    return _stacked([("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)], variables)
 
 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
-    """Rest, quarter turns and one ulp off them, angles to 1e8 rad, velocities from 1e-6 to 1e6, ...
+    """States at the limits, each kind in turn; the rest of such a state is moderate.
 
-    Slides go to 10 m, torques and motor accelerations to 1e8, and one state in eight mixes all.
-    Elastic joints stay within the deflection of 1 MN or 1 MN m.
+    Rest; quarter turns, and one ulp off them; angles to 1e8 rad and slides to 10 m; velocities
+    from 1e-6 to 1e6; torques and accelerations to 1e8; these together; everything zero. Elastic
+    joints stay within the deflection of 1 MN or 1 MN m.
     """
     variables = _variables(machine, values or parameter_values(machine, seed))
     rng = np.random.default_rng([seed, 2])
@@ -93,12 +92,15 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values |
         state = _moderate(variables, rng, wide=k % 2 == 0)
         change(state, variables, rng)
         found.append((title, state))
-    return _stacked(found)
+    return _stacked(found, variables)
 
 
-def _stacked(states: Sequence[tuple[str, _State]]) -> States:
-    q, qd, tau, qdd = (np.array([getattr(state, name) for _, state in states], dtype=float) for name in ARGUMENTS)
-    return States(q, qd, tau, qdd, tuple(title for title, _ in states))
+def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:
+    def stack(name: str) -> Array:
+        size = sum(v.motor for v in variables) if name in OF_MOTORS else len(variables)
+        return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
+
+    return States(**{name: stack(name) for name in ARGUMENTS}, titles=tuple(title for title, _ in states))
 
 
 def _variables(machine: Machine, values: Values) -> list[_Variable]:
@@ -123,6 +125,7 @@ def _moderate(variables: Sequence[_Variable], rng: Rng, wide: bool) -> _State:
         rng.uniform(-2, 2, len(variables)).tolist(),
         rng.uniform(-20, 20, motors).tolist(),
         rng.uniform(-5, 5, motors).tolist(),
+        rng.uniform(-5, 5, len(variables)).tolist(),
     )
 
 
@@ -135,6 +138,7 @@ def _rest(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     state.qd = [0.0] * len(state.qd)
     state.tau = [0.0] * len(state.tau)
     state.qdd_motor = [0.0] * len(state.qdd_motor)
+    state.qdd = [0.0] * len(state.qdd)
 
 
 def _quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
@@ -164,6 +168,7 @@ def _velocities(state: _State, variables: Sequence[_Variable], rng: Rng) -> None
 def _torques(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     state.tau = [_magnitude(rng, 2, 8) for _ in state.tau]
     state.qdd_motor = [_magnitude(rng, 2, 8) for _ in state.qdd_motor]
+    state.qdd = [_magnitude(rng, 2, 8) for _ in state.qdd]
 
 
 def _everything(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
