@@ -180,7 +180,7 @@ def equations(machine: str, model: str, form: str, out: str | None, fold: tuple[
 def main() -> None:
     """Run the command line; whatever a user can mend ends in one line on stderr and exit code 2."""
     try:
-        code = cli.main(standalone_mode=False)
+        code = cli.main(args=sys.argv[1:] or ["--help"], standalone_mode=False)
     except InputError as error:
         code = _fail(str(error))
     except click.ClickException as error:

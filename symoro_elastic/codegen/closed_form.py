@@ -16,16 +16,15 @@ from typing import Any
 
 from symoro_elastic.codegen.latex import (
     NAMED,
+    Array,
     Equation,
-    array_symbols,
-    entry_symbols,
+    arrays,
     matrix,
     number,
     product,
-    result_rows,
 )
 from symoro_elastic.codegen.notation import Notation
-from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
 from symoro_elastic.symbolic.expression import (
     ADD,
@@ -100,35 +99,36 @@ def _affordable(asked: Iterable[Expression]) -> list[Expression]:
     return found
 
 
-def closed_equations(function: Function, joints: Sequence[str], notation: Notation) -> list[Equation]:
+def closed_equations(package: Package, function: Function, notation: Notation) -> list[Equation]:
     """The results of a function that can be written out, entries that are equal in one line.
 
-    Transformation matrices are whole or left out.
+    Matrices of a stack are whole or left out.
     """
-    outputs = function.program.outputs
-    forms = closed_forms(outputs, notation)
-    rows = result_rows(function, joints)
+    forms = closed_forms(function.program.outputs, notation)
     lines: list[Equation] = []
-    for output in outputs:
-        if len(output.shape) == 3:
-            lines += _matrices(output, rows[output.name], forms)
+    for array in arrays(package, function):
+        if len(array.output.shape) == 3:
+            lines += _matrices(array, forms)
             continue
         lefts: dict[int, list[str]] = {}
-        for symbol, x in zip(entry_symbols(output, rows[output.name]), output.entries, strict=True):
+        for symbol, x in zip(array.entries, array.output.entries, strict=True):
             if isinstance(x, Expression) and x.operation != SYMBOL and x.id in forms:
                 lefts.setdefault(x.id, []).append(symbol)
         lines += [Equation(" = ".join(symbols), forms[key].latex) for key, symbols in lefts.items()]
     return lines
 
 
-def _matrices(output: Output, rows: Sequence[str], forms: Mapping[int, ClosedForm]) -> Iterator[Equation]:
-    size = output.shape[1] * output.shape[2]
-    for k, symbol in enumerate(array_symbols(output, rows)):
-        entries = output.entries[k * size : (k + 1) * size]
-        if all(not isinstance(x, Expression) or x.id in forms for x in entries):
-            texts = [forms[x.id].latex if isinstance(x, Expression) else number(x).signed() for x in entries]
-            if sum(map(visible_length, texts)) <= MAX_LENGTH:
-                yield Equation(symbol, matrix(texts, output.shape[2]))
+def _matrices(array: Array, forms: Mapping[int, ClosedForm]) -> Iterator[Equation]:
+    texts = [_closed(x, forms) for x in array.output.entries]
+    for whole, entries in array.matrices(texts) if array.fits else ():
+        if all(entries) and sum(map(visible_length, entries)) <= MAX_LENGTH:
+            yield Equation(whole, matrix(entries, array.columns))
+
+
+def _closed(x: Scalar, forms: Mapping[int, ClosedForm]) -> str:
+    if not isinstance(x, Expression):
+        return number(x).signed()
+    return forms[x.id].latex if x.id in forms else ""
 
 
 def written_out(roots: Iterable[Scalar]) -> dict[int, Size]:

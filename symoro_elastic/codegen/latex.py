@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from symoro_elastic.codegen.notation import RESULTS, Notation, literal
-from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.notation import BY_JOINT, FROM_BASE, RESULTS, Notation, literal
+from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.symbolic.expression import (
     ATAN2,
@@ -60,13 +60,34 @@ class Solution:
     notation: Notation
 
 
-def solution(function: Function, joints: Sequence[str]) -> Solution:
-    """Print a function's program; `joints` are the names of the machine's joints in table order."""
+@dataclass(frozen=True)
+class Array:
+    """A result as it is written: symbols of its entries, of the vector or the matrices it is made of, their columns."""
+
+    output: Output
+    entries: tuple[str, ...]
+    wholes: tuple[str, ...]
+    columns: int
+
+    @property
+    def fits(self) -> bool:
+        """Whether its vector or matrices are small enough to be shown."""
+        rows = len(self.entries) // max(1, len(self.wholes) * self.columns)
+        return 0 < rows <= MATRIX and self.columns <= MATRIX
+
+    def matrices(self, texts: Sequence[str]) -> Iterator[tuple[str, Sequence[str]]]:
+        """Symbol and entries of each."""
+        size = len(texts) // max(1, len(self.wholes))
+        for k, whole in enumerate(self.wholes):
+            yield whole, texts[k * size : (k + 1) * size]
+
+
+def solution(package: Package, function: Function) -> Solution:
+    """Print the program of a package's function."""
     program = function.program
     notation = Notation(program)
     printer = LatexPrinter(program, notation)
-    rows = result_rows(function, joints)
-    results = [line for output in program.outputs for line in _result(printer, output, rows[output.name])]
+    results = [line for array in arrays(package, function) for line in _result(printer, array)]
     return Solution(
         tuple(_stretches(printer, program.once)),
         tuple(_stretches(printer, program.statements)),
@@ -156,48 +177,47 @@ def _stretches(printer: LatexPrinter, statements: Sequence[Statement]) -> Iterat
         yield Stretch(section, tuple(printer.equation(statement) for statement in group))
 
 
-def result_rows(function: Function, joints: Sequence[str]) -> dict[str, list[str]]:
-    """For each result the numbers along its first axis: of joints, or counted from 1."""
-    numbers = {name: str(j) for j, name in enumerate(joints, start=1)}
-    rows = {}
-    for result in function.results:
-        names = result.rows if len(result.rows) == result.shape[0] else range(1, result.shape[0] + 1)
-        rows[result.name] = [numbers.get(str(name), str(k)) for k, name in enumerate(names, start=1)]
-    return rows
+def arrays(package: Package, function: Function) -> list[Array]:
+    """The results of a function with their symbols."""
+    home = "0" if function.name in FROM_BASE else ""
+    pairs = zip(function.program.outputs, function.results, strict=True)
+    return [_array(package, output, result.rows, home) for output, result in pairs]
 
 
-def entry_symbols(output: Output, rows: Sequence[str]) -> list[str]:
-    """Symbols of the entries of a result, last index fastest."""
-    below = list(rows)
-    for depth, size in enumerate(output.shape[1:]):
-        columns = rows if size == output.shape[0] else [str(k) for k in range(1, size + 1)]
-        below = [f"{row}{'' if depth else ','}{column}" for row in below for column in columns]
-    return [f"{_base(output)}_{{{index}}}" for index in below]
-
-
-def array_symbols(output: Output, rows: Sequence[str]) -> list[str]:
-    """Symbols of the vector, the matrix or the matrices that a result is."""
-    return [f"{_base(output)}_{{{row}}}" for row in rows] if len(output.shape) == 3 else [_base(output)]
-
-
-def _base(output: Output) -> str:
-    return RESULTS.get(output.name) or literal(output.name)
-
-
-def _result(printer: LatexPrinter, output: Output, rows: Sequence[str]) -> Iterator[Equation]:
-    """The entries that are not a named variable already, then the arrays that are not too large."""
-    texts = [printer.value(x) for x in output.entries]
+def _array(package: Package, output: Output, names: Sequence[str], home: str) -> Array:
+    base = RESULTS.get(output.name) or literal(output.name)
+    numbers = {name: str(j) for j, name in enumerate(package.joint_names, start=1)}
+    rows = [_row(base, names[k] if k < len(names) else "", k + 1, numbers, home) for k in range(output.shape[0])]
+    entries = rows
+    for axis, size in enumerate(output.shape[1:], start=2):
+        indices = [str(k + 1) for k in range(size)]
+        if axis == len(output.shape) and output.name in BY_JOINT:
+            indices = [numbers[name] for name in (names if axis == 2 else [moving.name for moving in package.axes])]
+        entries = [f"{entry},{index}" for entry in entries for index in indices]
+    wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [base]
     columns = output.shape[-1] if len(output.shape) > 1 else 1
-    stacked = len(output.shape) == 3
-    for k, symbol in enumerate(entry_symbols(output, rows)):
-        if texts[k] not in (symbol, "0") and (len(texts[k]) > LONG or not stacked):
+    return Array(output, tuple(f"{entry}}}" for entry in entries), tuple(wholes), columns)
+
+
+def _row(base: str, name: str, count: int, numbers: Mapping[str, str], home: str) -> str:
+    """Symbol and first index, numbered by joint or frame; what a frame is seen from stands to the left."""
+    name, _, place = name.partition(" in ")
+    left = numbers.get(place, "0") if place else home
+    number_ = numbers.get(name, "0" if place else str(count))
+    return (f"{{}}^{{{left}}}" if left else "") + f"{base}_{{{number_}"
+
+
+def _result(printer: LatexPrinter, array: Array) -> Iterator[Equation]:
+    """The entries that are not a named variable already, then the arrays that are not too large."""
+    texts = [printer.value(x) for x in array.output.entries]
+    inside = array.fits and len(array.output.shape) == 3
+    for k, symbol in enumerate(array.entries):
+        if texts[k] not in (symbol, "0") and not (inside and len(texts[k]) <= LONG):
             yield Equation(symbol, texts[k])
             texts[k] = symbol
-    arrays = array_symbols(output, rows)
-    size = len(texts) // max(len(arrays), 1)
-    for k, name in enumerate(arrays):
-        if 0 < size <= MATRIX * columns and columns <= MATRIX:
-            yield Equation(name, matrix(texts[k * size : (k + 1) * size], columns))
+    if array.fits:
+        for whole, entries in array.matrices(texts):
+            yield Equation(whole, matrix(entries, array.columns))
 
 
 def matrix(entries: Sequence[str], columns: int) -> str:

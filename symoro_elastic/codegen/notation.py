@@ -24,6 +24,7 @@ COMPONENTS = {
     "entry": ("_(?P<c>[1-6]{2})", "mn"),
     "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
     "number": (r"_(?P<c>\d+)", "i"),
+    "row column": (r"_(?P<c>[1-6]_\d+)", "k_i"),
     "c": ("_c", ""),
     "c axis": ("_c_(?P<c>[xyz])", "x"),
     "c moment": ("_c(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
@@ -52,7 +53,7 @@ class Quantity:
 
     def symbol(self, joint: str = "j", component: str | None = None, part: str = "") -> str:
         """LaTeX of one component; `part` is the letter of a shared part of it."""
-        shown = COMPONENTS[self.component][1] if component is None else component
+        shown = (COMPONENTS[self.component][1] if component is None else component).replace("_", ",")
         above = "".join(x for x in (self.above, rf"\mathrm{{{part}}}" if part else "") if x)
         text = self.base + (f"^{{{above}}}" if above else "") + (f"_{{{self.below}}}" if self.below else "")
         return text.replace("<", shown[:1]).replace(">", shown[1:]).replace("#", shown).replace("@", joint)
@@ -82,6 +83,9 @@ TABLE = (
     Quantity("v", "axis", "V", "", "@#", "{}^{j}V_{j}", "[3]", "velocity of the origin of frame j"),
     Quantity("vd", "axis", r"\dot{V}", "", "@#", r"{}^{j}\dot{V}_{j}", "[6]",
              "acceleration of the origin of frame j, gravity subtracted"),
+    Quantity("V", "six", "V", "", "@,#", r"{}^{j}\mathbf{V}_{j}", "[3]", "velocity screw of frame j"),
+    Quantity("Vd", "six", r"\dot{V}", "", "@,#", r"{}^{j}\dot{\mathbf{V}}_{j}", "[6]", "acceleration of frame j"),
+    Quantity("Jc", "row column", "J", "", "@,#", "", "[3]", "column i of the Jacobian of frame j"),
     Quantity("g", "six", r"\gamma", "", "@,#", r"{}^{j}\boldsymbol{\gamma}_{j}", "[7]",
              "part of the acceleration that depends on velocities only"),
     Quantity("b", "six", r"\beta", "", "@,#", r"{}^{j}\boldsymbol{\beta}_{j}", "[14]",
@@ -114,7 +118,22 @@ TABLE = (
 )
 # fmt: on
 FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}", "sign": r"\mathrm{sign}"}
-RESULTS = {"qdd": r"\ddot{q}", "tau": r"\Gamma", "A": "A", "H": "H", "T": "{}^{0}T"}
+RESULTS = {
+    "qdd": r"\ddot{q}",
+    "tau": r"\Gamma",
+    "A": "A",
+    "H": "H",
+    "T": "T",
+    "V": "V",
+    "Vd": r"\dot{V}",
+    "J": "J",
+    "f": "f",
+    "E": "E",
+}
+# Models whose results are seen from the base where nothing else is said, unlike what they are made of.
+FROM_BASE = ("geometric_model", "jacobian_dot_qd")
+# Results whose columns follow the joints that move.
+BY_JOINT = ("A", "J")
 _LETTERS = """
     alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
     Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega
@@ -157,6 +176,8 @@ class Notation:
         self._claim({name: user_symbol(name) for name in (*given, *sorted(program.used), *assigned)})
 
     def __getitem__(self, name: str) -> str:
+        if name not in self.symbols:
+            self._claim({name: self.quantity(name) or user_symbol(name)})
         return self.symbols[name]
 
     def _claim(self, wanted: Mapping[str, str]) -> None:

@@ -14,12 +14,12 @@ LINE = 100
 
 
 def template_folder() -> Path:
-    """The folder of templates: beside the package in a checkout, inside it when installed.
+    """The folder of templates: inside the package when installed, beside it in a checkout.
 
     Raises `FileNotFoundError` naming both places.
     """
     package = Path(__file__).resolve().parents[1]
-    places = (package.parent / "templates", package / "templates")
+    places = (package / "templates", package.parent / "templates")
     for place in places:
         if (place / "c").is_dir():
             return place

@@ -74,9 +74,9 @@ def html_page(package: Package, function: Function) -> str:
 
 
 def _content(package: Package, function: Function, markup: Markup) -> dict[str, Any]:
-    solved = solution(function, package.joint_names)
+    solved = solution(package, function)
     chapters = _chapters(solved, package, markup)
-    short = closed_equations(function, package.joint_names, solved.notation)
+    short = closed_equations(package, function, solved.notation)
     return {
         "title": markup.text(f"{package.name}: {function.title}"),
         "summary": [markup.text(line) for line in _summary(package, function)],

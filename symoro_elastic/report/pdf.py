@@ -13,12 +13,12 @@ from symoro_elastic.errors import InputError
 
 INSTEAD = "use --format latex or html"
 QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")
-# Command and how often it must run until the table of contents is right.
+# How often each must run: once to find the headings, once to make room for the table of contents,
+# once for its page numbers. (latexmk sometimes takes the second for the last: it compares dates.)
 ENGINES: dict[str, tuple[tuple[str, ...], int]] = {
-    "latexmk": (("-pdf", "-norc", *QUIET), 1),
-    "pdflatex": (QUIET, 2),
+    "pdflatex": (QUIET, 3),
+    "lualatex": (QUIET, 3),
     "tectonic": (("--untrusted",), 1),
-    "lualatex": (QUIET, 2),
 }
 SECONDS = 300
 

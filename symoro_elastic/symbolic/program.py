@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from itertools import count
@@ -167,7 +168,7 @@ class _Plan:
             for operand in node.operands:
                 if operand.__class__ is Expression:
                     self.users[operand.id].append(node)
-        self.asked = {x.id for o in outputs for x in o.entries if isinstance(x, Expression)}
+        self.asked = Counter(x.id for o in outputs for x in o.entries if isinstance(x, Expression))
         self.rank = self._ranks()
         self.assigned = self._assigned()
 
@@ -201,7 +202,7 @@ class _Plan:
         stack = [node]
         while stack:
             current = stack.pop()
-            uses += current.id in self.asked
+            uses += self.asked[current.id]
             for user in self.users[current.id]:
                 if user.operation == NEGATE:
                     stack.append(user)

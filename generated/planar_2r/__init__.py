@@ -1,0 +1,68 @@
+"""planar_2r: generated models; needs numpy only.
+
+SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
+stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+"""
+
+import numpy as np
+
+from . import _run, _direct_dynamics, _inverse_dynamics
+
+JOINTS = ("shoulder", "elbow")
+MOTORS = (0, 1)
+ELASTIC = ()
+FRAMES = ("shoulder", "elbow", "tip")
+PARAMETERS = ("g0", "m1", "m2", "l1", "l2", "lc1", "lc2", "I1", "I2")
+DEFAULTS = np.array([9.81, 2.5, 1.5, 0.4, 0.3, 0.2, 0.15, 0.035, 0.012], dtype=float)
+DEFAULTS.flags.writeable = False
+# What the entries of each result belong to.
+OUTPUTS = {
+    "direct_dynamics": {
+        "qdd": ("shoulder", "elbow"),
+    },
+    "inverse_dynamics": {
+        "tau": ("shoulder", "elbow"),
+        "qdd": ("shoulder", "elbow"),
+    },
+}
+
+
+def parameters(**values):
+    """Array of parameter values: the defaults, replaced by those given by name."""
+    unknown = sorted(set(values) - set(PARAMETERS))
+    if unknown:
+        raise TypeError(f"planar_2r has no parameter {', '.join(unknown)}")
+    p = np.array([values.get(name, default) for name, default in zip(PARAMETERS, DEFAULTS.tolist())], dtype=float)
+    missing = [name for name, value in zip(PARAMETERS, p.tolist()) if value != value and name not in values]
+    if missing:
+        raise ValueError(f"planar_2r needs a value for {', '.join(missing)}")
+    return p
+
+
+def direct_dynamics(q, qd, tau, p=DEFAULTS):
+    """Direct dynamic model [12]-[36].
+
+    30x 16+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+    q (2): joint variables, rad or m
+    qd (2): joint velocities, rad/s or m/s
+    tau (2): motor torques or forces, N m or N
+    -> qdd (2): joint accelerations, rad/s2 or m/s2
+    """
+    arguments = (("q", q, 2), ("qd", qd, 2), ("tau", tau, 2), )
+    results = _run.run(_direct_dynamics, arguments, p, 9, ((2,),))
+    return results[0]
+
+
+def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
+    """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
+
+    21x 13+, 4 sin/cos a call; 4x 2+, 0 sin/cos once for each parameter set.
+    q (2): joint variables, rad or m
+    qd (2): joint velocities, rad/s or m/s
+    qdd_motor (2): motor accelerations, rad/s2 or m/s2
+    -> tau (2): motor torques or forces, N m or N
+    -> qdd (2): joint accelerations, rad/s2 or m/s2
+    """
+    arguments = (("q", q, 2), ("qd", qd, 2), ("qdd_motor", qdd_motor, 2), )
+    results = _run.run(_inverse_dynamics, arguments, p, 9, ((2,), (2,)))
+    return results

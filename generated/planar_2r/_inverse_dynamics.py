@@ -1,0 +1,71 @@
+"""Inverse dynamic model: motor torques and elastic accelerations of planar_2r [37]-[61]: 21x 13+, 4 sin/cos a call; 4x 2+, 0 sin/cos once for each parameter set.
+
+Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
+the same lines serve plain floats and arrays.
+"""
+
+
+def constants(_f, p):
+    m1 = p[1]
+    m2 = p[2]
+    lc1 = p[5]
+    lc2 = p[6]
+    I1 = p[7]
+    I2 = p[8]
+
+    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    MS1_x = m1*lc1
+    J1_yy = I1 + lc1*MS1_x
+
+    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    MS2_x = m2*lc2
+    J2_yy = I2 + lc2*MS2_x
+    return (MS1_x, J1_yy, MS2_x, J2_yy)
+
+
+def program(_f, q, qd, qdd_motor, p, c):
+    q1 = q[0]
+    q2 = q[1]
+    qd1 = qd[0]
+    qd2 = qd[1]
+    qdd1 = qdd_motor[0]
+    qdd2 = qdd_motor[1]
+    g0 = p[0]
+    m2 = p[2]
+    l1 = p[3]
+    MS1_x = c[0]
+    J1_yy = c[1]
+    MS2_x = c[2]
+    J2_yy = c[3]
+
+    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    sin_q1 = _f.sin(q1)
+    cos_q1 = _f.cos(q1)
+    ww1_zz = qd1*qd1
+    vd1_x = g0*sin_q1
+    vd1_y = g0*cos_q1
+
+    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    sin_q2 = _f.sin(q2)
+    cos_q2 = _f.cos(q2)
+    w2_z = qd1 + qd2
+    ww2_zz = w2_z*w2_z
+    wd2_z = qdd1 + qdd2
+    vd2_xa = l1*ww1_zz - vd1_x
+    vd2_xb = vd1_y + l1*qdd1
+    vd2_x = sin_q2*vd2_xb - cos_q2*vd2_xa
+    vd2_y = sin_q2*vd2_xa + cos_q2*vd2_xb
+
+    # Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [50]-[56].
+    f2_1 = m2*vd2_x - MS2_x*ww2_zz
+    f2_2 = m2*vd2_y + MS2_x*wd2_z
+    f2_6 = J2_yy*wd2_z + MS2_x*vd2_y
+
+    # Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [50]-[56].
+    f1_6 = qdd1*J1_yy + MS1_x*vd1_y + f2_6 + l1*(sin_q2*f2_1 + cos_q2*f2_2)
+
+    # Results.
+    return (
+        (f1_6, f2_6),
+        (qdd1, qdd2),
+    )

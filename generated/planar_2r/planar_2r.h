@@ -1,0 +1,71 @@
+/* planar_2r: generated models.
+ *
+ * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
+ * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
+ *
+ *   q[0]  shoulder, motor, q1, rad
+ *   q[1]  elbow, motor, q2, rad
+ */
+#ifndef PLANAR_2R_H
+#define PLANAR_2R_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PLANAR_2R_JOINTS 2
+#define PLANAR_2R_MOTORS 2
+#define PLANAR_2R_FRAMES 3
+#define PLANAR_2R_PARAMETERS 9
+
+/* Indices into p. */
+enum {
+    PLANAR_2R_P_g0,
+    PLANAR_2R_P_m1,
+    PLANAR_2R_P_m2,
+    PLANAR_2R_P_l1,
+    PLANAR_2R_P_l2,
+    PLANAR_2R_P_lc1,
+    PLANAR_2R_P_lc2,
+    PLANAR_2R_P_I1,
+    PLANAR_2R_P_I2
+};
+
+/* Default values of p; NAN where the machine gives none. */
+extern const double planar_2r_defaults[PLANAR_2R_PARAMETERS];
+
+/* Direct dynamic model [12]-[36].
+ * 30x 16+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+ *   q (2): joint variables, rad or m
+ *   qd (2): joint velocities, rad/s or m/s
+ *   tau (2): motor torques or forces, N m or N
+ *   -> qdd (2): joint accelerations, rad/s2 or m/s2
+ */
+void planar_2r_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+
+/* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
+#define PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS 8
+void planar_2r_direct_dynamics_prepare(const double *p, double *c);
+void planar_2r_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
+
+/* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
+ * 21x 13+, 4 sin/cos a call; 4x 2+, 0 sin/cos once for each parameter set.
+ *   q (2): joint variables, rad or m
+ *   qd (2): joint velocities, rad/s or m/s
+ *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
+ *   -> tau (2): motor torques or forces, N m or N
+ *   -> qdd (2): joint accelerations, rad/s2 or m/s2
+ */
+void planar_2r_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+
+/* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
+#define PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS 4
+void planar_2r_inverse_dynamics_prepare(const double *p, double *c);
+void planar_2r_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

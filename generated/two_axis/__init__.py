@@ -1,0 +1,80 @@
+"""two_axis: generated models; needs numpy only.
+
+SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
+stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+"""
+
+import numpy as np
+
+from . import _run, _direct_dynamics, _inverse_dynamics
+
+JOINTS = (
+    "bed_yaw", "bed_y", "bed_x", "motor_secondary", "motor_x", "cart_yaw", "cart_x", "cart_y",
+    "motor_y", "y_chain_1", "ram", "sensor_head",
+)
+MOTORS = (4, 8)
+ELASTIC = (0, 1, 2, 3, 5, 6, 7, 9, 10, 11)
+FRAMES = (
+    "bed_yaw", "bed_y", "bed_x", "motor_secondary", "motor_x", "cart_yaw", "cart_x", "cart_y",
+    "motor_y", "y_chain_1", "ram", "tool", "sensor_head",
+)
+PARAMETERS = ("D4", "D12", "L12", "D13")
+DEFAULTS = np.array([0.35, 0.15, 0.25, 0.12], dtype=float)
+DEFAULTS.flags.writeable = False
+# What the entries of each result belong to.
+OUTPUTS = {
+    "direct_dynamics": {
+        "qdd": (
+    "bed_yaw", "bed_y", "bed_x", "motor_secondary", "motor_x", "cart_yaw", "cart_x", "cart_y",
+    "motor_y", "y_chain_1", "ram", "sensor_head",
+),
+    },
+    "inverse_dynamics": {
+        "tau": ("motor_x", "motor_y"),
+        "qdd": (
+    "bed_yaw", "bed_y", "bed_x", "motor_secondary", "motor_x", "cart_yaw", "cart_x", "cart_y",
+    "motor_y", "y_chain_1", "ram", "sensor_head",
+),
+    },
+}
+
+
+def parameters(**values):
+    """Array of parameter values: the defaults, replaced by those given by name."""
+    unknown = sorted(set(values) - set(PARAMETERS))
+    if unknown:
+        raise TypeError(f"two_axis has no parameter {', '.join(unknown)}")
+    p = np.array([values.get(name, default) for name, default in zip(PARAMETERS, DEFAULTS.tolist())], dtype=float)
+    missing = [name for name, value in zip(PARAMETERS, p.tolist()) if value != value and name not in values]
+    if missing:
+        raise ValueError(f"two_axis needs a value for {', '.join(missing)}")
+    return p
+
+
+def direct_dynamics(q, qd, tau, p=DEFAULTS):
+    """Direct dynamic model [12]-[36].
+
+    144x 123+, 4 sin/cos a call.
+    q (12): joint variables, rad or m
+    qd (12): joint velocities, rad/s or m/s
+    tau (2): motor torques or forces, N m or N
+    -> qdd (12): joint accelerations, rad/s2 or m/s2
+    """
+    arguments = (("q", q, 12), ("qd", qd, 12), ("tau", tau, 2), )
+    results = _run.run(_direct_dynamics, arguments, p, 4, ((12,),))
+    return results[0]
+
+
+def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
+    """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
+
+    145x 124+, 4 sin/cos a call.
+    q (12): joint variables, rad or m
+    qd (12): joint velocities, rad/s or m/s
+    qdd_motor (2): motor accelerations, rad/s2 or m/s2
+    -> tau (2): motor torques or forces, N m or N
+    -> qdd (12): joint accelerations, rad/s2 or m/s2
+    """
+    arguments = (("q", q, 12), ("qd", qd, 12), ("qdd_motor", qdd_motor, 2), )
+    results = _run.run(_inverse_dynamics, arguments, p, 4, ((2,), (12,)))
+    return results

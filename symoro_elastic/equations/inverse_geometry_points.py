@@ -1,0 +1,300 @@
+"""Up to three joints that bring a point to a given place, all solutions.
+
+A point w of the last moved frame must come to W in the frame before the first joint:
+J1 C1 J2 C2 J3 w = W, with J a turn about z or a shift along z, C constant placements. Whatever two
+joints do, the point stays on a surface that is a plane, a sphere or another quadric unless both
+are revolute and their axes skew (a torus). The first joint must bring W onto this surface, one
+equation for one unknown; the two others follow. Where the surface is of no use the chain is
+taken from its other end: J3^-1 C2^-1 J2^-1 C1^-1 J1^-1 W = w.
+
+Sources: Pieper (1968); Paul (1981); Khalil and Dombre (2002), chapter 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from symoro_elastic.equations.inverse_geometry_types import (
+    SIGNS,
+    Found,
+    Functions,
+    NoClosedForm,
+    Pose,
+    Quadric,
+    along,
+    distance,
+    heron,
+    is_along_z,
+    plane,
+    plane_cross,
+    plane_dot,
+    quadratic,
+    real_root,
+    shifted_by,
+    type_2,
+    type_3,
+)
+from symoro_elastic.equations.mechanism import Axis
+from symoro_elastic.equations.spatial import Scalar, Vector, add, dot, scale, subtract, transpose
+
+Solution = tuple[Found, ...]
+
+
+class Mover(NamedTuple):
+    """A joint that moves: its number in the table, revolute or prismatic."""
+
+    joint: int
+    axis: Axis
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is revolute."""
+        return self.axis is Axis.REVOLUTE
+
+
+def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vector, W: Vector) -> list[Solution]:
+    """Joints that bring the point w to W; `between` are the placements between them. Raises `NoClosedForm`.
+
+    With less than three joints W must be within reach: not all its coordinates are looked at.
+    """
+    if not movers:
+        return [()]
+    if len(movers) == 1:
+        return [(found,) for found in _with_one(f, movers[0], w, W)]
+    if len(movers) == 2:
+        return list(_with_two(f, movers, between[0], w, W))
+    if len(movers) > 3:
+        raise NoClosedForm(_numbers(movers), f"more than three joints before the axes that meet: {_named(movers)}")
+    try:
+        return list(_with_three(f, movers, between, w, W))
+    except NoClosedForm as error:
+        first = error
+    try:
+        back = [pose.inverse() for pose in reversed(between)]
+        return [_reversed(s) for s in _with_three(f, movers[::-1], back, W, w)]
+    except NoClosedForm as second:
+        reason = first.reason if first.reason == second.reason else f"{first.reason}, and {second.reason}"
+        raise NoClosedForm(first.joints, reason) from None
+
+
+def _reversed(solution: Solution) -> Solution:
+    return tuple(found.reversed() for found in reversed(solution))
+
+
+def _numbers(movers: Sequence[Mover]) -> tuple[int, ...]:
+    return tuple(sorted(mover.joint for mover in movers))
+
+
+def _named(movers: Sequence[Mover]) -> str:
+    numbers = [str(number) for number in _numbers(movers)]
+    return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
+
+
+def _with_one(f: Functions, mover: Mover, w: Vector, W: Vector) -> list[Found]:
+    if not mover.turns:
+        return [shifted_by(mover.joint, W[2] - w[2])]
+    if is_along_z(f, w):
+        raise _idle(mover)
+    return [type_3(f, mover.joint, w, W)]
+
+
+def _idle(mover: Mover) -> NoClosedForm:
+    reason = f"joint {mover.joint} does not move the point that the joints before the last axes have to place"
+    return NoClosedForm((mover.joint,), reason)
+
+
+def _with_three(
+    f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vector, W: Vector
+) -> Iterator[Solution]:
+    first, *others = movers
+    surface = _surface(f, others, between[1], w).seen_from(between[0])
+    for found in onto_surface(f, first, surface, W):
+        G = between[0].point_back(found.point_back(W))
+        for pair in _with_two(f, others, between[1], w, G):
+            yield (found, *pair)
+
+
+# One joint onto a surface
+
+
+def onto_surface(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
+    """Motions J for which J^-1 W is on a surface. Raises `NoClosedForm` where the degree is four."""
+    return (_turn_onto if mover.turns else _shift_onto)(f, mover, surface, W)
+
+
+def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
+    """X cos q + Y sin q = Z, for a surface whose sections normal to z are circles, or straight."""
+    S, b, k = surface
+    if not (f.is_zero(S[0][0] - S[1][1]) and f.is_zero(S[0][1])):
+        reason = f"the equation for joint {mover.joint} is of degree four"
+        raise NoClosedForm((mover.joint,), reason)
+    beta = (S[0][2] * W[2] + b[0], S[1][2] * W[2] + b[1], 0)
+    if is_along_z(f, beta):
+        raise _undetermined(mover)
+    rest = S[0][0] * plane_dot(W, W) + (S[2][2] * W[2] + 2 * b[2]) * W[2] + k
+    return type_2(f, mover.joint, 2 * plane_dot(beta, W), 2 * plane_cross(beta, W), -rest)
+
+
+def _shift_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
+    """a r^2 + 2 h r + c = 0, or 2 h r + c = 0."""
+    a, h, c = surface.S[2][2], -(dot(surface.S[2], W) + surface.b[2]), surface.value(W)
+    if not f.is_zero(a):
+        return quadratic(f, mover.joint, a, h, real_root(f, h * h - a * c, h * h + a * a * dot(W, W)))
+    if f.is_zero(h):
+        raise _undetermined(mover)
+    steady = all(f.is_zero(x) for x in surface.S[2])
+    return [shifted_by(mover.joint, -c / (2 * h), 1 if steady else h * f.sign(h))]
+
+
+def _undetermined(mover: Mover) -> NoClosedForm:
+    reason = f"the place to be reached leaves joint {mover.joint} free, or is out of reach of the others"
+    return NoClosedForm((mover.joint,), reason)
+
+
+# The surface that two joints can reach
+
+
+def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric:
+    """Where J1 C J2 w can be, in the frame before J1."""
+    first, second = pair
+    if first.turns and second.turns:
+        return _surface_of_turns(f, pair, C, w)
+    if first.turns:
+        return _surface_of_turn_and_shift(f, C.point(w), transpose(C.rotation)[2])
+    if second.turns:
+        return _surface_of_shift_and_turn(f, C, w)
+    normal = (-C.rotation[1][2], C.rotation[0][2], 0)
+    if is_along_z(f, normal):
+        raise NoClosedForm(_numbers(pair), f"{_named(pair)} slide along the same direction", "parallel")
+    return plane(normal, dot(normal, C.point(w)))
+
+
+def _surface_of_turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric:
+    """Parallel axes: a plane. Axes that meet: a sphere about the point where they do."""
+    if is_along_z(f, transpose(C.rotation)[2]):
+        return plane((0, 0, 1), C.point(w)[2])
+    here, there = meeting(f, pair, C)
+    arm = subtract(w, along(there))
+    return Quadric(((1, 0, 0), (0, 1, 0), (0, 0, 1)), along(-here), here * here - dot(arm, arm))
+
+
+def _surface_of_turn_and_shift(f: Functions, c: Vector, u: Vector) -> Quadric:
+    """The line c + r u turned about z: the plane z = c3, or a hyperboloid, a cone, a cylinder."""
+    if f.is_zero(u[2]):
+        return plane((0, 0, 1), c[2])
+    round_ = u[2] * u[2]
+    S = ((round_, 0, 0), (0, round_, 0), (0, 0, -plane_dot(u, u)))
+    surface = Quadric(S, along(-u[2] * plane_dot(c, u)), -round_ * plane_dot(c, c))
+    return surface.seen_from(Pose(((1, 0, 0), (0, 1, 0), (0, 0, 1)), along(c[2])))
+
+
+def _surface_of_shift_and_turn(f: Functions, C: Pose, w: Vector) -> Quadric:
+    """The circle of w about z2 shifted along z1: its plane where z1 lies in it, else an oblique cylinder."""
+    u = C.rotation[2]
+    normal = transpose(C.rotation)[2]
+    if f.is_zero(u[2]):
+        return plane(normal, dot(normal, C.point(along(w[2]))))
+    p, q = -u[2] * u[0], -u[2] * u[1]
+    round_ = u[2] * u[2]
+    S = ((round_, 0, p), (0, round_, q), (p, q, plane_dot(u, u)))
+    surface = Quadric(S, (0, 0, 0), -round_ * plane_dot(w, w))
+    return surface.seen_from(Pose(C.rotation, C.point(along(w[2]))))
+
+
+def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scalar]:
+    """Where two axes meet: z in the frame of the first, z in the frame of the second. Raises `NoClosedForm`."""
+    a, p = transpose(C.rotation)[2], C.origin
+    axes = f"the axes of {_named(pair)}"
+    if is_along_z(f, a):
+        raise NoClosedForm(_numbers(pair), f"{axes} are parallel", "parallel")
+    if not f.is_zero(plane_cross(p, a)):
+        raise NoClosedForm(_numbers(pair), f"{axes} do not meet", "apart")
+    there = -p[1] / a[1] if f.is_zero(a[0]) else -p[0] / a[0]
+    return p[2] + there * a[2], there
+
+
+# Two joints
+
+
+def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
+    """J1 C J2 w = G, where G is on the surface of this pair."""
+    first, second = pair
+    if first.turns and second.turns:
+        yield from _turns(f, pair, C, w, G)
+    elif first.turns:
+        yield from _turn_and_shift(f, pair, C, w, G)
+    elif second.turns:
+        for solution in _turn_and_shift(f, pair[::-1], C.inverse(), G, w):
+            yield _reversed(solution)
+    else:
+        v, g = transpose(C.rotation)[2], subtract(G, C.point(w))
+        if is_along_z(f, v):
+            raise NoClosedForm(_numbers(pair), f"{_named(pair)} slide along the same direction", "parallel")
+        r = plane_dot(g, v) / plane_dot(v, v)
+        yield shifted_by(first.joint, g[2] - r * v[2]), shifted_by(second.joint, r)
+
+
+def _turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
+    first, second = pair
+    if is_along_z(f, w):
+        raise _idle(second)
+    parallel = is_along_z(f, transpose(C.rotation)[2])
+    for found in (_elbow if parallel else _shoulder)(f, pair, C, w, G):
+        yield type_3(f, first.joint, C.point(found.point(w)), G), found
+
+
+def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
+    """Parallel axes: |p + Rot(z, q2) w| = |G| in the plane (type 8), p the first axis in the second frame."""
+    x, y, _ = Pose(C.rotation, (0, 0, 0)).point_back(C.origin)
+    p = (x, y, 0)
+    if is_along_z(f, p):
+        raise NoClosedForm(_numbers(pair), f"the axes of {_named(pair)} coincide", "parallel")
+    area = heron(f, distance(f, p), distance(f, w), distance(f, G))
+    rest = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
+    return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), rest, area)
+
+
+def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
+    """Axes that meet: a.Rot(z, q2) w = G3, a the first axis in the second frame and origins where they meet.
+
+    D^2 = |a x z|^2 |w x z|^2 - (G3 - a3 w3)^2 = |a x z|^2 |G x z|^2 - (w3 - a3 G3)^2: the first is exact
+    where w is near the second axis, the second where G is near the first; their mean is, in both places.
+    """
+    here, there = meeting(f, pair, C)
+    w, G, a = subtract(w, along(there)), subtract(G, along(here)), C.rotation[2]
+    oblique, near_w, near_G = plane_dot(a, a), plane_dot(w, w), plane_dot(G, G)
+    z = G[2] - a[2] * w[2]
+    other = w[2] - a[2] * G[2]
+    x = (near_G * (oblique * near_w - z * z) + near_w * (oblique * near_G - other * other)) / (near_G + near_w)
+    root = real_root(f, x, oblique * near_G)
+    return type_2(f, pair[1].joint, plane_dot(a, w), plane_cross(w, a), z, root)
+
+
+def _turn_and_shift(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
+    """Rot(z, q1) (c + r u) = G."""
+    first, second = pair
+    c, u = C.point(w), transpose(C.rotation)[2]
+    for r in _lengths(f, second, c, u, G):
+        yield type_3(f, first.joint, add(c, scale(r.variable, u)), G), r
+
+
+def _lengths(f: Functions, mover: Mover, c: Vector, u: Vector, G: Vector) -> list[Found]:
+    """From r u3 = G3 - c3 or, where u3 = 0, from |c + r u| = |G| in the plane."""
+    if is_along_z(f, u):
+        if is_along_z(f, c):
+            raise NoClosedForm((mover.joint,), f"joint {mover.joint} slides along the axis of its neighbour")
+        return [shifted_by(mover.joint, (G[2] - c[2]) / u[2])]
+    radius = distance(f, G)
+    if not f.is_zero(u[2]):
+        return [shifted_by(mover.joint, (G[2] - c[2]) / u[2], radius * f.sign(radius))]
+    length, side = plane_dot(u, u), plane_cross(c, u)
+    if f.is_zero(side):
+        root = distance(f, u) * radius
+    else:
+        size = length * plane_dot(G, G)
+        root = real_root(f, size - side * side, size)
+    return quadratic(f, mover.joint, length, plane_dot(c, u), root)
+
+
+__all__ = ["SIGNS", "Mover", "Solution", "meeting", "onto_surface", "reach"]

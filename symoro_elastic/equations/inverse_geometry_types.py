@@ -1,0 +1,225 @@
+"""The types of equations that Paul's method meets, each with all its solutions.
+
+Every unknown angle comes out of one arc tangent of two arguments, in (-pi, pi]; solutions are told
+apart by the sign of a square root. The square root is NaN where its argument is negative by more
+than rounding, and NaN stays NaN in all that follows, so what cannot be reached has no value.
+
+Sources: Paul, Robot Manipulators (1981); Khalil and Dombre, Modeling, Identification and Control of
+Robots (2002), chapter 4, whose numbers the types have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symoro_elastic.equations.spatial import (
+    Matrix,
+    Scalar,
+    Screw,
+    Vector,
+    Z,
+    add,
+    dot,
+    scale,
+    subtract,
+    times,
+    transpose,
+    turn,
+    turn_back,
+)
+
+ROUNDING = Fraction(1, 2**40)
+SIGNS = (1, -1)
+
+
+@dataclass(frozen=True)
+class Functions:
+    """What the equations need beside + - * /; `is_zero` tells what is zero for all values of the variables."""
+
+    square_root: Callable[[Scalar], Scalar]
+    arc_tangent: Callable[[Scalar, Scalar], Scalar]
+    cosine_sine: Callable[[Scalar], tuple[Scalar, Scalar]]
+    sign: Callable[[Scalar], Scalar]
+    is_zero: Callable[[Scalar], bool]
+
+
+class NoClosedForm(Exception):
+    """Why there is no closed form, and the numbers of the joints to blame.
+
+    `condition` is "parallel", "apart", "elsewhere", or empty: what is wrong with the axes of these joints.
+    """
+
+    def __init__(self, joints: tuple[int, ...], reason: str, condition: str = "") -> None:
+        super().__init__(reason)
+        self.joints, self.reason, self.condition = joints, reason, condition
+
+
+class Found(NamedTuple):
+    """A solution for one joint: its variable (rad or m), the motion it makes, and the joint's number.
+
+    `measure` is zero where the solution is singular, one where that cannot happen.
+    """
+
+    joint: int
+    variable: Scalar
+    motion: Screw
+    measure: Scalar = 1
+
+    def reversed(self) -> Found:
+        """The same joint passed from its far side."""
+        cosine, sine, shift = self.motion[1:]
+        return Found(self.joint, -self.variable, Screw(Z, cosine, -sine, -shift), self.measure)
+
+    def point(self, v: Vector) -> Vector:
+        """A point of the moved frame in the frame before the joint."""
+        x, y, z = turn(self.motion, v)
+        return (x, y, z + self.motion.shift)
+
+    def point_back(self, v: Vector) -> Vector:
+        """A point of the frame before the joint in the moved frame."""
+        return turn_back(self.motion, (v[0], v[1], v[2] - self.motion.shift))
+
+
+class Pose(NamedTuple):
+    """Orientation and origin of a frame in another: iTj."""
+
+    rotation: Matrix
+    origin: Vector
+
+    def point(self, v: Vector) -> Vector:
+        """Coordinates in frame i of a point given in frame j."""
+        return add(times(self.rotation, v), self.origin)
+
+    def point_back(self, v: Vector) -> Vector:
+        """Coordinates in frame j of a point given in frame i."""
+        return times(transpose(self.rotation), subtract(v, self.origin))
+
+    def then(self, other: Pose) -> Pose:
+        """iTj jTk."""
+        columns = transpose(other.rotation)
+        turned = tuple(times(self.rotation, column) for column in columns)
+        return Pose(transpose(turned), self.point(other.origin))  # type: ignore[arg-type]
+
+    def moved(self, screw: Screw) -> Pose:
+        """iTj followed by a screw about an axis of frame j."""
+        rows = self.rotation
+        origin = add(self.origin, scale(screw.shift, transpose(rows)[screw.axis]))
+        return Pose((turn_back(screw, rows[0]), turn_back(screw, rows[1]), turn_back(screw, rows[2])), origin)
+
+    def inverse(self) -> Pose:
+        """jTi."""
+        back = transpose(self.rotation)
+        x, y, z = times(back, self.origin)
+        return Pose(back, (-x, -y, -z))
+
+
+STILL = Pose(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))
+
+
+def along(shift: Scalar) -> Vector:
+    """A point of the z axis."""
+    return (0, 0, shift)
+
+
+def plane_dot(u: Vector, v: Vector) -> Scalar:
+    """Scalar product of the parts normal to z."""
+    return u[0] * v[0] + u[1] * v[1]
+
+
+def plane_cross(u: Vector, v: Vector) -> Scalar:
+    """z component of the vector product."""
+    return u[0] * v[1] - u[1] * v[0]
+
+
+def is_along_z(f: Functions, v: Vector) -> bool:
+    """Whether a vector is parallel to z for all values of the variables."""
+    return f.is_zero(v[0]) and f.is_zero(v[1])
+
+
+def distance(f: Functions, v: Vector) -> Scalar:
+    """Distance from the z axis; its sign means nothing."""
+    x, y = (0 if f.is_zero(x) else x for x in v[:2])
+    return y if f.is_zero(x) else x if f.is_zero(y) else f.square_root(x * x + y * y)
+
+
+def turned_by(f: Functions, joint: int, angle: Scalar, measure: Scalar = 1) -> Found:
+    """A revolute joint at an angle, rad."""
+    return Found(joint, angle, Screw(Z, *f.cosine_sine(angle), 0), measure)
+
+
+def shifted_by(joint: int, length: Scalar, measure: Scalar = 1) -> Found:
+    """A prismatic joint at a length, m."""
+    return Found(joint, length, Screw(Z, 1, 0, length), measure)
+
+
+def only_where(f: Functions, positive: Scalar) -> Scalar:
+    """One where a number is positive and NaN where it is negative: a divisor."""
+    return f.sign(f.square_root(positive))
+
+
+def real_root(f: Functions, x: Scalar, size: Scalar) -> Scalar:
+    """Square root of x; zero where x is negative by rounding, `size` being that of its terms, else NaN."""
+    positive_part = x * (1 + f.sign(x)) * Fraction(1, 2)
+    return f.square_root(positive_part) / only_where(f, x + ROUNDING * size)
+
+
+def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scalar = None) -> list[Found]:
+    """X cos q + Y sin q = Z: two angles, one where X^2 + Y^2 = Z^2.
+
+    `root` is D = sqrt(X^2 + Y^2 - Z^2), for those who know a form of it that loses fewer digits; then
+    q = atan2(Y Z + e X D, X Z - e Y D) with e = 1 and -1, and D is the measure.
+    """
+    if f.is_zero(z):
+        measure = f.square_root(x * x + y * y)
+        return [turned_by(f, joint, f.arc_tangent(e * x, -e * y), measure) for e in SIGNS]
+    if root is None:
+        size = x * x + y * y
+        root = real_root(f, size - z * z, size)
+    angles = [f.arc_tangent(y * z + e * (x * root), x * z - e * (y * root)) for e in SIGNS]
+    return [turned_by(f, joint, angle, root) for angle in angles]
+
+
+def type_3(f: Functions, joint: int, v: Vector, u: Vector, measure: Scalar = 1) -> Found:
+    """Rot(z, q) v = u, two equations in cos q and sin q: one angle, any where v lies on z."""
+    return turned_by(f, joint, f.arc_tangent(plane_cross(v, u), plane_dot(v, u)), measure)
+
+
+def quadratic(f: Functions, joint: int, a: Scalar, h: Scalar, root: Scalar) -> list[Found]:
+    """a r^2 + 2 h r + c = 0 where `root` is sqrt(h^2 - a c): two lengths."""
+    return [shifted_by(joint, (e * root - h) / a, root) for e in SIGNS]
+
+
+def heron(f: Functions, a: Scalar, b: Scalar, c: Scalar) -> Scalar:
+    """Four times the area of a triangle with these sides, NaN where they make none (type 8)."""
+    x = (a + b + c) * (a + b - c) * ((c + a - b) * (c - a + b))
+    return real_root(f, x, a * a * (b * b))
+
+
+class Quadric(NamedTuple):
+    """The points x with x.S x + 2 b.x + k = 0."""
+
+    S: Matrix
+    b: Vector
+    k: Scalar
+
+    def value(self, x: Vector) -> Scalar:
+        """x.S x + 2 b.x + k."""
+        return dot(x, times(self.S, x)) + 2 * dot(self.b, x) + self.k
+
+    def seen_from(self, pose: Pose) -> Quadric:
+        """The same surface in the frame in which `pose` places its own."""
+        R, p = pose
+        columns = tuple(times(R, row) for row in self.S)
+        S: Any = tuple(times(R, row) for row in transpose(columns))  # type: ignore[arg-type]
+        b = times(R, self.b)
+        k = self.k - 2 * dot(b, p) + dot(p, times(S, p))
+        b = subtract(b, times(S, p))
+        return Quadric(S, b, k)
+
+
+def plane(normal: Vector, height: Scalar) -> Quadric:
+    """The plane normal.x = height."""
+    return Quadric(((0, 0, 0), (0, 0, 0), (0, 0, 0)), scale(Fraction(1, 2), normal), -height)

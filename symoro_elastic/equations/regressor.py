@@ -1,0 +1,113 @@
+"""Torques and energy as linear functions of the parameters: Gamma = Y X, E = h X.
+
+The inertial parameters of link j are XX XY XZ YY YZ ZZ MX MY MZ M, about the origin of its frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeAlias
+
+from symoro_elastic.equations.dynamics import Dynamics, newton_euler
+from symoro_elastic.equations.kinematics import Scalars, velocities
+from symoro_elastic.equations.mechanism import Axis, Mechanism
+from symoro_elastic.equations.spatial import (
+    ZERO,
+    Pair,
+    RigidInertia,
+    Scalar,
+    Vector,
+    cross,
+    dot,
+    hat_plus_hat_squared,
+    is_zero,
+    origin,
+    to_child,
+    wrench_to_antecedent,
+)
+
+INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+MOMENTS = ("MX", "MY", "MZ")
+INERTIAL = (*INERTIA, *MOMENTS, "M")
+WRENCH = ("FX", "FY", "FZ", "CX", "CY", "CZ")
+
+Column: TypeAlias = dict[int, Scalar]
+"""Entries of a column of Y by joint; joints that are missing have a zero."""
+Wanted: TypeAlias = Mapping[int, Sequence[str]]
+"""For each link the names of the parameters that are asked for."""
+
+
+def body_of(parameters: Mapping[str, Scalar]) -> RigidInertia:
+    """The body that has these inertial parameters; those that are not named are zero."""
+    mx, my, mz = (parameters.get(name, 0) for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (parameters.get(name, 0) for name in INERTIA)
+    return RigidInertia(parameters.get("M", 0), (mx, my, mz), (xx, xy, xz, yy, yz, zz))
+
+
+def parameters_of(body: RigidInertia) -> dict[str, Scalar]:
+    """The ten inertial parameters of a body, by name."""
+    return dict(zip(INERTIAL, (*body.inertia, *body.moments, body.mass), strict=True))
+
+
+def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> Iterator[tuple[int, str, Column]]:
+    """(j, parameter, column of Y): the torques that a unit of one inertial parameter of link j asks for.
+
+    `found` are the velocities and accelerations [3], [6] of every link, all accelerations known.
+    """
+    for j, names in wanted.items():
+        u = hat_plus_hat_squared(found.w[j], found.wd[j])
+        for name in names:
+            wrench = newton_euler(body_of({name: 1}), found.w[j], found.wd[j], found.vd[j], u)
+            yield j, name, torques(mechanism, j, wrench)
+
+
+def wrench_columns(mechanism: Mechanism, wanted: Wanted) -> Iterator[tuple[int, str, Column]]:
+    """(j, component, column of Y): the torques that a unit wrench of link j on its surroundings asks for."""
+    for j, names in wanted.items():
+        for name in names:
+            unit = [int(name == component) for component in WRENCH]
+            yield j, name, torques(mechanism, j, ((unit[0], unit[1], unit[2]), (unit[3], unit[4], unit[5])))
+
+
+def torques(mechanism: Mechanism, j: int, wrench: Pair) -> Column:
+    """a_k^T jTk^T f of every joint k on the path to link j: what a wrench on it asks of them [15]."""
+    column: Column = {}
+    while j:
+        link = mechanism.links[j - 1]
+        if link.axis is not Axis.NONE:
+            column[j] = link.axis.project(wrench)
+        wrench = wrench_to_antecedent(link.placement, wrench)
+        j = link.antecedent
+    return column
+
+
+def energies(
+    mechanism: Mechanism, qd: Scalars, gravity: Vector, wanted: Wanted
+) -> Iterator[tuple[int, str, Scalar]]:
+    """(j, parameter, entry of h): kinetic and gravity energy of a unit of one inertial parameter of link j.
+
+    `gravity` is in frame 0. Energies are zero with every centre of mass at the origin of frame 0, at rest.
+    """
+    moving = velocities(mechanism, qd)
+    fields: list[tuple[Vector, Scalar]] = [(gravity, 0)]
+    for j, link in mechanism.numbered():
+        field, depth = fields[link.antecedent]
+        fields.append((to_child(link.placement, field), depth + dot(field, origin(link.placement))))
+        entries = unit_energies(moving[j], *fields[j])
+        yield from ((j, name, entries[name]) for name in wanted.get(j, ()))
+
+
+def unit_energies(velocity: Pair, gravity: Vector = ZERO, depth: Scalar = 0) -> dict[str, Scalar]:
+    """Derivatives of w^T J w / 2 + MS . (v x w) + M v^2 / 2 - g . (M P + MS) by the inertial parameters.
+
+    Everything is in the frame of the body; `depth` is g . P.
+    """
+    v, w = velocity
+    x, y, z = w
+    turning = dict(zip(INERTIA, (_half(x * x), x * y, x * z, _half(y * y), y * z, _half(z * z)), strict=True))
+    moments = (a - b for a, b in zip(cross(v, w), gravity, strict=True))
+    return {**turning, **dict(zip(MOMENTS, moments, strict=True)), "M": _half(dot(v, v)) - depth}
+
+
+def _half(x: Scalar) -> Scalar:
+    return 0 if is_zero(x) else x / 2

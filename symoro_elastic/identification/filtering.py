@@ -1,0 +1,187 @@
+"""From sampled positions to velocities and accelerations, and to as many equations as there is information.
+
+The way of practitioners (Gautier 1997; Janot, Vandanjon and Gautier 2014): positions through a zero-phase
+Butterworth filter well above the motion, central differences, then one low-pass filter for both sides of
+tau = Y X ("parallel decimation") and one sample in `factor` kept. Filtering both sides alike changes no
+parameter; it removes torque ripple and makes the residuals nearly white, which standard deviations need.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.measurements import Measurements
+from symoro_elastic.identification.optional import optional
+
+Array = NDArray[np.float64]
+
+ORDER = 4
+ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
+KEPT_BAND = 2.0  # band kept by decimation over the motion's bandwidth
+ENERGY = 0.999  # of the velocities lies within the motion's bandwidth
+OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
+RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
+HIGHEST = 0.9  # of the Nyquist frequency
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Settings: sampling, bandwidth of the motion and Butterworth cut-off in Hz; one sample in `factor` is kept."""
+
+    sampling: float
+    motion: float
+    cutoff: float
+    factor: int
+    order: int = ORDER
+
+    @property
+    def kept_band(self) -> float:
+        """Cut-off of the decimation filter, Hz."""
+        return OF_NYQUIST * self.sampling / (2 * self.factor)
+
+    @property
+    def trim(self) -> int:
+        """Samples dropped at each end: the transients of the Butterworth filter and of the differences."""
+        return int(np.ceil(2 * self.sampling / self.cutoff)) + 2
+
+    def described(self) -> list[str]:
+        """The settings as lines."""
+        return [
+            f"sampled at {self.sampling:.6g} Hz; {100 * ENERGY:g} % of the motion is below {self.motion:.3g} Hz",
+            f"positions: zero-phase Butterworth, order {self.order}, {self.cutoff:.3g} Hz; "
+            "central differences of fourth order",
+            f"both sides: zero-phase low-pass at {self.kept_band:.3g} Hz, one sample in {self.factor} kept",
+            f"{self.trim} samples dropped at each end",
+        ]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
+
+    `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0.
+    """
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    tau: Array
+    still: tuple[int, ...] = ()
+
+
+def default_filter(found: Measurements, bandwidth: float | None = None) -> Filter:
+    """Cut-offs from the motion: Butterworth at 5 times its bandwidth, decimation to 2 times (rule of thumb of Janot).
+
+    `bandwidth` in Hz replaces the one found in the spectrum of the velocities.
+    """
+    sampling = 1 / found.period
+    motion = bandwidth or max(bandwidth_of(found.q[:, k], found.period) for k in range(found.q.shape[1]))
+    if motion > HIGHEST * sampling / 2:
+        what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
+        raise InputError(found.source, "t", what)
+    cutoff = min(ABOVE_MOTION * motion, HIGHEST * sampling / 2)
+    factor = max(1, int(OF_NYQUIST * sampling / 2 / (KEPT_BAND * motion)))
+    return Filter(sampling, motion, cutoff, factor)
+
+
+def bandwidth_of(x: Array, period: float) -> float:
+    """Frequency in Hz below which 99.9 % of the energy of x's derivative lies; noise is left out.
+
+    The floor of the spectrum is its median over the upper half of the frequencies.
+    """
+    n = len(x)
+    line = np.linspace(x[0], x[-1], n)
+    spectrum = np.abs(np.fft.rfft((x - line) * np.hanning(n))) ** 2
+    frequencies = np.fft.rfftfreq(n, period)
+    floor = float(np.median(spectrum[len(spectrum) // 2 :]))
+    power = np.where(spectrum > OVER_NOISE * floor, spectrum, 0.0) * frequencies**2
+    lowest = float(frequencies[min(2, len(frequencies) - 1)])
+    if not power.any():
+        return lowest
+    reached = np.searchsorted(np.cumsum(power), ENERGY * power.sum())
+    return max(lowest, float(frequencies[min(int(reached), n // 2)]))
+
+
+def differentiate(x: Array, period: float) -> tuple[Array, Array]:
+    """First and second derivatives of x (N, ...) by central differences of fourth order; two samples lost each end."""
+    before2, before, here, after, after2 = x[:-4], x[1:-3], x[2:-2], x[3:-1], x[4:]
+    first = (8 * (after - before) - (after2 - before2)) / (12 * period)
+    second = (16 * (after + before) - (after2 + before2) - 30 * here) / (12 * period**2)
+    return first, second
+
+
+def smooth(x: Array, chosen: Filter) -> Array:
+    """x (N, ...) through the zero-phase Butterworth filter."""
+    signal = optional("scipy.signal")
+    sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
+    return _both_ways(signal, sections, x, chosen)
+
+
+def decimate(x: Array, chosen: Filter) -> Array:
+    """x (N, ...) through the filter of scipy.signal.decimate, zero phase, one sample in `factor`.
+
+    By second-order sections, which stay accurate at large factors. Edges are trimmed.
+    """
+    if chosen.factor == 1:
+        return x
+    signal = optional("scipy.signal")
+    sections = signal.cheby1(DECIMATION_ORDER, RIPPLE, OF_NYQUIST / chosen.factor, output="sos")
+    filtered = _both_ways(signal, sections, x, chosen) * 10 ** (RIPPLE / 10)
+    edge = min(4, len(x) // (8 * chosen.factor))
+    kept: Array = filtered[:: chosen.factor]
+    return kept[edge : len(kept) - edge]
+
+
+def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
+    padding = min(len(x) - 1, max(int(3 * chosen.factor), 3 * (2 * len(sections) + 1)))
+    filtered: Array = signal.sosfiltfilt(sections, x, axis=0, padlen=padding)
+    return filtered
+
+
+def motion_of(found: Measurements, chosen: Filter) -> Motion:
+    """Filtered positions, their derivatives, and the torques of the same samples (still unfiltered).
+
+    Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
+    filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
+    """
+    q = smooth(found.q, chosen)
+    velocity, acceleration = differentiate(q, found.period)
+    inner = slice(2, len(q) - 2)
+    if found.qd is not None:
+        measured = smooth(found.qd, chosen)
+        velocity, acceleration = measured[inner], differentiate(measured, found.period)[0]
+    if found.qdd is not None:
+        acceleration = smooth(found.qdd, chosen)[inner]
+    cut = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2))
+    if len(velocity[cut]) < 2:
+        what = f"{len(found.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
+        raise InputError(found.source, "t", what)
+    positions, rates, rates2 = q[inner][cut], velocity[cut].copy(), acceleration[cut].copy()
+    still = _still(positions, found.q[inner][cut] - positions)
+    for k in still:
+        positions[:, k] = positions[:, k].mean()
+        rates[:, k] = rates2[:, k] = 0.0
+    return Motion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still)
+
+
+def as_measured(found: Measurements) -> Motion:
+    """Measurements used as they are; velocities and accelerations must be among them, or are differences."""
+    velocity, acceleration = differentiate(found.q, found.period)
+    inner = slice(2, len(found.q) - 2)
+    velocity = velocity if found.qd is None else found.qd[inner]
+    acceleration = acceleration if found.qdd is None else found.qdd[inner]
+    q = found.q[inner]
+    still = _still(q, np.zeros_like(q))
+    return Motion(found.t[inner], q, velocity, acceleration, found.tau[inner], still)
+
+
+def _still(smoothed: Array, removed: Array) -> tuple[int, ...]:
+    moved, noise = smoothed.std(axis=0), removed.std(axis=0)
+    rounding = 1e-12 * np.abs(smoothed).max(axis=0)
+    return tuple(int(k) for k in np.flatnonzero(moved <= np.maximum(noise, rounding)))

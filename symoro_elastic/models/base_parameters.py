@@ -1,0 +1,297 @@
+"""Base inertial parameters of a machine as formulas, and the machine that has only those.
+
+What leaves a body is decided modulo a large prime, at random values of parameters and variables:
+parallel, perpendicular, along gravity then mean so for every value, angles of 0.37 - 0.37 included.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from symoro_elastic.equations.base_parameters import ROTOR, Leaving, group, leaving
+from symoro_elastic.equations.mechanism import Axis, Mechanism
+from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
+from symoro_elastic.equations.spatial import is_zero
+from symoro_elastic.machine.checks import formulas as formulas_of
+from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.machine import Body, Inertia6, Joint, Kind, Machine, Parameter, Spring, Vector3
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
+from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
+from symoro_elastic.symbolic.finite_field import PRIME, Residue
+
+SEED = 20261
+KEPT, GROUPED, NO_EFFECT = "kept", "grouped", "without effect"
+LONGEST_SUMS = (400, 120, 40)
+"""Characters beyond which a sum on its way to the base gets a name of its own; the next where a formula is too long."""
+MARK = "base_parameters"
+"""Key of a machine's extras: its inertial parameters are base parameters, and no body has them."""
+
+
+@dataclass(frozen=True)
+class BaseParameter:
+    """One base inertial parameter: `XXR3` where others joined it, `XX3` where none did.
+
+    `formula` is over the names of the machine and of the composites.
+    """
+
+    name: str
+    joint: int
+    entry: str
+    formula: Formula
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """The base inertial parameters of a machine.
+
+    `effects` tells what became of every parameter: (joint, entry) -> kept, grouped or without
+    effect; `count` is the number of those kept for bodies in general, `parameters` are those which
+    are not zero for the bodies of this machine. `composites` are sums that have a name because
+    formulas would be too long, in the order in which they can be computed. `machine` has the same
+    torques, but neither the same reaction wrenches nor, with base parameters only, real bodies.
+    """
+
+    parameters: tuple[BaseParameter, ...]
+    composites: Mapping[str, Formula]
+    effects: Mapping[tuple[int, str], str]
+    machine: Machine
+
+    @property
+    def count(self) -> int:
+        """Number of base inertial parameters of the structure, rotor inertias included."""
+        return sum(effect == KEPT for effect in self.effects.values())
+
+    @cached_property
+    def formulas(self) -> dict[str, str]:
+        """The text of every formula, composites first."""
+        return {name: formula.text for name, formula in self._all()}
+
+    def values(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Values of composites and base parameters from those of the machine's parameters.
+
+        Those that need a name without value are left out.
+        """
+        known = dict(values)
+        found = {}
+        for name, formula in self._all():
+            if formula.names <= known.keys():
+                found[name] = formula.value(known)
+                known.setdefault(name, found[name])
+        return found
+
+    def _all(self) -> Iterator[tuple[str, Formula]]:
+        yield from self.composites.items()
+        yield from ((parameter.name, parameter.formula) for parameter in self.parameters)
+
+
+def grouped(machine: Machine) -> Grouping:
+    """Group the inertial parameters of a machine; on a base that moves, for every motion of the base.
+
+    Raises `InputError` for cells without value.
+    """
+    zero = ZeroPosition(machine)
+    found = zero.leaving()
+    texts = _written_sums(zero, found)
+    parameters = tuple(texts.parameters)
+    effects = {(j, name): effect for j in found for name, effect in _effects(zero, j, found[j])}
+    return Grouping(parameters, texts.composites, effects, _regrouped(machine, parameters, texts))
+
+
+class ZeroPosition:
+    """A machine with all joint variables zero, in several arithmetics."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        bound = Bound(replace(machine, joints=tuple(map(_held, machine.joints))))
+        links = [
+            replace(link, axis=Axis(joint.sigma))
+            for link, joint in zip(bound.mechanism.links, machine.joints, strict=True)
+        ]
+        self.mechanism = replace(bound.mechanism, links=tuple(links))
+        self._leaves: list[Any] = []
+        self.mechanism.map(lambda x: self._leaves.append(x) or x)  # type: ignore[func-returns-value]
+
+    @property
+    def free_base(self) -> bool:
+        """Whether the base moves."""
+        base = self.machine.base
+        motion = (base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
+        return any(not formula.is_zero for vector in motion for formula in vector)
+
+    def modulo_prime(self) -> Mechanism:
+        """At random values of all parameters."""
+        return self.mechanism.map(ModularAngles(SEED).values(self._leaves))
+
+    def floats(self, values: Mapping[str, float]) -> Mechanism:
+        """In double precision."""
+        return self.mechanism.map(evaluate(self._leaves, values, FLOATS))
+
+    def polynomials(self) -> Mechanism:
+        """As polynomials over the names of the parameters."""
+        names = {parameter.name: Polynomial.factor(parameter.name) for parameter in self.machine.parameters}
+        return self.mechanism.map(evaluate(self._leaves, names, POLYNOMIALS))
+
+    def leaving(self) -> dict[int, list[Leaving]]:
+        """What leaves each body."""
+        source = random.Random(SEED)
+        return leaving(
+            self.modulo_prime(), lambda: Residue(source.randrange(1, PRIME)), self.free_base, self._typical()
+        )
+
+    def _typical(self) -> Mechanism:
+        """In double precision, parameters without value at about 1."""
+        source = random.Random(SEED)
+        values = {parameter.name: source.uniform(0.5, 1.5) for parameter in self.machine.parameters}
+        try:
+            return self.floats(values | parameter_values(self.machine))
+        except (ArithmeticError, ValueError):
+            return self.mechanism.map(lambda x: 1.0)
+
+
+def _held(joint: Joint) -> Joint:
+    return replace(joint, kind=Kind.FIXED, sigma=2, variable=None, spring=Spring())
+
+
+def _effects(zero: ZeroPosition, j: int, leaves: Sequence[Leaving]) -> Iterator[tuple[str, str]]:
+    """What becomes of each parameter of body j; a rotor inertia counts where the machine has one."""
+    gone = {x.eliminated: GROUPED if x.goes or len(x.combination) > 1 else NO_EFFECT for x in leaves}
+    rotor = [] if is_zero(zero.mechanism.links[j - 1].rotor_inertia) else [ROTOR]
+    return ((name, gone.get(name, KEPT)) for name in (*INERTIAL, *rotor))
+
+
+class _Texts:
+    """Formulas of the grouped parameters, sums longer than `longest` under a name of their own."""
+
+    def __init__(self, zero: ZeroPosition, longest: int) -> None:
+        self.machine = zero.machine
+        self.longest = longest
+        self.composites: dict[str, Formula] = {}
+        self.parameters: list[BaseParameter] = []
+        self.sources = _inertial_names(zero.machine)
+        self._taken = {*(p.name for p in self.machine.parameters), *(str(x.variable) for x in self.machine.joints)}
+        self._taken |= {joint.name for joint in self.machine.joints}
+
+    def settle(self, j: int, entry: str, x: Any) -> Any:
+        """A sum as it is, or the name that it gets."""
+        text = self.text(x)
+        if len(text) <= self.longest:
+            return x
+        formula = Formula.parse(text)
+        if not formula.names:
+            return Polynomial.of(Fraction(repr(formula.value())))
+        name = self.free_name(f"{entry}C", j)
+        self.composites[name] = formula
+        self.sources.add(name)
+        return Polynomial.factor(name)
+
+    def text(self, x: Any) -> str:
+        """A sum as it is written."""
+        return written(Polynomial.of(x), self.sources)
+
+    def free_name(self, start: str, j: int) -> str:
+        """A name that the machine does not use yet: XXR3, XXRR3 ..."""
+        while f"{start}{j}" in self._taken:
+            start += start[-1]
+        self._taken.add(f"{start}{j}")
+        return f"{start}{j}"
+
+    def add(self, j: int, entry: str, x: Any, unchanged: bool) -> None:
+        """One grouped parameter of body j, unless it is zero."""
+        formula = Formula.parse(self.text(x))
+        if formula.is_zero:
+            return
+        name = f"{entry}{j}" if unchanged else self.free_name(f"{entry}R", j)
+        self.parameters.append(BaseParameter(name, j, entry, formula))
+
+
+def _written_sums(zero: ZeroPosition, found: Mapping[int, Sequence[Leaving]]) -> _Texts:
+    mechanism = zero.polynomials()
+    for longest in LONGEST_SUMS:
+        texts = _Texts(zero, longest)
+        try:
+            for j, values in sorted(group(mechanism, found, texts.settle).items()):
+                own = _own(mechanism, j)
+                for entry, x in values.items():
+                    texts.add(j, entry, x, Polynomial.of(x).terms == Polynomial.of(own[entry]).terms)
+            return texts
+        except FormulaError as error:
+            too_long = error
+    raise too_long
+
+
+def _own(mechanism: Mechanism, j: int) -> dict[str, Any]:
+    """The parameters of body j as they are."""
+    link = mechanism.links[j - 1]
+    return {**parameters_of(link.body), ROTOR: link.rotor_inertia}
+
+
+def _inertial_names(machine: Machine) -> set[str]:
+    """Names that occur in the inertial parameters of a machine."""
+    cells = (
+        formula
+        for joint in machine.joints
+        for formula in (joint.body.mass, *joint.body.moments, *joint.body.inertia, joint.rotor_inertia)
+    )
+    return {name for formula in cells for name in formula.names}
+
+
+def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], texts: _Texts) -> Machine:
+    """The machine that has the base parameters only, as parameters of its own where they are sums."""
+    cells, new = _cells(parameters, machine, texts)
+    joints = tuple(_with_cells(joint, j, cells) for j, joint in enumerate(machine.joints, start=1))
+    bare = replace(machine, joints=joints, extras={**machine.extras, MARK: "true"})
+    used = {name for _, formula in formulas_of(bare) for name in formula.names}
+    gone = _inertial_names(machine) - used
+    kept = tuple(parameter for parameter in machine.parameters if parameter.name not in gone)
+    scene = None if machine.scene is None else _scene(machine.scene, gone, new)
+    return replace(bare, parameters=(*kept, *new), scene=scene)
+
+
+def _cells(
+    parameters: Sequence[BaseParameter], machine: Machine, texts: _Texts
+) -> tuple[dict[tuple[int, str], Formula], list[Parameter]]:
+    """The cell of every base parameter, and the parameters that these name."""
+    known = parameter_values(machine)
+    for name, formula in texts.composites.items():
+        if formula.names <= known.keys():
+            known[name] = formula.value(known)
+    cells, new = {}, []
+    for parameter in parameters:
+        formula = parameter.formula
+        if formula.names and formula.tree[0] != "name":
+            value = Formula.parse(formula.value(known)) if formula.names <= known.keys() else None
+            new.append(Parameter(parameter.name, value, _unit(parameter)))
+            formula = Formula.parse(parameter.name)
+        elif not formula.names and formula.tree[0] != "number":
+            formula = Formula.parse(formula.value())
+        cells[parameter.joint, parameter.entry] = formula
+    return cells, new
+
+
+def _unit(parameter: BaseParameter) -> str:
+    if parameter.entry == ROTOR:
+        return ""
+    return "kg" if parameter.entry == "M" else "kg m" if parameter.entry in MOMENTS else "kg m2"
+
+
+def _with_cells(joint: Joint, j: int, cells: Mapping[tuple[int, str], Formula]) -> Joint:
+    moments: Vector3 = tuple(cells.get((j, name), ZERO) for name in MOMENTS)  # type: ignore[assignment]
+    inertia: Inertia6 = tuple(cells.get((j, name), ZERO) for name in INERTIA)  # type: ignore[assignment]
+    body = Body(cells.get((j, "M"), ZERO), moments, inertia)
+    return replace(joint, body=body, rotor_inertia=cells.get((j, ROTOR), ZERO))
+
+
+def _scene(scene: Scene, gone: set[str], new: Sequence[Parameter]) -> Scene:
+    """The scene, constants of the generated code named anew."""
+    if scene.fold == ALL or not gone.intersection(scene.fold):
+        return scene
+    kept = tuple(name for name in scene.fold if name not in gone)
+    return replace(scene, fold=(*kept, *(parameter.name for parameter in new if parameter.value is not None)))

@@ -1,0 +1,308 @@
+"""The committed code in generated/: what the examples generate now, and right: imported, compiled, run."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine, Parameter
+from tests.generated_code import COMPILERS, RESULTS, STRICT, Array, call, compiled, imported
+from tests.golden import FIVE, GENERATED, GOLDEN, ROOT, Golden, differences, left_over, make
+from tests.references import multiprecision as reference
+from tests.references.random_machines import chain, random_machine, random_state
+
+CONTRACT = 1e-12
+FOLDERS = [pytest.param(golden, id=f"{golden.folder}/{golden.example}") for golden in GOLDEN]
+SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1")
+
+
+# The same bytes
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_committed_files_are_what_the_examples_generate(
+    golden: Golden, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    if request.config.getoption("--regenerate"):
+        make(golden, GENERATED)
+    assert differences(golden, tmp_path) == [], "accept with: python -m tests.golden --regenerate"
+
+
+def test_every_committed_file_is_made_by_an_example(tmp_path: Path) -> None:
+    made = {path for golden in GOLDEN for path in make(golden, tmp_path)}
+    assert left_over(made) == []
+
+
+def test_generated_text_holds_nothing_of_this_machine(tmp_path: Path) -> None:
+    """No path, no date, no version; short lines end in \\n."""
+    for golden in GOLDEN:
+        for path in make(golden, tmp_path):
+            text = (tmp_path / path).read_bytes().decode("ascii")
+            assert str(ROOT) not in text and str(tmp_path) not in text and "\r" not in text
+            assert not re.search(r"\b(19|20)\d\d-\d\d-\d\d\b|\b\d+\.\d+\.\d+\b|0x[0-9a-f]{6}", text), path
+            assert text.endswith("\n") and not text.endswith("\n\n") and not re.search(r"[ \t]\n", text), path
+
+
+# The right numbers
+
+
+@cache
+def valued(example: str) -> Machine:
+    """The machine of an example; parameters without value get that of a physical machine."""
+    machine, _ = read_machine(ROOT / "examples" / example)
+    others = {"G3": "-9.81", "RL4": "0.45", "k2": "800", "k4": "350", "L2": "0.5"}
+    values = {p.name: p.value for p in chain(len(machine.joints), seed=3).parameters}
+    values |= {name: Formula.parse(text) for name, text in others.items()}
+    parameters = [p if p.value else Parameter(p.name, values[p.name], p.unit) for p in machine.parameters]
+    return replace(machine, parameters=tuple(parameters))
+
+
+def folder_of(golden: Golden) -> Path:
+    return GENERATED / golden.folder / read_machine(ROOT / "examples" / golden.example)[0].name
+
+
+def values_of(machine: Machine) -> dict[str, float]:
+    return {p.name: p.value.value() for p in machine.parameters if p.value}
+
+
+def expected(machine: Machine, model: str, state: tuple[Any, ...]) -> list[Any]:
+    """The 50-digit reference, a list of results."""
+    q, qd, drive = state
+    arguments = {"direct_dynamics": (q, qd, drive), "inverse_dynamics": (q, qd, drive), "bias_forces": (q, qd)}
+    found = getattr(reference, model)(machine, *arguments.get(model, (q,)))
+    return list(found) if model == "inverse_dynamics" else [found]
+
+
+def inputs_of(model: str, state: tuple[Any, ...]) -> tuple[Any, ...]:
+    return state[: {"inertia_matrix": 1, "geometric_model": 1, "bias_forces": 2}.get(model, 3)]
+
+
+def worst(found: Any, wanted: Any) -> float:
+    found, wanted = np.asarray(found, dtype=float), np.array(wanted, dtype=object).astype(float)
+    assert found.shape == wanted.shape
+    return float(np.max(np.abs(found - wanted), initial=0) / max(1.0, np.max(np.abs(wanted), initial=0)))
+
+
+def states(machine: Machine) -> list[tuple[Any, ...]]:
+    return [random_state(machine, seed) for seed in range(3)]
+
+
+def tuple_of(result: Any) -> tuple[Any, ...]:
+    return result if isinstance(result, tuple) else (result,)
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_committed_numpy_and_c_are_right(golden: Golden, tmp_path: Path) -> None:
+    """numpy within 1e-12 of 50 digits, stacked states within 8 u of single ones, and C the same bits as numpy."""
+    assert COMPILERS, "neither gcc nor clang"
+    machine, folder = valued(golden.example), folder_of(golden)
+    module = imported(folder)
+    p = module.parameters(**values_of(machine))
+    libraries = [compiled(folder, tmp_path, compiler) for compiler in COMPILERS]
+    all_states = states(machine)
+    for model in golden.models or FIVE[:2]:
+        function = getattr(module, model)
+        singles = []
+        for state in all_states:
+            inputs = inputs_of(model, state)
+            found = tuple_of(function(*inputs, p))
+            singles.append(found)
+            for output, wanted in zip(found, expected(machine, model, state), strict=True):
+                assert worst(output, wanted) < CONTRACT, model
+            for library in libraries:
+                shapes = [output.shape for output in found]
+                for output, in_c in zip(found, call(library, machine.name, model, inputs, p, shapes), strict=True):
+                    assert (output == in_c).all(), (model, library)
+        stacks = [np.stack(columns) for columns in zip(*(inputs_of(model, s) for s in all_states), strict=True)]
+        for k, output in enumerate(tuple_of(function(*stacks, p))):
+            assert worst(output, np.stack([single[k] for single in singles])) < CONTRACT, model
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_committed_packages_keep_the_contract(golden: Golden) -> None:
+    machine, module = valued(golden.example), imported(folder_of(golden))
+    rows = [machine.joints[j - 1] for j in machine.moving]
+    assert tuple(row.name for row in rows) == module.JOINTS
+    assert tuple(k for k, row in enumerate(rows) if row.kind == "motor") == module.MOTORS
+    assert tuple(k for k, row in enumerate(rows) if row.kind == "elastic") == module.ELASTIC
+    assert tuple(p.name for p in machine.parameters) == module.PARAMETERS
+    assert len(module.DEFAULTS) == len(module.PARAMETERS)
+    n, m = len(rows), len(module.MOTORS)
+    p = module.parameters(**values_of(machine))
+    q, qd, drive = states(machine)[0]
+    function = module.direct_dynamics
+    with pytest.raises(ValueError, match=rf"q has shape \({n + 1},\): \(\.\.\., {n}\) is expected"):
+        function(np.zeros(n + 1), qd, drive, p)
+    with pytest.raises(ValueError, match=rf"tau has shape \(\): \(\.\.\., {m}\) is expected"):
+        function(q, qd, 0.0, p)
+    with pytest.raises(TypeError, match="has no parameter nothing"):
+        module.parameters(nothing=1)
+    assert function(np.zeros((4, 1, n)), np.zeros((3, n)), np.zeros(m), p).shape == (4, 3, n)
+    assert np.isnan(function(np.full(n, np.nan), qd, drive, p)).any()
+    assert not np.isnan(function(q, qd, drive, p)).any()
+
+
+def test_missing_values_are_named() -> None:
+    module = imported(GENERATED / "flex4")
+    given = {name: 1.0 for name in module.PARAMETERS if name not in ("k4", "XX1")}
+    with pytest.raises(ValueError, match="flex4 needs a value for XX1, k4"):
+        module.parameters(**given)
+    assert np.isnan(module.DEFAULTS).all()
+    assert imported(GENERATED / "planar_2r").parameters(l1=7)[3] == 7
+    with pytest.raises(ValueError, match="read-only"):
+        module.DEFAULTS[0] = 1
+
+
+def test_parameter_sets_may_be_stacked_too() -> None:
+    """One set for each state, as states stack; each row the same as alone."""
+    machine, module = valued("planar_2r.toml"), imported(GENERATED / "planar_2r")
+    sets = np.stack([module.parameters(l1=length, m2=mass) for length, mass in ((0.4, 1.5), (0.7, 0.3), (0.1, 9.0))])
+    q, qd, tau = (np.array(x) for x in states(machine)[1])
+    stacked = module.direct_dynamics(q, qd, tau, sets)
+    assert worst(stacked, [module.direct_dynamics(q, qd, tau, p) for p in sets]) < CONTRACT
+    torques, accelerations = module.inverse_dynamics(q, qd, stacked, sets)
+    assert worst(torques, np.broadcast_to(tau, (3, 2))) < CONTRACT and worst(accelerations, stacked) < CONTRACT
+
+
+# The C itself
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_headers_serve_cpp(golden: Golden, tmp_path: Path) -> None:
+    if not shutil.which("g++"):
+        pytest.skip("needs g++")
+    folder = folder_of(golden)
+    source = tmp_path / "twice.cpp"
+    header = f'#include "{folder.name}.h"\n'
+    source.write_text(
+        header * 2 + f"void (*const f)() = reinterpret_cast<void (*)()>({folder.name}_direct_dynamics);\n"
+    )
+    command = ["g++", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{folder}", "-c", str(source)]
+    subprocess.run([*command, "-o", str(tmp_path / "twice.o")], check=True)
+    symbols = subprocess.run(["nm", str(tmp_path / "twice.o")], capture_output=True, text=True, check=True).stdout
+    assert re.search(rf"U {folder.name}_direct_dynamics$", symbols, re.MULTILINE)  # C linkage
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_c_has_no_state_and_needs_only_mathematics(golden: Golden, tmp_path: Path) -> None:
+    """No variable that can be written, nothing undefined but functions of math.h."""
+    folder = folder_of(golden)
+    for compiler in COMPILERS:
+        command = [compiler, *STRICT, "-O2", "-fno-pic", "-c", str(folder / f"{folder.name}.c"), "-o"]
+        subprocess.run([*command, str(tmp_path / "model.o")], check=True)
+        lines = subprocess.run(["nm", str(tmp_path / "model.o")], capture_output=True, text=True, check=True).stdout
+        symbols = [line.split()[-2:] for line in lines.splitlines()]
+        assert {kind for kind, _ in symbols} <= {"T", "t", "R", "r", "U"}
+        undefined = {name for kind, name in symbols if kind == "U"}
+        assert undefined <= {"sin", "cos", "sincos", "sqrt", "atan2"}, undefined
+
+
+def driver(header: str, name: str, shorter: str = "") -> str:
+    """A program that calls every function of a header once, on heap arrays of exactly the declared sizes.
+
+    The array named `shorter` is made one entry too short, to see that this is noticed.
+    """
+    macro = name.upper()
+    sizes = {
+        **dict.fromkeys(("q", "qd", "qdd", "H"), f"{macro}_JOINTS"),
+        **dict.fromkeys(("tau", "qdd_motor"), f"{macro}_MOTORS"),
+        "A": f"{macro}_JOINTS*{macro}_JOINTS",
+        "T": f"{macro}_FRAMES*16",
+        "p": f"{macro}_PARAMETERS",
+    }
+    lines = ["#include <stdlib.h>", f'#include "{name}.h"', "", "int main(void)", "{", "    double sum = 0.0;"]
+    constants = ""
+    for function, arguments in re.findall(r"^void (\w+)\(([^)]*)\);", header, re.MULTILINE):
+        names = re.findall(r"(const )?double \*(\w+)", arguments)
+        constants = f"{function.removesuffix('_prepared').removesuffix('_prepare').upper()}_CONSTANTS"
+        lines.append("    {")
+        for _, array in names:
+            size = f"({constants})" if array == "c" else f"({sizes[array]})"
+            less = " - 1" if array == shorter else ""
+            lines.append(f"        double *{array} = malloc(({size}{less})*sizeof(double));")
+            lines.append(f"        for (int k = 0; k < {size}{less}; ++k) {array}[k] = 0.1 + 0.01*k;")
+        lines.append(f"        {function}({', '.join(array for _, array in names)});")
+        for constant, array in names:
+            size = f"({constants})" if array == "c" else f"({sizes[array]})"
+            if not constant:
+                lines.append(f"        for (int k = 0; k < {size}; ++k) sum += {array}[k] != {array}[k];")
+            lines.append(f"        free({array});")
+        lines.append("    }")
+    return "\n".join([*lines, "    return sum > 0.0;", "}", ""])
+
+
+def sanitized(folder: Path, build: Path, compiler: str, shorter: str = "") -> subprocess.CompletedProcess[str]:
+    (build / "main.c").write_text(driver((folder / f"{folder.name}.h").read_text(), folder.name, shorter))
+    program = build / f"main_{compiler}"
+    command = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", *SANITIZE, f"-I{folder}", str(build / "main.c")]
+    subprocess.run([*command, str(folder / f"{folder.name}.c"), "-lm", "-o", str(program)], check=True)
+    return subprocess.run([str(program)], capture_output=True, text=True, check=False)
+
+
+@cache
+def sanitizer() -> str:
+    """A compiler whose sanitizers work here; empty without."""
+    for compiler in COMPILERS:
+        run = subprocess.run(
+            [compiler, *SANITIZE, "-x", "c", "-", "-o", "/dev/null"],
+            input="int main(void) { return 0; }",
+            text=True,
+            capture_output=True,
+            check=False,
+        )
+        if run.returncode == 0:
+            return compiler
+    return ""
+
+
+@pytest.mark.parametrize("golden", FOLDERS)
+def test_no_function_leaves_its_arrays(golden: Golden, tmp_path: Path) -> None:
+    """Every function, on arrays of exactly the declared sizes, under the address and undefined-behaviour sanitizers."""
+    if not sanitizer():
+        pytest.skip("needs sanitizers")
+    run = sanitized(folder_of(golden), tmp_path, sanitizer())
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.parametrize("shorter", ["q", "tau", "p", "c", "A", "T"])
+def test_an_array_too_short_is_noticed(shorter: str, tmp_path: Path) -> None:
+    if not sanitizer():
+        pytest.skip("needs sanitizers")
+    run = sanitized(GENERATED / "all_models" / "planar_2r", tmp_path, sanitizer(), shorter)
+    assert run.returncode != 0 and "heap-buffer-overflow" in run.stderr
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_random_trees_compile_without_a_warning_and_agree(seed: int, tmp_path: Path) -> None:
+    """Friction, wrenches, a moving base, parameters for everything; all five models."""
+    from symoro_elastic.generate import generate
+    from symoro_elastic.machine.scene import Scene
+
+    machine = random_machine(seed, joints=6, symbolic=True, moving_base=True)
+    generate(machine, Scene(FIVE), ("numpy", "c"), tmp_path)
+    folder = tmp_path / machine.name
+    module = imported(folder)
+    libraries = [compiled(folder, tmp_path, compiler) for compiler in COMPILERS]
+    state = random_state(machine, seed)
+    for model in RESULTS:
+        inputs = inputs_of(model, state)
+        found = tuple_of(getattr(module, model)(*inputs))
+        for output, wanted in zip(found, expected(machine, model, state), strict=True):
+            assert worst(output, wanted) < CONTRACT, model
+        for library in libraries:
+            shapes = [output.shape for output in found]
+            results: list[Array] = call(library, machine.name, model, inputs, module.DEFAULTS, shapes)
+            assert all((a == b).all() for a, b in zip(found, results, strict=True)), model
+    if sanitizer():
+        run = sanitized(folder, tmp_path, sanitizer())
+        assert run.returncode == 0, run.stderr
