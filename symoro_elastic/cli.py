@@ -67,8 +67,7 @@ def generate(
     if as_json:
         _print_json({"written": [str(p) for p in made.written], "models": models_json(made.models, made.whole)})
         return
-    for path in made.written:
-        click.echo(f"wrote {path}")
+    click.echo(f"wrote {made.written[0].parent}: {', '.join(path.name for path in made.written)}")
     _print_table(models_table(made.models, made.whole))
     click.echo("x products and divisions, + sums and differences")
 
@@ -138,8 +137,9 @@ def check(
     if as_json:
         _print_json(verification_json(result))
     else:
-        _print_table(verification_table(result), f"{found.name}: worst relative error, {result.states} states a model")
-        click.echo("every error is within its bound" if result.ok else "OUT OF BOUNDS")
+        _print_table(verification_table(result), f"{found.name}: worst relative error, moderate / extreme states")
+        verdict = "every error is within its bound" if result.ok else "out of bounds"
+        click.echo(f"{result.states} states against 50 digits: {verdict}")
     if result.missing:
         raise InputError(machine, "C compiler", result.missing)
     if not result.ok:

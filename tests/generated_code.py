@@ -23,7 +23,7 @@ from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(MODELS)
@@ -49,11 +49,6 @@ def rendered(machine: Machine, scene: Scene | None = None, targets: Sequence[str
     for target in targets:
         files |= TARGETS[target](described)
     return files
-
-
-def traced(machine: Machine, scene: Scene | None = None) -> dict[str, TracedModel]:
-    """The traced models by name; all unless the scene names some."""
-    return {model.model.name: model for model in trace_scene(machine, _with_models(scene))}
 
 
 def _with_models(scene: Scene | None) -> Scene:

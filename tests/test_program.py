@@ -6,8 +6,9 @@ import itertools
 import os
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,15 @@ import pytest
 
 from symoro_elastic.codegen.body import C, bodies
 from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.targets import render_c
 from symoro_elastic.errors import InputError
+from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, trace
+from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
 from symoro_elastic.symbolic.expression import COSPI, Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.program import (
@@ -35,7 +38,7 @@ from symoro_elastic.symbolic.program import (
     by_section,
     saved,
 )
-from tests.generated_code import ALL_MODELS, Assignment, c_functions, names_in, recount, rendered, traced
+from tests.generated_code import ALL_MODELS, Assignment, c_functions, names_in, recount, rendered
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
 
 ROOT = Path(__file__).parents[1]
@@ -56,28 +59,47 @@ def machines() -> list[Machine]:
     return [*trees, chain(4), planar_2r(elastic=(2,)), two_children(symbolic=True), *map(example, EXAMPLES)]
 
 
-VARIOUS = [pytest.param(machine, id=f"{k}-{machine.name}") for k, machine in enumerate(machines())]
+@dataclass
+class Subject:
+    """A machine with all its models, traced and printed as C once for all tests."""
+
+    machine: Machine
+
+    @cached_property
+    def models(self) -> list[TracedModel]:
+        return trace_scene(self.machine, Scene(models=ALL_MODELS))
+
+    @cached_property
+    def functions(self) -> dict[str, list[Assignment]]:
+        """Functions of the C text, taken apart."""
+        text = render_c(package(self.machine, self.models, ()))[f"{self.machine.name}.c"]
+        return c_functions(text)
+
+    def text(self, model: str) -> tuple[list[Assignment], list[Assignment]]:
+        """Assignments of the C of one model: parameters only, then for each call."""
+        name = f"{self.machine.name}_{model}"
+        return self.functions.get(f"{name}_prepare", []), self.functions.get(f"{name}_prepared", self.functions[name])
 
 
-def texts(machine: Machine, model: str) -> tuple[list[Assignment], list[Assignment]]:
-    """Assignments of the C of one model: parameters only, then for each call."""
-    functions = c_functions(rendered(machine, Scene(models=(model,)), ["c"])[f"{machine.name}.c"])
-    name = f"{machine.name}_{model}"
-    return functions.get(f"{name}_prepare", []), functions.get(f"{name}_prepared", functions[name])
+VARIOUS = [pytest.param(Subject(machine), id=f"{k}-{machine.name}") for k, machine in enumerate(machines())]
 
 
 # What is printed
 
 
-@pytest.mark.parametrize("machine", VARIOUS)
-def test_every_name_is_assigned_once_before_it_is_used_and_is_used(machine: Machine) -> None:
+@pytest.mark.parametrize("subject", VARIOUS)
+def test_every_name_is_assigned_once_before_it_is_used_and_is_used(subject: Subject) -> None:
     for model in ALL_MODELS:
-        for part in texts(machine, model):
+        for part in subject.text(model):
             given = FUNCTIONS | ARRAYS
             used: set[str] = set()
             for assignment in part:
                 for name in names_in(assignment.right):
-                    assert name in given or name.startswith(f"{machine.name.upper()}_P_"), (model, name, assignment)
+                    assert name in given or name.startswith(f"{subject.machine.name.upper()}_P_"), (
+                        model,
+                        name,
+                        assignment,
+                    )
                     used.add(name)
                 if assignment.local:
                     assert assignment.target not in given, (model, "assigned twice", assignment.target)
@@ -85,12 +107,12 @@ def test_every_name_is_assigned_once_before_it_is_used_and_is_used(machine: Mach
             assert given - FUNCTIONS - ARRAYS <= used, (model, "never used", given - used)
 
 
-@pytest.mark.parametrize("machine", VARIOUS)
-def test_what_is_done_once_depends_on_parameters_only(machine: Machine) -> None:
+@pytest.mark.parametrize("subject", VARIOUS)
+def test_what_is_done_once_depends_on_parameters_only(subject: Subject) -> None:
     """The first part reads p and nothing else, hands on only what the second reads, and leaves it no such work."""
-    parameters = {parameter.name for parameter in machine.parameters}
+    parameters = {parameter.name for parameter in subject.machine.parameters}
     for model in ALL_MODELS:
-        once, each = texts(machine, model)
+        once, each = subject.text(model)
         assert {name for a in once for name in names_in(a.right)} & ARRAYS <= {"p"}
         handed_on = [a.target for a in once if not a.local]
         assert handed_on == [f"c[{k}]" for k in range(len(handed_on))]
@@ -102,20 +124,20 @@ def test_what_is_done_once_depends_on_parameters_only(machine: Machine) -> None:
             assert not (work and set(names_in(a.right)) - FUNCTIONS <= constant), (model, a)
 
 
-@pytest.mark.parametrize("machine", VARIOUS)
-def test_counts_are_those_of_the_printed_text(machine: Machine) -> None:
-    for model, found in traced(machine).items():
-        once, each = texts(machine, model)
-        assert recount(once) == found.program.count_once, model
-        assert recount(each) == found.program.count, model
+@pytest.mark.parametrize("subject", VARIOUS)
+def test_counts_are_those_of_the_printed_text(subject: Subject) -> None:
+    for found in subject.models:
+        once, each = subject.text(found.model.name)
+        assert recount(once) == found.program.count_once, found.model.name
+        assert recount(each) == found.program.count, found.model.name
 
 
-@pytest.mark.parametrize("machine", VARIOUS)
-def test_generated_names_cannot_be_those_of_a_user(machine: Machine) -> None:
+@pytest.mark.parametrize("subject", VARIOUS)
+def test_generated_names_cannot_be_those_of_a_user(subject: Subject) -> None:
     """Whatever the C and the Python call something that the user did not name is refused as a user's name."""
-    own = {p.name for p in machine.parameters} | {joint.variable for joint in machine.joints}
-    for model, found in traced(machine).items():
-        program = found.program
+    own = {p.name for p in subject.machine.parameters} | {joint.variable for joint in subject.machine.joints}
+    for found in subject.models:
+        model, program = found.model.name, found.program
         made = [s.name for s in (*program.once, *program.statements)]
         arguments = [name for argument in program.inputs for name in argument.symbols]
         assert len(set(made)) == len(made), model
@@ -148,8 +170,8 @@ def test_part_names_are_refused_too() -> None:
     """Every quantity that is named may have parts a, b, ..., z, aa: as names they are refused."""
     names = {
         statement.name
-        for machine in machines()
-        for model in traced(machine).values()
+        for subject in (parameter.values[0] for parameter in VARIOUS)
+        for model in subject.models
         for statement in (*model.program.once, *model.program.statements)
     }
     parts = {name + letter for name in names for letter in ("a", "z", "ab")}

@@ -248,13 +248,8 @@ def test_a_joint_is_locked_at_a_formula(tmp_path: Path) -> None:
 def test_lengths_may_hold_pi(length: str) -> None:
     """A slide locked at a multiple of pi, as a lead of a screw is one."""
     machine = chain(3, prismatic=(2,))
-    machine = replace(
-        machine, parameters=tuple(replace(p, name="L1") if p.name == "D3" else p for p in machine.parameters)
-    )
-    rows = [replace(joint, d=f("L1")) if joint.name == "joint3" else joint for joint in machine.joints]
-    machine = replace(machine, joints=tuple(rows))
     scene = Scene(FIVE, locked={"joint2": f(length)})
-    value = f(length).value({"L1": next(p.value.value() for p in machine.parameters if p.name == "L1" and p.value)})
+    value = f(length).value({p.name: p.value.value() for p in machine.parameters if p.value})
     wanted = constrained(machine, {2: Fraction(value)}, 3)
     kept = restricted(machine, scene)
     numbers = symbols(kept, {j: x for j, x in state_of(machine, 3).items() if j != 2}, FLOATS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -235,7 +236,7 @@ def described() -> Package:
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("machine", [example("two_axis.toml"), example("puma560.par"), two_children(symbolic=True)])
 def test_compilers_have_nothing_to_say(compiler: str, machine: Machine, tmp_path: Path) -> None:
-    if compiling.shutil.which(compiler) is None:
+    if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     models = [trace(machine, name) for name in FIVE]
     compiled = compile_package(package(machine, models, ()), tmp_path, compiler=(compiler,))

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from symoro_elastic.equations.inverse_geometry_types import (
-    SIGNS,
+    Difference,
     Found,
     Functions,
     NoClosedForm,
@@ -65,7 +65,7 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
     if len(movers) == 2:
         return list(_with_two(f, movers, between[0], w, W))
     if len(movers) > 3:
-        raise NoClosedForm(_numbers(movers), f"more than three joints before the axes that meet: {_named(movers)}")
+        raise NoClosedForm(numbers_of(movers), f"more than three joints before the axes that meet: {named(movers)}")
     try:
         return list(_with_three(f, movers, between, w, W))
     except NoClosedForm as error:
@@ -82,12 +82,14 @@ def _reversed(solution: Solution) -> Solution:
     return tuple(found.reversed() for found in reversed(solution))
 
 
-def _numbers(movers: Sequence[Mover]) -> tuple[int, ...]:
+def numbers_of(movers: Sequence[Mover]) -> tuple[int, ...]:
+    """Numbers of joints, in the order of the table."""
     return tuple(sorted(mover.joint for mover in movers))
 
 
-def _named(movers: Sequence[Mover]) -> str:
-    numbers = [str(number) for number in _numbers(movers)]
+def named(movers: Sequence[Mover]) -> str:
+    """Joints in words."""
+    numbers = [str(number) for number in numbers_of(movers)]
     return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
 
 
@@ -126,6 +128,8 @@ def onto_surface(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> lis
 def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
     """X cos q + Y sin q = Z, for a surface whose sections normal to z are circles, or straight."""
     S, b, k = surface
+    if is_along_z(f, W):
+        raise _idle(mover)
     if not (f.is_zero(S[0][0] - S[1][1]) and f.is_zero(S[0][1])):
         reason = f"the equation for joint {mover.joint} is of degree four"
         raise NoClosedForm((mover.joint,), reason)
@@ -166,7 +170,7 @@ def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric
         return _surface_of_shift_and_turn(f, C, w)
     normal = (-C.rotation[1][2], C.rotation[0][2], 0)
     if is_along_z(f, normal):
-        raise NoClosedForm(_numbers(pair), f"{_named(pair)} slide along the same direction", "parallel")
+        raise NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction", "parallel")
     return plane(normal, dot(normal, C.point(w)))
 
 
@@ -205,11 +209,11 @@ def _surface_of_shift_and_turn(f: Functions, C: Pose, w: Vector) -> Quadric:
 def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scalar]:
     """Where two axes meet: z in the frame of the first, z in the frame of the second. Raises `NoClosedForm`."""
     a, p = transpose(C.rotation)[2], C.origin
-    axes = f"the axes of {_named(pair)}"
+    axes = f"the axes of {named(pair)}"
     if is_along_z(f, a):
-        raise NoClosedForm(_numbers(pair), f"{axes} are parallel", "parallel")
+        raise NoClosedForm(numbers_of(pair), f"{axes} are parallel", "parallel")
     if not f.is_zero(plane_cross(p, a)):
-        raise NoClosedForm(_numbers(pair), f"{axes} do not meet", "apart")
+        raise NoClosedForm(numbers_of(pair), f"{axes} do not meet", "apart")
     there = -p[1] / a[1] if f.is_zero(a[0]) else -p[0] / a[0]
     return p[2] + there * a[2], there
 
@@ -225,12 +229,14 @@ def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
     elif first.turns:
         yield from _turn_and_shift(f, pair, C, w, G)
     elif second.turns:
+        if is_along_z(f, w):
+            raise _idle(second)
         for solution in _turn_and_shift(f, pair[::-1], C.inverse(), G, w):
             yield _reversed(solution)
     else:
         v, g = transpose(C.rotation)[2], subtract(G, C.point(w))
         if is_along_z(f, v):
-            raise NoClosedForm(_numbers(pair), f"{_named(pair)} slide along the same direction", "parallel")
+            raise NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction", "parallel")
         r = plane_dot(g, v) / plane_dot(v, v)
         yield shifted_by(first.joint, g[2] - r * v[2]), shifted_by(second.joint, r)
 
@@ -249,7 +255,7 @@ def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     x, y, _ = Pose(C.rotation, (0, 0, 0)).point_back(C.origin)
     p = (x, y, 0)
     if is_along_z(f, p):
-        raise NoClosedForm(_numbers(pair), f"the axes of {_named(pair)} coincide", "parallel")
+        raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} coincide", "parallel")
     area = heron(f, distance(f, p), distance(f, w), distance(f, G))
     rest = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
     return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), rest, area)
@@ -259,15 +265,20 @@ def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
     """Axes that meet: a.Rot(z, q2) w = G3, a the first axis in the second frame and origins where they meet.
 
     D^2 = |a x z|^2 |w x z|^2 - (G3 - a3 w3)^2 = |a x z|^2 |G x z|^2 - (w3 - a3 G3)^2: the first is exact
-    where w is near the second axis, the second where G is near the first; their mean is, in both places.
+    where w is near the second axis, the second where G is near the first; their mean is in both places.
     """
     here, there = meeting(f, pair, C)
     w, G, a = subtract(w, along(there)), subtract(G, along(here)), C.rotation[2]
-    oblique, near_w, near_G = plane_dot(a, a), plane_dot(w, w), plane_dot(G, G)
-    z = G[2] - a[2] * w[2]
-    other = w[2] - a[2] * G[2]
-    x = (near_G * (oblique * near_w - z * z) + near_w * (oblique * near_G - other * other)) / (near_G + near_w)
-    root = real_root(f, x, oblique * near_G)
+    z, other = G[2] - a[2] * w[2], w[2] - a[2] * G[2]
+    near_w, near_G = plane_dot(w, w), plane_dot(G, G)
+    by_w, by_G = (Difference(plane_dot(a, a) * near, x) for near, x in ((near_w, z), (near_G, other)))
+    if f.is_fixed(near_w):
+        root = by_G.root(f)
+    elif f.is_fixed(near_G):
+        root = by_w.root(f)
+    else:
+        mean = (near_G * by_w.value + near_w * by_G.value) / (near_G + near_w)
+        root = real_root(f, mean, by_G.size)
     return type_2(f, pair[1].joint, plane_dot(a, w), plane_cross(w, a), z, root)
 
 
@@ -288,13 +299,6 @@ def _lengths(f: Functions, mover: Mover, c: Vector, u: Vector, G: Vector) -> lis
     radius = distance(f, G)
     if not f.is_zero(u[2]):
         return [shifted_by(mover.joint, (G[2] - c[2]) / u[2], radius * f.sign(radius))]
-    length, side = plane_dot(u, u), plane_cross(c, u)
-    if f.is_zero(side):
-        root = distance(f, u) * radius
-    else:
-        size = length * plane_dot(G, G)
-        root = real_root(f, size - side * side, size)
+    length = plane_dot(u, u)
+    root = Difference(length * plane_dot(G, G), plane_cross(c, u)).root(f)
     return quadratic(f, mover.joint, length, plane_dot(c, u), root)
-
-
-__all__ = ["SIGNS", "Mover", "Solution", "meeting", "onto_surface", "reach"]

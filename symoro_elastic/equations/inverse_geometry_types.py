@@ -37,13 +37,18 @@ SIGNS = (1, -1)
 
 @dataclass(frozen=True)
 class Functions:
-    """What the equations need beside + - * /; `is_zero` tells what is zero for all values of the variables."""
+    """What the equations need beside + - * /.
+
+    `is_zero` tells what is zero for all values of the variables, `is_fixed` what the place to be reached does
+    not change.
+    """
 
     square_root: Callable[[Scalar], Scalar]
     arc_tangent: Callable[[Scalar, Scalar], Scalar]
     cosine_sine: Callable[[Scalar], tuple[Scalar, Scalar]]
     sign: Callable[[Scalar], Scalar]
     is_zero: Callable[[Scalar], bool]
+    is_fixed: Callable[[Scalar], bool]
 
 
 class NoClosedForm(Exception):
@@ -166,6 +171,22 @@ def real_root(f: Functions, x: Scalar, size: Scalar) -> Scalar:
     return f.square_root(positive_part) / only_where(f, x + ROUNDING * size)
 
 
+class Difference(NamedTuple):
+    """size - part^2, where size is not negative."""
+
+    size: Scalar
+    part: Scalar
+
+    @property
+    def value(self) -> Scalar:
+        """The difference."""
+        return self.size - self.part * self.part
+
+    def root(self, f: Functions) -> Scalar:
+        """Its square root, NaN where it is negative."""
+        return f.square_root(self.size) if f.is_zero(self.part) else real_root(f, self.value, self.size)
+
+
 def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scalar = None) -> list[Found]:
     """X cos q + Y sin q = Z: two angles, one where X^2 + Y^2 = Z^2.
 
@@ -176,8 +197,7 @@ def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scal
         measure = f.square_root(x * x + y * y)
         return [turned_by(f, joint, f.arc_tangent(e * x, -e * y), measure) for e in SIGNS]
     if root is None:
-        size = x * x + y * y
-        root = real_root(f, size - z * z, size)
+        root = Difference(x * x + y * y, z).root(f)
     angles = [f.arc_tangent(y * z + e * (x * root), x * z - e * (y * root)) for e in SIGNS]
     return [turned_by(f, joint, angle, root) for angle in angles]
 

@@ -8,7 +8,7 @@ parameter; it removes torque ripple and makes the residuals nearly white, which 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ KEPT_BAND = 2.0  # band kept by decimation over the motion's bandwidth
 ENERGY = 0.999  # of the velocities lies within the motion's bandwidth
 OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
 RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
+EDGE = 6  # kept samples
 HIGHEST = 0.9  # of the Nyquist frequency
 
 
@@ -64,7 +65,8 @@ class Filter:
 class Motion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
-    `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0.
+    `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `noise` (n) is
+    the standard deviation of white sensor noise in the unfiltered positions.
     """
 
     t: Array
@@ -73,6 +75,19 @@ class Motion:
     qdd: Array
     tau: Array
     still: tuple[int, ...] = ()
+    noise: Array | None = None
+
+    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> Motion:
+        """The same motion with as much sensor noise again, through the same filter; still joints stay still."""
+        if self.noise is None:
+            return self
+        rng = np.random.default_rng(seed)
+        samples = len(self.t) + 2 * chosen.trim
+        white = smooth(sign * self.noise * rng.standard_normal((samples, self.q.shape[1])), chosen)
+        white[:, list(self.still)] = 0.0
+        velocity, acceleration = differentiate(white, 1 / chosen.sampling)
+        cut, inner = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2)), slice(chosen.trim, samples - chosen.trim)
+        return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
 
 
 def default_filter(found: Measurements, bandwidth: float | None = None) -> Filter:
@@ -133,8 +148,15 @@ def decimate(x: Array, chosen: Filter) -> Array:
     signal = optional("scipy.signal")
     sections = signal.cheby1(DECIMATION_ORDER, RIPPLE, OF_NYQUIST / chosen.factor, output="sos")
     filtered = _both_ways(signal, sections, x, chosen) * 10 ** (RIPPLE / 10)
-    edge = min(4, len(x) // (8 * chosen.factor))
-    kept: Array = filtered[:: chosen.factor]
+    return thin(filtered, chosen)
+
+
+def thin(x: Array, chosen: Filter) -> Array:
+    """One sample in `factor`, the transients of the decimation filter left out at both ends."""
+    if chosen.factor == 1:
+        return x
+    kept: Array = x[:: chosen.factor]
+    edge = min(EDGE, len(kept) // 8)
     return kept[edge : len(kept) - edge]
 
 
@@ -163,11 +185,13 @@ def motion_of(found: Measurements, chosen: Filter) -> Motion:
         what = f"{len(found.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
         raise InputError(found.source, "t", what)
     positions, rates, rates2 = q[inner][cut], velocity[cut].copy(), acceleration[cut].copy()
-    still = _still(positions, found.q[inner][cut] - positions)
+    removed = found.q[inner][cut] - positions
+    still = _still(positions, removed)
+    noise = removed.std(axis=0) / np.sqrt(1 - 2 * chosen.cutoff / chosen.sampling)
     for k in still:
         positions[:, k] = positions[:, k].mean()
         rates[:, k] = rates2[:, k] = 0.0
-    return Motion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still)
+    return Motion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still, noise)
 
 
 def as_measured(found: Measurements) -> Motion:

@@ -102,7 +102,8 @@ def grouped(machine: Machine) -> Grouping:
     texts = _written_sums(zero, found)
     parameters = tuple(texts.parameters)
     effects = {(j, name): effect for j in found for name, effect in _effects(zero, j, found[j])}
-    return Grouping(parameters, texts.composites, effects, _regrouped(machine, parameters, texts))
+    composites = _needed(texts.composites, [parameter.formula for parameter in parameters])
+    return Grouping(parameters, composites, effects, _regrouped(machine, parameters, composites))
 
 
 class ZeroPosition:
@@ -206,6 +207,7 @@ class _Texts:
     def add(self, j: int, entry: str, x: Any, unchanged: bool) -> None:
         """One grouped parameter of body j, unless it is zero."""
         formula = Formula.parse(self.text(x))
+        formula = self.composites.get(formula.text, formula)
         if formula.is_zero:
             return
         name = f"{entry}{j}" if unchanged else self.free_name(f"{entry}R", j)
@@ -227,6 +229,15 @@ def _written_sums(zero: ZeroPosition, found: Mapping[int, Sequence[Leaving]]) ->
     raise too_long
 
 
+def _needed(composites: dict[str, Formula], users: Sequence[Formula]) -> dict[str, Formula]:
+    """The composites that formulas refer to, directly or through others."""
+    names = {name for formula in users for name in formula.names}
+    for name, formula in reversed(composites.items()):
+        if name in names:
+            names |= formula.names
+    return {name: formula for name, formula in composites.items() if name in names}
+
+
 def _own(mechanism: Mechanism, j: int) -> dict[str, Any]:
     """The parameters of body j as they are."""
     link = mechanism.links[j - 1]
@@ -243,9 +254,9 @@ def _inertial_names(machine: Machine) -> set[str]:
     return {name for formula in cells for name in formula.names}
 
 
-def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], texts: _Texts) -> Machine:
+def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites: Mapping[str, Formula]) -> Machine:
     """The machine that has the base parameters only, as parameters of its own where they are sums."""
-    cells, new = _cells(parameters, machine, texts)
+    cells, new = _cells(parameters, machine, composites)
     joints = tuple(_with_cells(joint, j, cells) for j, joint in enumerate(machine.joints, start=1))
     bare = replace(machine, joints=joints, extras={**machine.extras, MARK: "true"})
     used = {name for _, formula in formulas_of(bare) for name in formula.names}
@@ -256,11 +267,11 @@ def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], texts: _Te
 
 
 def _cells(
-    parameters: Sequence[BaseParameter], machine: Machine, texts: _Texts
+    parameters: Sequence[BaseParameter], machine: Machine, composites: Mapping[str, Formula]
 ) -> tuple[dict[tuple[int, str], Formula], list[Parameter]]:
     """The cell of every base parameter, and the parameters that these name."""
     known = parameter_values(machine)
-    for name, formula in texts.composites.items():
+    for name, formula in composites.items():
         if formula.names <= known.keys():
             known[name] = formula.value(known)
     cells, new = {}, []

@@ -26,6 +26,9 @@ from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
 
+PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
+"""Entries of the placement of a frame in frame 0, row by row; the fourth column holds its position."""
+
 
 def _exact(x: Scalar) -> Scalar:
     """Constants as fractions, so that their quotients are exact."""
@@ -125,7 +128,8 @@ class Bound:
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
         by_name = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "qdd_motor": self.qdd_motor}
-        return {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
+        names = {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
+        return names | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]}
 
     def sign_of_velocity(self, j: int) -> Scalar:
         """sign(qd_j)."""

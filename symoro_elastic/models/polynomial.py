@@ -92,7 +92,7 @@ def written(p: Polynomial, sources: Collection[str] = ()) -> str:
 def _group(outer: Monomial, inner: dict[Monomial, Fraction]) -> list[tuple[Fraction, str]]:
     """Terms with one outer factor: one bracket where there are several and the factor is not 1."""
     if outer == ONE or len(inner) == 1:
-        return [(x, "*".join(_powers((*monomial, *outer), x))) for monomial, x in inner.items()]
+        return [(x, "*".join(_powers((*outer, *monomial), x))) for monomial, x in inner.items()]
     first = next(iter(inner.values()))
     common = first if len({abs(x) for x in inner.values()}) == 1 else Fraction(1 if first > 0 else -1)
     bracket = _sum([(x / common, "*".join(_powers(monomial, x / common))) for monomial, x in inner.items()])

@@ -127,6 +127,8 @@ class _Reader:
             return f'<mover accent="true">{self.group()}<mo>{ACCENTS[name]}</mo></mover>'
         if name in FONTS:
             return f'<mi class="{FONTS[name]}">{self.word()}</mi>'
+        if name == "mathcal":
+            return f"<mi>&{self.word()}scr;</mi>"
         if name in ROWS:
             return f'<mrow class="{ROWS[name]}">{self.group()}</mrow>'
         if name in ("sin", "cos"):

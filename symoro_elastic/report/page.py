@@ -13,6 +13,8 @@ from typing import Any
 
 from symoro_elastic.codegen.closed_form import closed_equations
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
+from symoro_elastic.codegen.notation import RESULTS as RESULT_SYMBOLS
+from symoro_elastic.codegen.notation import literal
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
 from symoro_elastic.codegen.targets import count_text
 from symoro_elastic.codegen.templates import render
@@ -82,7 +84,7 @@ def _content(package: Package, function: Function, markup: Markup) -> dict[str, 
         "summary": [markup.text(line) for line in _summary(package, function)],
         "conventions": markup.text(CONVENTIONS),
         "joints": _joints(package, solved, chapters, markup),
-        "symbols": _symbols(solved, markup),
+        "symbols": _symbols(function, solved, markup),
         "parameters": _parameters(package, function, solved, markup),
         "short": _lines(short, markup),
         "chapters": chapters,
@@ -157,15 +159,20 @@ def _joints(
     return joints
 
 
-def _symbols(solved: Solution, markup: Markup) -> list[dict[str, str]]:
+def _symbols(function: Function, solved: Solution, markup: Markup) -> list[dict[str, str]]:
+    """The quantities that occur, then the results."""
+    rows = [(row.symbol, row.paper, markup.text(row.meaning), row.equations) for row in solved.notation.meanings()]
+    for result in function.results:
+        symbol = RESULT_SYMBOLS.get(result.name, literal(result.name))
+        rows.append((symbol, "", _with_units(result.meaning, markup), function.equations))
     return [
         {
-            "here": markup.math(row.symbol),
-            "paper": markup.math(row.paper),
-            "meaning": markup.text(row.meaning),
-            "equations": markup.text(row.equations),
+            "here": markup.math(here),
+            "paper": markup.math(paper),
+            "meaning": meaning,
+            "equations": markup.text(equations),
         }
-        for row in solved.notation.meanings()
+        for here, paper, meaning, equations in rows
     ]
 
 
@@ -184,8 +191,13 @@ def _parameters(package: Package, function: Function, solved: Solution, markup: 
 
 def _value(parameter: ParameterValue, markup: Markup) -> str:
     """` = 2.5 kg`; the unit alone, in brackets, where there is no value."""
-    parts = re.split("(?<=[A-Za-z])([0-9])", parameter.unit)
-    unit = "".join(markup.power.format(text) if k % 2 else markup.text(text) for k, text in enumerate(parts))
+    unit = _with_units(parameter.unit, markup)
     if math.isnan(parameter.value):
         return f" ({unit})" if unit else ""
     return f" = {markup.formula(number(Fraction(repr(parameter.value))).signed())} {unit}".rstrip()
+
+
+def _with_units(text: str, markup: Markup) -> str:
+    """Text in which the 2 of `rad/s2` is raised."""
+    parts = re.split(r"(?<=[A-Za-z])([0-9])(?![A-Za-z0-9])", text)
+    return "".join(markup.power.format(part) if k % 2 else markup.text(part) for k, part in enumerate(parts))

@@ -1,0 +1,304 @@
+"""Inverse geometric model of a serial chain: every joint position that gives a frame its placement.
+
+A chain is C0 J1 C1 J2 ... Jn Cn = T with J a turn about z or a shift along z and C constant. It is
+solved where it falls apart into parts that closed forms know (Pieper 1968, Paul 1981, Khalil and
+Dombre 2002, chapter 4), from the base or, as T^-1 is a chain too, from its end:
+
+- up to three joints, then one to three revolute joints whose axes meet in a point: the former
+  place this point, the latter give the orientation;
+- three revolute joints with parallel axes between one joint and one or two revolute joints: height
+  and direction of the parallel axes do not see the three, which are a planar arm.
+
+With less than six joints T must be one of the placements they can give. What is found is put back
+then; a solution that misses T has no value (NaN).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from functools import reduce
+from typing import NamedTuple
+
+from symoro_elastic.equations.inverse_geometry_points import (
+    Mover,
+    Solution,
+    meeting,
+    named,
+    numbers_of,
+    onto_surface,
+    reach,
+)
+from symoro_elastic.equations.inverse_geometry_types import (
+    STILL,
+    Found,
+    Functions,
+    NoClosedForm,
+    Pose,
+    along,
+    is_along_z,
+    only_where,
+    plane,
+    type_3,
+)
+from symoro_elastic.equations.spatial import Matrix, Scalar, Vector, cross, dot, subtract, times, transpose, turn_back
+
+MISSED = Fraction(1, 2**34)
+NOT_A_PLACEMENT = Fraction(1, 2**20)
+FIRST: Vector = (1, 0, 0)
+LAST: Vector = (0, 0, 1)
+
+
+class Chain(NamedTuple):
+    """C0 J1 C1 ... Jn Cn: the joints that move and the placements before, between and after them."""
+
+    movers: tuple[Mover, ...]
+    between: tuple[Pose, ...]
+
+    def reversed(self) -> Chain:
+        """The same chain from its other end."""
+        return Chain(self.movers[::-1], tuple(pose.inverse() for pose in reversed(self.between)))
+
+
+class Branch(NamedTuple):
+    """One solution: the joints in the order of the chain and a measure that is zero where it is singular."""
+
+    found: Solution
+    measure: Scalar
+
+
+def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]:
+    """Every position of the joints (rad, m) that places the end of the chain at T (m).
+
+    `T` is 0T of the last frame. The measure is the product of the square roots and distances that vanish in
+    singular positions. Raises `NoClosedForm`.
+    """
+    _check_number(chain)
+    if len(chain.movers) == 6:
+        T = _placement(f, T)
+    solutions = _solutions(f, chain, T)
+    branches = [Branch(solution, _product(found.measure for found in solution)) for solution in solutions]
+    return branches if len(chain.movers) == 6 else [_put_back(f, chain, T, branch) for branch in branches]
+
+
+def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch]:
+    """Every position of up to three joints (rad, m) that brings the origin of the last frame to P (m).
+
+    Raises `NoClosedForm`.
+    """
+    w, W = chain.between[-1].origin, chain.between[0].point_back(P)
+    solutions = reach(f, chain.movers, chain.between[1:-1], w, W)
+    branches = [Branch(solution, _product(found.measure for found in solution)) for solution in solutions]
+    if len(chain.movers) == 3:
+        return branches
+    return [_with_origin_put_back(f, chain, P, branch) for branch in branches]
+
+
+def _check_number(chain: Chain) -> None:
+    if len(chain.movers) > 6:
+        reason = f"{len(chain.movers)} joints move: with more than six there is no finite number of solutions"
+        raise NoClosedForm(numbers_of(chain.movers), reason)
+
+
+def _solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
+    """By the first way that works; the first reason where none does."""
+    attempts: list[Callable[[Functions, Chain, Pose], list[Solution]]] = [_point_then_axes, _parallel_axes]
+    reasons: list[NoClosedForm] = []
+    for attempt in attempts:
+        try:
+            return attempt(f, chain, T)
+        except NoClosedForm as error:
+            reasons.append(error)
+        try:
+            return [_reversed(s) for s in attempt(f, chain.reversed(), T.inverse())]
+        except NoClosedForm as error:
+            reasons.append(error)
+    raise reasons[0]
+
+
+def _reversed(solution: Solution) -> Solution:
+    return tuple(found.reversed() for found in reversed(solution))
+
+
+def _product(factors: Iterator[Scalar]) -> Scalar:
+    return reduce(lambda a, b: a * b, factors, 1)
+
+
+# A point, then axes that meet in it
+
+
+def _point_then_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
+    """The longest end of the chain whose axes meet is taken for the wrist."""
+    error: NoClosedForm | None = None
+    for k in range(min(3, len(chain.movers)), -1, -1):
+        if len(chain.movers) - k > 3 and error:
+            break
+        try:
+            return _with_wrist(f, chain, T, k)
+        except NoClosedForm as reason:
+            error = reason if error is None or not reason.condition else error
+    raise error or NoClosedForm((), "no joint moves")
+
+
+def _with_wrist(f: Functions, chain: Chain, T: Pose, k: int) -> list[Solution]:
+    m = len(chain.movers) - k
+    wrist, poses = chain.movers[m:], chain.between[m + 1 : -1]
+    here, there = _meeting_point(f, wrist, poses)
+    inner = Pose(*chain.between[0].inverse().then(T).then(chain.between[-1].inverse()))
+    if k == 0:
+        return reach(f, chain.movers, chain.between[1:-1], chain.between[-1].origin, chain.between[0].point_back(T.origin))
+    target = inner.point(along(there))
+    arms = reach(f, chain.movers[:m], chain.between[1:m], chain.between[m].point(along(here)), target)
+    solutions = []
+    for arm in arms:
+        first, last = (_carried(chain, arm, times(inner.rotation, axis)) for axis in (FIRST, LAST))
+        solutions += [(*arm, *ends) for ends in _WRISTS[k](f, wrist, poses, first, last)]
+    return solutions
+
+
+def _meeting_point(f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose]) -> tuple[Scalar, Scalar]:
+    """Where up to three axes meet: z in the frame of the first, z in the frame of the last. Raises `NoClosedForm`."""
+    for mover in wrist:
+        if not mover.turns:
+            raise NoClosedForm((mover.joint,), f"joint {mover.joint} is prismatic: {named(wrist)} make no wrist")
+    if len(wrist) < 2:
+        return 0, 0
+    here, middle = meeting(f, wrist[:2], poses[0])
+    if len(wrist) == 2:
+        return here, middle
+    before, there = meeting(f, wrist[1:], poses[1])
+    if not f.is_zero(middle - before):
+        reason = f"the axes of {named(wrist)} do not meet in one point"
+        raise NoClosedForm(numbers_of(wrist), reason, "elsewhere")
+    return here, there
+
+
+def _carried(chain: Chain, arm: Solution, v: Vector) -> Vector:
+    """Components, after the joints of an arm and the placement that follows, of a vector given before them."""
+    for found, pose in zip(arm, chain.between[1:], strict=False):
+        v = times(transpose(pose.rotation), turn_back(found.motion, v))
+    return v
+
+
+def _one_axis(
+    f: Functions, wrist: Sequence[Mover], _: Sequence[Pose], first: Vector, last: Vector
+) -> Iterator[Solution]:
+    """Rot(z, q1) = M."""
+    yield (type_3(f, wrist[0].joint, FIRST, first),)
+
+
+def _two_axes(
+    f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
+) -> Iterator[Solution]:
+    """Rot(z, q1) R Rot(z, q2) = M: the last column gives q1, the first q2."""
+    found = type_3(f, wrist[0].joint, transpose(poses[0].rotation)[2], last)
+    x = times(transpose(poses[0].rotation), turn_back(found.motion, first))
+    yield found, type_3(f, wrist[1].joint, FIRST, x)
+
+
+def _three_axes(
+    f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
+) -> Iterator[Solution]:
+    """Rot(z, q1) R Rot(z, q2) S Rot(z, q3) = M: its last column is a point to be reached, its first gives q3."""
+    centred = [Pose(pose.rotation, (0, 0, 0)) for pose in poses]
+    axis = transpose(poses[1].rotation)[2]
+    for found, middle in reach(f, wrist[:2], centred[:1], axis, last):
+        x = turn_back(middle.motion, times(transpose(poses[0].rotation), turn_back(found.motion, first)))
+        x = times(transpose(poses[1].rotation), x)
+        yield found, middle, type_3(f, wrist[2].joint, FIRST, x)
+
+
+_WRISTS = {1: _one_axis, 2: _two_axes, 3: _three_axes}
+
+
+# Three parallel axes
+
+
+def _parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
+    """C0 J1 C1 (J2 C2 J3 C3 J4) C4 J5 (C5 J6) C_n = T with the axes of 2, 3 and 4 parallel."""
+    arm, ends = chain.movers[1:4], chain.movers[4:]
+    if len(chain.movers) not in (5, 6) or not all(mover.turns for mover in (*arm, *ends)):
+        raise NoClosedForm(numbers_of(chain.movers), "a wrist with three axes that meet in one point is missing")
+    for pose in chain.between[2:4]:
+        if not is_along_z(f, transpose(pose.rotation)[2]):
+            raise NoClosedForm(numbers_of(arm), f"the axes of {named(arm)} are not parallel")
+    arm_at_zero = reduce(Pose.then, chain.between[2:5], STILL)
+    if is_along_z(f, arm_at_zero.rotation[2]):
+        raise NoClosedForm(numbers_of(chain.movers[1:5]), f"the axes of {named(chain.movers[1:5])} are all parallel")
+    here, there = _meeting_point(f, ends, chain.between[5:-1])
+    inner = chain.between[0].inverse().then(T).then(chain.between[-1].inverse())
+    height = plane(LAST, arm_at_zero.point(along(here))[2]).seen_from(chain.between[1])
+    solutions: list[Solution] = []
+    for first in onto_surface(f, chain.movers[0], height, inner.point(along(there))):
+        rest = chain.between[1].inverse().then(_undone(first.reversed(), inner))
+        for last in _ends(f, ends, chain.between[5:-1], arm_at_zero.rotation[2], rest.rotation[2]):
+            solutions += [(first, *planar, *last) for planar in _planar(f, chain, rest, last)]
+    return solutions
+
+
+def _undone(motion: Found, pose: Pose) -> Pose:
+    """J T."""
+    R, p = pose
+    columns = [motion.point((x, y, z)) for x, y, z in transpose(R)]
+    return Pose(transpose((columns[0], columns[1], columns[2])), motion.point(p))
+
+
+def _ends(
+    f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vector, seen: Vector
+) -> Iterator[Solution]:
+    """Turns of the last joints that bring the direction of the parallel axes where it is seen in the last frame."""
+    if len(ends) == 1:
+        yield (type_3(f, ends[0].joint, seen, axis),)
+        return
+    centred = [Pose(pose.rotation, (0, 0, 0)) for pose in poses]
+    yield from reach(f, ends, centred, seen, axis)
+
+
+def _planar(f: Functions, chain: Chain, rest: Pose, last: Solution) -> list[Solution]:
+    """The three parallel axes, all else being known."""
+    pose = rest
+    for found, before in zip(reversed(last), reversed(chain.between[4 : 4 + len(last)]), strict=True):
+        pose = pose.moved(found.reversed().motion).then(before.inverse())
+    arm = Chain(chain.movers[1:4], (STILL, *chain.between[2:4], STILL))
+    return _with_wrist(f, arm, pose, 1)
+
+
+# Is it so?
+
+
+def _placement(f: Functions, T: Pose) -> Pose:
+    """T, without a value where its rotation is none."""
+    x, y, z = T.rotation
+    faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *subtract(cross(x, y), z)]
+    ok = only_where(f, NOT_A_PLACEMENT * NOT_A_PLACEMENT - _squares(faults))
+    R: Matrix = tuple((r[0] / ok, r[1] / ok, r[2] / ok) for r in T.rotation)  # type: ignore[assignment]
+    return Pose(R, T.origin)
+
+
+def _put_back(f: Functions, chain: Chain, T: Pose, branch: Branch) -> Branch:
+    """A branch, without a value where it does not place the end of the chain at T."""
+    found = _placed(chain, branch.found)
+    faults = [x - y for row, seen in zip(found.rotation, T.rotation, strict=True) for x, y in zip(row, seen, strict=True)]
+    return _only_close(f, branch, faults, subtract(found.origin, T.origin), T.origin)
+
+
+def _with_origin_put_back(f: Functions, chain: Chain, P: Vector, branch: Branch) -> Branch:
+    return _only_close(f, branch, [], subtract(_placed(chain, branch.found).origin, P), P)
+
+
+def _placed(chain: Chain, solution: Solution) -> Pose:
+    pose = chain.between[0]
+    for found, after in zip(solution, chain.between[1:], strict=True):
+        pose = pose.moved(found.motion).then(after)
+    return pose
+
+
+def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vector, P: Vector) -> Branch:
+    size = 1 + dot(P, P)
+    ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(list(shifts))))
+    found = tuple(x._replace(variable=x.variable / ok) for x in branch.found)
+    return Branch(found, branch.measure / ok)
+
+
+def _squares(faults: list[Scalar]) -> Scalar:
+    return reduce(lambda a, b: a + b, (x * x for x in faults), 0)

@@ -1,0 +1,266 @@
+"""Weighted least squares for tau = Y X, standard deviations, and a verdict for every parameter.
+
+Gautier and Khalil (Dynamics of robots, chapter 12): the rows of joint j are divided by the standard deviation
+sigma_j of its residuals; then C = (W^T W)^-1 is the covariance of X, std_i = sqrt(C_ii), and 100 std_i / |X_i|
+the relative standard deviation in per cent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.grouping import FROM_DATA, Grouping, formula, group
+
+Array = NDArray[np.float64]
+
+GOOD = 0.1  # relative standard deviation
+ROUNDS = 3  # of weighting
+WHITE = 0.3  # correlation of neighbouring residuals that needs no remark
+FEWEST_ROWS = 2  # equations for each parameter
+
+
+class Verdict(StrEnum):
+    """What an estimate is worth."""
+
+    IDENTIFIED = "identified"
+    POOR = "poorly identified"
+    NOT = "not identifiable with this motion"
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A sought parameter or group: label, formula over the parameters, unit, name of its joint, true value if
+    known (NaN if not), and its quantity (`k`, `Fv`, `M`...)."""
+
+    label: str
+    formula: str
+    unit: str
+    joint: str
+    quantity: str
+    nominal: float = math.nan
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Value and standard deviation (NaN if not identifiable), relative standard deviation (std / |value|), verdict."""
+
+    unknown: Unknown
+    value: float
+    std: float
+    verdict: Verdict
+    reason: str = ""
+
+    @property
+    def relative(self) -> float:
+        """std / |value|."""
+        return self.std / abs(self.value) if self.value else math.inf
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n)."""
+
+    X: Array
+    covariance: Array
+    sigma: Array
+    predicted: Array
+    residuals: Array
+    condition: float
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of X."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """Estimates by parameter, the solution on the columns that the data tell apart, and notes for the user."""
+
+    estimates: tuple[Estimate, ...]
+    solution: Solution
+    grouping: Grouping
+    joints: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def __getitem__(self, label: str) -> Estimate:
+        for estimate in self.estimates:
+            if estimate.unknown.label == label:
+                return estimate
+        raise KeyError(label)
+
+    @property
+    def not_identifiable(self) -> tuple[str, ...]:
+        """Labels of the parameters that this motion does not show."""
+        return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
+
+
+def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> Solution:
+    """Weighted least squares of Y (samples, n, c) X = tau (samples, n).
+
+    sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
+    of weighting follow the ordinary solution.
+
+    Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
+    `disturbed` are Y at positions with as much noise again; then E[Y^T Y] = Y0^T Y0 + N with
+    N = mean(Yd^T Yd) - Y^T Y, and X = (Y^T Y - N)^-1 Y^T tau is free of that pull (bias-compensated least
+    squares, Soederstrom 2007).
+    """
+    sigma = np.ones(Y.shape[1])
+    for _ in range(rounds + 1):
+        X, shares = _weighted(Y, tau, sigma, disturbed)[0], _shares(Y, sigma)
+        residuals = tau - Y @ X
+        found = np.sqrt((residuals**2).sum(axis=0) / np.maximum(len(Y) - shares, 1.0))
+        sigma = np.maximum(found, _smallest(Y, X, tau, found))
+    X, covariance, condition = _weighted(Y, tau, sigma, disturbed)
+    predicted = Y @ X
+    return Solution(X, covariance, sigma, predicted, tau - predicted, condition)
+
+
+def _smallest(Y: Array, X: Array, tau: Array, found: Array) -> Array:
+    """Rounding of each row: no residual is smaller, so that rows without noise have finite weights."""
+    terms = np.sqrt(((Y * X) ** 2).sum(axis=2).mean(axis=0)) + np.sqrt((tau**2).mean(axis=0))
+    floor = 1e-13 * terms
+    return np.where(floor > 0, floor, max(float(found.max(initial=0.0)), 1e-300))
+
+
+def _stacked(Y: Array, sigma: Array, lengths: Array | float = 1.0) -> Array:
+    """Rows of each joint over sigma, columns over their lengths (samples n, c)."""
+    rows: Array = (Y / sigma[:, None]).reshape(-1, Y.shape[2]) / lengths
+    return rows
+
+
+def _shares(Y: Array, sigma: Array) -> Array:
+    """Share of each joint in the degrees of freedom: sums of leverages."""
+    W = _stacked(Y, sigma)
+    Q = np.linalg.qr(W / np.linalg.norm(W, axis=0))[0]
+    shares: Array = (Q.reshape(Y.shape) ** 2).sum(axis=(0, 2))
+    return shares
+
+
+def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) -> tuple[Array, Array, float]:
+    """X, covariance, condition number of columns of length 1."""
+    lengths = np.linalg.norm(_stacked(Y, sigma), axis=0)
+    W, right = _stacked(Y, sigma, lengths), (tau / sigma).ravel()
+    Q, R = np.linalg.qr(W)
+    condition = float(np.linalg.cond(R)) if len(R) else 1.0
+    inverse = np.linalg.inv(R)
+    if not disturbed:
+        return inverse @ (Q.T @ right) / lengths, _unscaled(inverse @ inverse.T, lengths), condition
+    noisy = sum(w.T @ w for w in (_stacked(Yd, sigma, lengths) for Yd in disturbed)) / len(disturbed)
+    N = inverse.T @ (noisy - R.T @ R) @ inverse
+    pull = inverse @ np.linalg.inv(np.eye(len(N)) - (N + N.T) / 2)
+    return pull @ (Q.T @ right) / lengths, _unscaled(pull @ pull.T, lengths), condition
+
+
+def _unscaled(covariance: Array, lengths: Array) -> Array:
+    return covariance / np.outer(lengths, lengths)
+
+
+def estimate(
+    Y: Array,
+    tau: Array,
+    unknowns: Sequence[Unknown],
+    joints: Sequence[str],
+    still: Sequence[int] = (),
+    tolerance: float = FROM_DATA,
+    disturbed: Sequence[Array] = (),
+    source: str = "measurements",
+) -> Estimation:
+    """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
+
+    Columns that the motion leaves zero or dependent are dropped by QR (Gautier 1991) and named. `still` are joints
+    (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
+    """
+    _refuse_short(Y, unknowns, source)
+    grouping = group(_balanced(Y), tolerance)
+    if not grouping.kept:
+        raise InputError(source, "q", "this motion excites no parameter: move every joint, and faster")
+    kept = list(grouping.kept)
+    solution = solve(Y[:, :, kept], tau, disturbed=[Yd[:, :, kept] for Yd in disturbed])
+    names = {j: joints[j] for j in still}
+    found = {c: _judged(k, c, grouping, unknowns, solution, Y) for k, c in enumerate(kept)}
+    found |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
+    found |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
+    notes = (*_consistency(found.values()), *_whiteness(solution, joints), *_standing(names))
+    return Estimation(tuple(found[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
+
+
+def _refuse_short(Y: Array, unknowns: Sequence[Unknown], source: str) -> None:
+    rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
+    if rows < FEWEST_ROWS * len(unknowns):
+        what = f"{rows} equations after filtering for {len(unknowns)} parameters: measure longer, or give known values"
+        raise InputError(source, "t", what)
+
+
+def _balanced(Y: Array) -> Array:
+    """Rows of each joint divided by their largest column, stacked: no joint hides another in the rank."""
+    size = np.sqrt((Y**2).mean(axis=0)).max(axis=1, initial=0.0)
+    balanced: Array = (Y / np.where(size > 0, size, 1.0)[:, None]).reshape(-1, Y.shape[2])
+    return balanced
+
+
+def _judged(
+    k: int, c: int, grouping: Grouping, unknowns: Sequence[Unknown], solution: Solution, Y: Array
+) -> Estimate:
+    value, std = float(solution.X[k]), float(solution.std[k])
+    reason = ""
+    joined = [(unknowns[other].label, b) for other, b in grouping.terms(k)]
+    if joined:
+        reason = f"with this motion only the sum {formula(unknowns[c].label, joined)}"
+    if std <= GOOD * abs(value):
+        return Estimate(unknowns[c], value, std, Verdict.IDENTIFIED, reason)
+    size = np.sqrt((Y[:, :, c] ** 2).mean(axis=0)) * (abs(value) + 2 * std)
+    why = "its torques stay within the noise" if (size < solution.sigma).all() else "weakly excited"
+    why += ", zero is possible" if abs(value) < 2 * std else ""
+    return Estimate(unknowns[c], value, std, Verdict.POOR, "; ".join(filter(None, (why, reason))))
+
+
+def _lost(unknown: Unknown, still: dict[int, str]) -> Estimate:
+    why = f"{unknown.joint} does not move" if unknown.joint in still.values() else "no torque depends on it"
+    return Estimate(unknown, math.nan, math.nan, Verdict.NOT, why)
+
+
+def _inseparable(c: int, grouping: Grouping, unknowns: Sequence[Unknown], still: dict[int, str]) -> Estimate:
+    others = [unknowns[kept].label for k, kept in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]]
+    why = f"cannot be told from {', '.join(others)}"
+    if unknowns[c].joint in still.values():
+        why += f": {unknowns[c].joint} does not move"
+    return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, why)
+
+
+def _consistency(found: Any) -> list[str]:
+    """Values that no machine can have: what is positive by nature, found negative by more than two std."""
+    notes = []
+    for e in found:
+        positive = e.unknown.quantity in ("M", "Ia", "Fv", "Fs", "k", "d")
+        if positive and e.unknown.formula == e.unknown.label and e.value < -2 * e.std:
+            notes.append(f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations: "
+                         "no machine has that; something is missing in the model or in the data")  # fmt: skip
+    return notes
+
+
+def _whiteness(solution: Solution, joints: Sequence[str]) -> list[str]:
+    """Standard deviations suppose independent residuals: neighbours' correlation r makes them too small."""
+    notes = []
+    for j, joint in enumerate(joints):
+        r = solution.residuals[:, j]
+        power = float(r @ r)
+        alike = float(r[1:] @ r[:-1]) / power if power > 0 else 0.0
+        if alike > WHITE:
+            factor = math.sqrt((1 + alike) / (1 - min(alike, 0.99)))
+            notes.append(f"residuals of {joint} are correlated ({alike:.2f} from one sample to the next): standard "
+                         f"deviations may be {factor:.1f} times as large, or the model lacks something")  # fmt: skip
+    return notes
+
+
+def _standing(still: dict[int, str]) -> list[str]:
+    return [f"{name} does not move beyond the noise of its sensor: held still" for name in still.values()]

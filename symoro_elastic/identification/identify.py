@@ -1,0 +1,252 @@
+"""The journey from measurements to parameters: filter, differentiate, stack, group, decimate, solve, judge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate
+from symoro_elastic.identification.filtering import Filter, Motion, as_measured, decimate, default_filter, motion_of, thin
+from symoro_elastic.identification.grouping import STRUCTURAL, Grouping, formula, group
+from symoro_elastic.identification.measurements import Measurements
+from symoro_elastic.identification.regression import Column, Regressor, regressor
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean
+
+Array = NDArray[np.float64]
+
+STATES = 60  # random states of the structural rank
+PIECE = 4000  # samples evaluated at a time
+EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What was found: the estimation, the samples it used (t, tau measured, both decimated), the filter, notes."""
+
+    machine: Machine
+    estimation: Estimation
+    t: Array
+    tau: Array
+    filter: Filter | None
+    notes: tuple[str, ...]
+    neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """One for each parameter or group."""
+        return self.estimation.estimates
+
+
+def nothing(_: str) -> None:
+    """Progress that nobody watches."""
+
+
+def identify(
+    machine: Machine,
+    measured: Measurements | Sequence[Measurements],
+    values: Mapping[str, float] | None = None,
+    known: Mapping[str, float] | None = None,
+    bandwidth: float | None = None,
+    filtered: bool = True,
+    step: Callable[[str], None] = nothing,
+    Y: Regressor | None = None,
+) -> Identification:
+    """Identify a machine from one or several records of measurements.
+
+    `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
+    (`M13`, `Fs5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
+    decide. `filtered` False uses measurements as they are. Raises `InputError`.
+    """
+    records = [measured] if isinstance(measured, Measurements) else list(measured)
+    step("trace")
+    Y = Y or regressor(machine, values)
+    fixed = _known(Y.columns, known or {}, machine)
+    sought = [c for c in range(len(Y.columns)) if c not in fixed]
+    step("group")
+    structure = structural_grouping(Y, sought, len(machine.moving), machine)
+    kept = [sought[c] for c in structure.kept]
+    step("filter")
+    chosen = _filter(records, bandwidth) if filtered else None
+    stacks = [_stack(Y, machine, record, chosen, kept, fixed, step) for record in records]
+    step("solve")
+    stacked = [np.concatenate(part) for part in zip(*((s.Y, s.tau, s.t) for s in stacks), strict=True)]
+    still = sorted(set.intersection(*(set(s.still) for s in stacks)))
+    unknowns = _unknowns(Y.columns, sought, structure, machine)
+    names = tuple(machine.joints[j - 1].name for j in machine.moving)
+    disturbed = [np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True)]
+    found = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
+    notes = [line for record in records for line in record.warnings]
+    notes += chosen.described() if chosen else []
+    notes += _without_effect(Y.columns, sought, structure)
+    return Identification(
+        machine, found, stacked[2], stacked[1], chosen, (*notes, *found.notes), _neutral(found, machine)
+    )
+
+
+@dataclass(frozen=True)
+class _Stack:
+    t: Array
+    Y: Array
+    tau: Array
+    still: tuple[int, ...]
+    disturbed: tuple[Array, ...] = ()
+
+
+def _filter(records: Sequence[Measurements], bandwidth: float | None) -> Filter:
+    """One filter for all records: that of the fastest motion."""
+    return max((default_filter(record, bandwidth) for record in records), key=lambda chosen: chosen.motion)
+
+
+def _known(columns: Sequence[Column], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+    numbers = {column.label: c for c, column in enumerate(columns)}
+    for label, value in known.items():
+        if label not in numbers:
+            what = f"no such parameter{did_you_mean(label, numbers)}"
+            raise InputError(machine.source or machine.name, f"known {label}", what)
+        if not math.isfinite(value):
+            raise InputError(machine.source or machine.name, f"known {label}", "give it a number")
+    return {numbers[label]: value for label, value in known.items()}
+
+
+def structural_grouping(Y: Regressor, sought: Sequence[int], joints: int, machine: Machine, seed: int = 0) -> Grouping:
+    """Columns that are independent for some motion, and how the others join them, at random states."""
+    rng = np.random.default_rng(seed)
+    q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
+    W = Y.evaluate(q, qd, qdd, sought)
+    if not np.isfinite(W).all():
+        raise InputError(machine.source or machine.name, "regressor", "has no value at ordinary positions")
+    return group(W.reshape(-1, len(sought)), STRUCTURAL)
+
+
+def _stack(
+    Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
+    kept: Sequence[int], fixed: Mapping[int, float], step: Callable[[str], None],
+) -> _Stack:  # fmt: skip
+    """Both sides of tau = Y X of a record, in as many samples as there is information."""
+    motion = motion_of(record, chosen) if chosen else as_measured(record)
+    step("stack")
+    tau = _left_side(machine, motion) - _in_pieces(
+        lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
+    )
+    if chosen is None:
+        return _Stack(motion.t, _columns(Y, motion, kept, None), tau, motion.still)
+    noisy = [motion.disturbed(chosen, sign) for sign in (1.0, -1.0)]
+    return _Stack(
+        thin(motion.t, chosen),
+        _columns(Y, motion, kept, chosen),
+        decimate(tau, chosen),
+        motion.still,
+        tuple(_columns(Y, other, kept, chosen) for other in noisy),
+    )
+
+
+def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter | None) -> Array:
+    """Columns of Y along a motion, decimated one by one."""
+    columns = []
+    for c in kept:
+        column = _in_pieces(lambda q, qd, qdd, c=c: Y.evaluate(q, qd, qdd, [c])[:, :, 0], motion)
+        columns.append(decimate(column, chosen) if chosen else column)
+    return np.stack(columns, axis=2)
+
+
+def _left_side(machine: Machine, motion: Motion) -> Array:
+    """Measured torques of motors, zero for the other joints (samples, n)."""
+    tau = np.zeros_like(motion.q)
+    tau[:, _motors(machine)] = motion.tau
+    return tau
+
+
+def _motors(machine: Machine) -> list[int]:
+    return [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+
+
+def _in_pieces(rows: Callable[..., Array], motion: Motion) -> Array:
+    """A function of q, qd, qdd over all samples, without large intermediate arrays."""
+    pieces = [slice(k, k + PIECE) for k in range(0, len(motion.t), PIECE)]
+    return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
+
+
+def _unknowns(
+    columns: Sequence[Column], sought: Sequence[int], structure: Grouping, machine: Machine
+) -> list[Unknown]:
+    nominal = structure.apply(np.array([columns[c].value for c in sought]))
+    found = []
+    for k, kept in enumerate(structure.kept):
+        column = columns[sought[kept]]
+        joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
+        joint = machine.joints[machine.moving[column.joint] - 1].name
+        text = formula(column.label, joined)
+        found.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
+    return found
+
+
+def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure: Grouping) -> list[str]:
+    labels = ", ".join(columns[sought[c]].label for c in structure.vanishing)
+    return [f"without effect on any torque of this machine: {labels}"] if labels else []
+
+
+def _neutral(found: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
+    """q0 = (k q0) / k and its standard deviation by first order, for each elastic joint where both were found."""
+    labels = {found.estimates[c].unknown.label: k for k, c in enumerate(found.grouping.kept)}
+    neutral = {}
+    for j in machine.moving:
+        if machine.joints[j - 1].kind is Kind.ELASTIC and {f"k{j}", f"k{j}*q0_{j}"} <= labels.keys():
+            pair = [labels[f"k{j}*q0_{j}"], labels[f"k{j}"]]
+            force, k = found.solution.X[pair]
+            slope = np.array([1 / k, -force / k**2])
+            variance = slope @ found.solution.covariance[np.ix_(pair, pair)] @ slope
+            neutral[machine.joints[j - 1].name] = float(force / k), math.sqrt(float(variance))
+    return neutral
+
+
+def table(found: Identification, true: Mapping[str, float] | None = None) -> str:
+    """The estimates as aligned text; `true` values by label where they are known, as in a simulation."""
+    heads = ["parameter", *(["true"] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
+    rows = [heads]
+    for e in found.estimates:
+        given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
+        percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
+        verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
+        rows.append([e.unknown.formula, *given, _number(e.value), _number(e.std), percent, e.unknown.unit, verdict])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(heads) - 1)]
+    lines = ["  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]]) for row in rows]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _number(x: float) -> str:
+    return "-" if math.isnan(x) else f"{x:.5g}"
+
+
+def as_json(found: Identification) -> dict[str, object]:
+    """The figures as JSON: parameters, joints' residuals, condition number, notes."""
+    solution = found.estimation.solution
+    return {
+        "parameters": {
+            e.unknown.label: {
+                "formula": e.unknown.formula,
+                "value": _finite(e.value),
+                "std": _finite(e.std),
+                "relative_std": _finite(e.relative),
+                "unit": e.unknown.unit,
+                "verdict": str(e.verdict),
+                "reason": e.reason,
+            }
+            for e in found.estimates
+        },
+        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in found.neutral.items()},
+        "residual_std": dict(zip(found.estimation.joints, solution.sigma.tolist(), strict=True)),
+        "condition": solution.condition,
+        "samples": len(found.t),
+        "not_identifiable": list(found.estimation.not_identifiable),
+        "notes": list(found.notes),
+    }
+
+
+def _finite(x: float) -> float | None:
+    return x if math.isfinite(x) else None

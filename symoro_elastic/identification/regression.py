@@ -1,0 +1,248 @@
+"""The dynamic model as linear equations in its parameters: tau = Y X, one row for each joint that moves.
+
+Rows of motors hold measured torques; rows of elastic and passive joints have a zero there, for what springs
+and dampers exert are columns of Y: 0 = (inertial) + k q + d qd - k q0 [9], [15].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
+from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+
+Array = NDArray[np.float64]
+
+INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+MOMENTS = ("MX", "MY", "MZ")
+INERTIAL = (*INERTIA, *MOMENTS, "M")
+UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
+UNIT = "X_"  # parameters of the machine whose columns are asked for
+
+ARRAYS = Arithmetic(
+    float,
+    {
+        **RATIONAL,
+        SIN: np.sin,
+        COS: np.cos,
+        SQRT: np.sqrt,
+        SIGN: np.sign,
+        ATAN2: np.arctan2,
+        PI: lambda: math.pi,
+        COSPI: lambda x: np.cos(math.pi * x),
+    },
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A parameter of tau = Y X: its label such as ZZ3, k2, the joint (0-based in q), its unit, and the value
+    that the machine gives it (NaN where it gives none)."""
+
+    label: str
+    quantity: str
+    joint: int
+    unit: str
+    value: float = math.nan
+
+
+class Regressor(Protocol):
+    """Y of tau = Y X, whoever computes it."""
+
+    @property
+    def columns(self) -> Sequence[Column]:
+        """The parameters X."""
+
+    def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+        """Columns of Y, (samples, n, chosen), from (samples, n)."""
+
+    def loads(self, q: Array) -> Array:
+        """What does not depend on X, (samples, n): forces that balance the external wrenches."""
+
+
+class ByLinearity:
+    """Y of a machine, column by column: the inverse dynamic model of rigid joints at unit parameters.
+
+    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X.
+    """
+
+    def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
+        self.machine, self._values = machine, values
+        self._joints = [machine.joints[j - 1] for j in machine.moving]
+        self._names = _inertial_names(machine)
+        self._program = trace(_unit_machine(machine), "inverse_dynamics").program
+
+    @cached_property
+    def columns(self) -> tuple[Column, ...]:
+        """Inertial parameters of every body that has any, then Ia, friction, springs of every joint."""
+        return (*self._inertial(), *(c for k in range(len(self._joints)) for c in self._of_joint(k)))
+
+    def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+        """Columns of Y, (samples, n, chosen)."""
+        Y = np.zeros((*q.shape, len(chosen)))
+        zero = self._torques(q, qd, qdd, "")
+        for k, c in enumerate(chosen):
+            column = self.columns[c]
+            if column.quantity in INERTIAL:
+                Y[:, :, k] = self._torques(q, qd, qdd, column.label) - zero
+            else:
+                Y[:, column.joint, k] = OF_JOINT[column.quantity](*(x[:, column.joint] for x in (q, qd, qdd)))
+        return Y
+
+    def loads(self, q: Array) -> Array:
+        """Forces that balance the external wrenches, (samples, n)."""
+        return self._torques(q, np.zeros_like(q), np.zeros_like(q), "")
+
+    def _torques(self, q: Array, qd: Array, qdd: Array, one: str) -> Array:
+        symbols: dict[str, Any] = dict(self._values) | {UNIT + name: float(name == one) for name in self._names}
+        for argument, array in zip(self._program.inputs, (q, qd, qdd), strict=True):
+            symbols |= zip(argument.symbols, array.T, strict=True)
+        entries = self._program.outputs[0].entries
+        value = evaluate(entries, symbols, ARRAYS)
+        return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(q)) for x in entries], axis=1)
+
+    def _inertial(self) -> list[Column]:
+        moving = {j: k for k, j in enumerate(self.machine.moving)}
+        found = []
+        for j, joint in enumerate(self.machine.joints, start=1):
+            values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
+            owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
+            found += [Column(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()]
+        return found
+
+    def _of_joint(self, k: int) -> list[Column]:
+        joint, j = self._joints[k], self.machine.moving[k]
+        force, x = ("N", "m") if joint.sigma == 1 else ("N m", "rad")
+        rotor = Column(f"Ia{j}", "Ia", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia))
+        viscous = Column(f"Fv{j}", "Fv", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
+        coulomb = Column(f"Fs{j}", "Fs", k, force, self._cell(joint.friction.coulomb))
+        if joint.kind is not Kind.ELASTIC:
+            return [rotor, viscous, coulomb] if joint.kind is Kind.MOTOR else [viscous, coulomb]
+        return [
+            *([] if joint.rotor_inertia.is_zero else [rotor]),
+            *([] if joint.friction.coulomb.is_zero else [coulomb]),
+            *self._of_spring(joint, j, k, force, x),
+        ]
+
+    def _of_spring(self, joint: Joint, j: int, k: int, force: str, x: str) -> list[Column]:
+        """k, d and k q0; viscous friction of the joint, if any, is part of d."""
+        stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
+        damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
+        return [
+            Column(f"k{j}", "k", k, f"{force}/{x}", stiffness),
+            Column(f"d{j}", "d", k, f"{force} s/{x}", damping),
+            Column(f"k{j}*q0_{j}", "kq0", k, force, stiffness * neutral),
+        ]
+
+    def _cell(self, formula: Formula) -> float:
+        return _value(formula, self._values)
+
+
+OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
+    "Ia": lambda q, qd, qdd: qdd,
+    "Fv": lambda q, qd, qdd: qd,
+    "Fs": lambda q, qd, qdd: np.sign(qd),
+    "k": lambda q, qd, qdd: q,
+    "d": lambda q, qd, qdd: qd,
+    "kq0": lambda q, qd, qdd: -np.ones_like(q),
+}
+
+
+def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> ByLinearity:
+    """Y of a machine; `values` are numbers of parameters that take the place of the machine's own.
+
+    Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value.
+    """
+    given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
+    for j, joint in enumerate(machine.joints, start=1):
+        loads = (*joint.wrench.force, *joint.wrench.moment)
+        _refuse_unknown(machine, f"joint {j} ({joint.name})", (*_geometry(joint), *loads), given)
+    base = machine.base
+    motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
+    _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], given)
+    return ByLinearity(machine, given)
+
+
+def _geometry(joint: Joint) -> tuple[Formula, ...]:
+    return joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r
+
+
+def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], given: Mapping[str, float]) -> None:
+    missing = sorted({name for formula in formulas for name in formula.names} - given.keys())
+    if missing:
+        what = f"{', '.join(missing)} without value: identification finds inertias, friction and springs, not geometry"
+        raise InputError(machine.source or machine.name, place, f"{what}; give it a value")
+
+
+def has_body(body: Body) -> bool:
+    """Whether the table gives the body anything; bodies without mass stay so and have no columns."""
+    return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
+
+
+def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
+    """XX .. M about the origin of the frame, NaN where unknown: J = J_c + M (c.c 1 - c c^T), MS = M c."""
+    mass = _value(body.mass, values)
+    moments = np.array([_value(formula, values) for formula in body.moments])
+    tensor = np.array([_value(formula, values) for formula in body.inertia])
+    if body.central:
+        rows, columns = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
+        shift = mass * (moments @ moments * np.eye(3) - np.outer(moments, moments))
+        tensor, moments = tensor + shift[rows, columns], mass * moments
+    return dict(zip(INERTIAL, (*tensor.tolist(), *moments.tolist(), mass), strict=True))
+
+
+def _value(formula: Formula, values: Mapping[str, float]) -> float:
+    if not formula.names <= values.keys():
+        return math.nan
+    try:
+        return formula.value(values)
+    except FormulaError:
+        return math.nan
+
+
+def _carrier(machine: Machine, j: int) -> int:
+    """The nearest joint that moves, from body j towards the base; 0 if there is none."""
+    while j and machine.joints[j - 1].sigma == 2:
+        j = machine.joints[j - 1].antecedent
+    return j
+
+
+def _inertial_names(machine: Machine) -> list[str]:
+    bodies = [j for j, joint in enumerate(machine.joints, start=1) if has_body(joint.body)]
+    return [f"{name}{j}" for j in bodies for name in INERTIAL]
+
+
+def _unit_machine(machine: Machine) -> Machine:
+    """Every joint a motor without friction, every body's parameters a name."""
+    joints = tuple(_unit_joint(j, joint) for j, joint in enumerate(machine.joints, start=1))
+    return replace(machine, joints=joints, parameters=(*machine.parameters, *_parameters(machine)))
+
+
+def _parameters(machine: Machine) -> list[Any]:
+    from symoro_elastic.machine.machine import Parameter
+
+    return [Parameter(UNIT + name) for name in _inertial_names(machine)]
+
+
+def _unit_joint(j: int, joint: Joint) -> Joint:
+    zero = Formula.parse(0)
+    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero)
+    if joint.sigma != 2:
+        bare = replace(bare, kind=Kind.MOTOR)
+    if not has_body(joint.body):
+        return bare
+    named = {name: Formula.parse(f"{UNIT}{name}{j}") for name in INERTIAL}
+    mx, my, mz = (named[name] for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
+    return replace(bare, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))

@@ -1,0 +1,217 @@
+"""Inverse geometric models: what a chain of motors must be to place a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from symoro_elastic.equations.inverse_geometry import (
+    Branch,
+    Chain,
+    inverse_geometric_model,
+    inverse_position_model,
+)
+from symoro_elastic.equations.inverse_geometry_points import Mover
+from symoro_elastic.equations.inverse_geometry_types import STILL, Functions, NoClosedForm, Pose
+from symoro_elastic.equations.mechanism import Axis
+from symoro_elastic.equations.spatial import Screw, Vector, X, Z
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import place_of
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.models.bind import PLACEMENT, Bound
+from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
+from symoro_elastic.models.naming_geometric import name_branches
+from symoro_elastic.symbolic.arithmetic import ModularAngles
+from symoro_elastic.symbolic.expression import Expression, Level, Scalar
+from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
+
+SEED = 20260
+Solve = Callable[[Functions, Chain, Any], list[Branch]]
+
+
+class InverseRefused(InputError):
+    """Why a machine has no inverse geometric model in closed form; `joint` is the first one to blame, or 0."""
+
+    def __init__(self, machine: Machine, joint: int, what: str) -> None:
+        place = place_of(joint, machine.joints[joint - 1]) if joint else "joints"
+        super().__init__(machine.source or machine.name, place, what)
+        self.joint = joint
+
+
+def _inverse_geometric_model(bound: Bound, asked: Frames) -> Results:
+    return _solved(bound, asked, inverse_geometric_model, _target(bound))
+
+
+def _inverse_position_model(bound: Bound, asked: Frames) -> Results:
+    return _solved(bound, asked, inverse_position_model, _target(bound).origin)
+
+
+def _target(bound: Bound) -> Pose:
+    entries: Any = tuple(map(bound.graph.symbol, PLACEMENT))
+    return Pose((entries[0:3], entries[4:7], entries[8:11]), (entries[3], entries[7], entries[11]))
+
+
+def _solved(bound: Bound, asked: Frames, solve: Solve, target: Any) -> Results:
+    frame = _frame(bound.machine, asked)
+    numbers = _path(bound.machine, frame)
+    f = _functions(bound)
+    try:
+        branches = solve(f, _chain(bound, f, numbers), target)
+    except NoClosedForm as error:
+        raise _refused(bound, frame, solve, target, error) from None
+    name_branches(bound, branches)
+    variables = [{found.joint: found.variable for found in branch.found} for branch in branches]
+    q = tuple(entries[j] for entries in variables for j in bound.machine.moving)
+    measures = tuple(branch.measure for branch in branches)
+    size = len(branches)
+    return {
+        "q": Result(None, q, (size, len(bound.machine.moving))),
+        "singularity": Result(None, measures, (size,)),
+    }
+
+
+# The chain
+
+
+def _frame(machine: Machine, asked: Frames) -> Frame:
+    """The frame to be placed: the one that is asked for, or the last one."""
+    if len(asked) == 1:
+        return asked[0]
+    if len(asked) < len(machine.joints):
+        raise InverseRefused(machine, 0, "ask for one frame to be placed, not for several")
+    return Frame(len(machine.joints))
+
+
+def _path(machine: Machine, frame: Frame) -> list[int]:
+    """Joints between the frame it is seen from and the frame to be placed; all that move must be there."""
+    path, j, start = [], frame.number, frame.seen_from or 0
+    while j > start:
+        path.insert(0, j)
+        j = machine.joints[j - 1].antecedent
+    if j != start:
+        raise InverseRefused(machine, start, f"frame {start} does not carry frame {frame.number}")
+    for number in machine.moving:
+        joint = machine.joints[number - 1]
+        if number not in path:
+            what = f"this joint does not move the frame to be placed, {machine.joints[frame.number - 1].name}"
+            raise InverseRefused(machine, number, f"{what}: lock it in a scene, or ask for a frame beyond it")
+        if joint.kind is not Kind.MOTOR:
+            what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
+            raise InverseRefused(machine, number, f"{what}; lock it in a scene")
+    return path
+
+
+def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
+    """Placements that are constant between joints that move, structural zeros made exact."""
+    movers: list[Mover] = []
+    between = [STILL]
+    for j in numbers:
+        joint = bound.machine.joints[j - 1]
+        before, after = _constant_screws(bound, joint)
+        for screw in before:
+            between[-1] = between[-1].moved(screw)
+        if joint.sigma != 2:
+            movers.append(Mover(j, Axis(joint.sigma)))
+            between.append(STILL)
+        between[-1] = between[-1].moved(after)
+    return Chain(tuple(movers), tuple(_exact(f, pose) for pose in between))
+
+
+def _constant_screws(bound: Bound, joint: Joint) -> tuple[tuple[Screw, Screw], Screw]:
+    """What comes before the variable of a joint, and its offset, which comes after."""
+
+    def screw(axis: int, angle: Scalar, shift: Scalar) -> Screw:
+        return Screw(axis, *cosine_sine(bound.graph, angle), shift)
+
+    gamma, b, alpha, d, theta, r = bound.cells((joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r))
+    return (screw(Z, gamma, b), screw(X, alpha, d)), screw(Z, theta, r)
+
+
+def _exact(f: Functions, pose: Pose) -> Pose:
+    def vector(v: Vector) -> Vector:
+        x, y, z = (0 if f.is_zero(x) else x for x in v)
+        return (x, y, z)
+
+    x, y, z = map(vector, pose.rotation)
+    return Pose((x, y, z), vector(pose.origin))
+
+
+def _functions(bound: Bound) -> Functions:
+    residues = ModularAngles(SEED)
+
+    def is_zero(x: Scalar) -> bool:
+        return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
+
+    return Functions(
+        lambda x: square_root(bound.graph, x),
+        lambda y, x: arc_tangent(bound.graph, y, x),
+        lambda x: cosine_sine(bound.graph, x),
+        lambda x: sign(bound.graph, x),
+        is_zero,
+        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+    )
+
+
+# Refusals
+
+
+def _refused(bound: Bound, frame: Frame, solve: Solve, target: Any, error: NoClosedForm) -> InverseRefused:
+    cause = _cause(bound, error)
+    what = f"no inverse geometric model in closed form: {error.reason}" + (f": {cause}" if cause else "")
+    zero = _zero_parameters(bound, frame, solve)
+    if zero:
+        what += f"; with the values of the parameters there is one: make constants of {', '.join(zero)} (--fold)"
+    return InverseRefused(bound.machine, min(error.joints, default=0), what)
+
+
+def _cause(bound: Bound, error: NoClosedForm) -> str:
+    """The cells of the table that make it so; none where a fixed frame lies between."""
+    joints = bound.machine.joints
+    *_, last = error.joints or (0,)
+    if not error.condition or any(joints[j - 1].antecedent != i for i, j in zip(error.joints, error.joints[1:])):
+        return ""
+    if error.condition == "parallel":
+        return f"the sine of alpha{last} is zero"
+    if error.condition == "apart":
+        return f"d{last} is not zero"
+    middle = last - 1
+    offsets = [f"r{middle}"] + ([] if joints[last - 1].b.is_zero else [f"b{last}"])
+    return f"{' + '.join(offsets)} is not zero"
+
+
+def _zero_parameters(bound: Bound, frame: Frame, solve: Solve) -> list[str]:
+    """Parameters whose value is zero, if a closed form needs them to be."""
+    valued = [p.name for p in bound.machine.parameters if p.value is not None and p.value.value() == 0]
+    if not valued:
+        return []
+    other = Bound(bound.machine, valued)
+    f = _functions(other)
+    try:
+        target = _target(other)
+        solve(f, _chain(other, f, _path(bound.machine, frame)), target if solve is inverse_geometric_model else target.origin)
+    except (NoClosedForm, InputError):
+        return []
+    return valued
+
+
+INVERSE_GEOMETRIC = (
+    Model(
+        "inverse_geometric_model",
+        "inverse geometric model: all joint positions that place a frame",
+        "(Pieper 1968, Paul 1981)",
+        ("T",),
+        ("q", "singularity"),
+        _inverse_geometric_model,
+        FRAMES,
+    ),
+    Model(
+        "inverse_position_model",
+        "inverse geometric model: all joint positions that bring the origin of a frame to a place",
+        "(Pieper 1968, Paul 1981)",
+        ("P",),
+        ("q", "singularity"),
+        _inverse_position_model,
+        FRAMES,
+    ),
+)
+

@@ -1,0 +1,280 @@
+"""The count of base inertial parameters from numbers: rank of the regressor stacked at random states.
+
+Gautier (1991): the columns that a QR factorization with column pivoting takes first are a base set,
+and R tells how the others join them. Structural rank is not practical rank: `Conditioning` says how
+far the columns of each base parameter are from those of all others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.equations.base_parameters import ROTOR
+from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
+from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.regressor import INERTIAL, inertial_columns
+from symoro_elastic.equations.spatial import Screw, Vector, Z, is_zero, subtract
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.base_parameters import KEPT, Grouping, ZeroPosition
+from symoro_elastic.numerics.values import parameter_values
+
+Array = NDArray[np.float64]
+Label = tuple[int, str]
+"""A parameter: number of the joint, and XX ... M or IA."""
+
+ROUNDING = 1e-9
+"""Singular values of columns of length one that are smaller, compared with the largest, are zero."""
+TORQUES_AGREE = 1e-12
+FORMULA_ROUNDING = 1e-9
+STATES_PER_COLUMN = 1.0
+LEAST_STATES = 40
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A mechanism of numbers at many states at once, and its velocities and accelerations."""
+
+    mechanism: Mechanism
+    found: Dynamics
+    qdd: list[Array | float]
+
+    def torques(self) -> Array:
+        """Gamma (states, joints): inertia, gravity and external wrenches."""
+        count = _states(self)
+        return np.stack([np.broadcast_to(x, count) for _, x in sorted(self.found.Gamma.items())], axis=-1)
+
+
+@dataclass(frozen=True)
+class Stacked:
+    """Rows of Y at all states, one below the other; `labels` name the columns."""
+
+    W: Array
+    labels: tuple[Label, ...]
+
+    def columns(self, labels: Sequence[Label]) -> Array:
+        """The columns of some parameters."""
+        return self.W[:, [self.labels.index(label) for label in labels]]
+
+
+@dataclass(frozen=True)
+class NumericalGrouping:
+    """A base set found by numbers: the other parameters join it by `relations` (others, base)."""
+
+    base: tuple[Label, ...]
+    others: tuple[Label, ...]
+    relations: Array
+
+    @property
+    def formulas(self) -> dict[str, str]:
+        """What each base parameter stands for, coefficients of the values that the machine had."""
+        return {_name(label): self._formula(k, label) for k, label in enumerate(self.base)}
+
+    def _formula(self, k: int, label: Label) -> str:
+        joined = zip(self.others, self.relations[:, k], strict=True)
+        terms = [f" {'-' if x < 0 else '+'} {abs(x):.6g}*{_name(other)}" for other, x in joined if abs(x) > 1e-9]
+        return _name(label) + "".join(terms)
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """How well a motion tells base parameters apart.
+
+    `condition` is that of the base regressor, columns scaled to length one. `distinct` gives for each
+    parameter the part of its column that no combination of the others imitates, from 1 (orthogonal)
+    to 0 (cannot be found), the weakest first.
+    """
+
+    condition: float
+    distinct: dict[str, float]
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """The rules against numbers: rank of the regressor and torques after grouping, relative.
+
+    `numerical` is the grouping to use instead where they disagree.
+    """
+
+    count: int
+    rank: int
+    torque_error: float
+    conditioning: Conditioning
+    message: str
+    numerical: NumericalGrouping | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether count and torques are right."""
+        return self.numerical is None
+
+
+def random_motion(machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None) -> Motion:
+    """A machine at random states: angles within pi, slides within 0.5 m, velocities within 3, accelerations within 5.
+
+    A base that moves does so at random too, whatever its values. Parameters without value are drawn.
+    """
+    zero = ZeroPosition(machine)
+    mechanism = zero.floats(parameter_values(machine, seed) if values is None else values)
+    rng = np.random.default_rng([seed, 3])
+    n = len(machine.joints) + 1
+    angles = rng.uniform(-math.pi, math.pi, (n, states))
+    qd, qdd = rng.uniform(-3, 3, (n, states)), rng.uniform(-5, 5, (n, states))
+    links = tuple(_displaced(link, angles[j]) for j, link in mechanism.numbered())
+    moved = replace(mechanism, links=links)
+    if zero.free_base:
+        velocity, angular, acceleration, turning = (_vectors(rng, states) for _ in range(4))
+        moved = replace(moved, velocity=(velocity, angular), acceleration=(acceleration, turning))
+    return _in_motion(moved, qd, qdd)
+
+
+def _vectors(rng: np.random.Generator, states: int) -> Vector:
+    x, y, z = rng.uniform(-5, 5, (3, states))
+    return x, y, z
+
+
+def _displaced(link: Link, variable: Array) -> Link:
+    if link.axis is Axis.NONE:
+        return link
+    moved = Screw(Z, np.cos(variable), np.sin(variable), 0)
+    if link.axis is Axis.PRISMATIC:
+        moved = Screw(Z, 1, 0, variable * (0.5 / math.pi))
+    return replace(link, placement=(*link.placement, moved))
+
+
+def _in_motion(mechanism: Mechanism, qd: Array, qdd: Array) -> Motion:
+    rules: list[Rule | None] = [None] * len(qd)
+    rates: list[Array | float] = [0.0] * len(qd)
+    for j, link in mechanism.numbered():
+        if link.axis is not Axis.NONE:
+            rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
+    return Motion(mechanism, dynamics(mechanism, rates, rules), list(qdd))
+
+
+def _states(motion: Motion) -> int:
+    return int(np.size(motion.qdd[0]))
+
+
+def stacked_regressor(motion: Motion) -> Stacked:
+    """All inertial parameters of all bodies, and the rotor inertias that are not zero."""
+    links = motion.mechanism.links
+    joints = [j for j, link in motion.mechanism.numbered() if link.axis is not Axis.NONE]
+    wanted = dict.fromkeys(range(1, len(links) + 1), INERTIAL)
+    columns = {(j, name): column for j, name, column in inertial_columns(motion.mechanism, motion.found, wanted)}
+    rotors = [j for j in joints if not is_zero(links[j - 1].rotor_inertia)]
+    columns |= {(j, ROTOR): {j: motion.qdd[j]} for j in rotors}
+    W = np.zeros((len(columns), len(joints), _states(motion)))
+    for k, column in enumerate(columns.values()):
+        for row, j in enumerate(joints):
+            W[k, row] = column.get(j, 0.0)
+    return Stacked(W.reshape(len(columns), -1).T, tuple(columns))
+
+
+def enough_states(machine: Machine) -> int:
+    """A number of random states at which the stacked regressor has the rank of the structure."""
+    return max(LEAST_STATES, math.ceil(STATES_PER_COLUMN * 11 * len(machine.joints)))
+
+
+def numerical_rank(W: Array) -> int:
+    """Rank of a matrix after its columns are scaled to length one."""
+    sizes = np.linalg.svd(_scaled(W)[0], compute_uv=False)
+    return int(np.sum(sizes > ROUNDING * sizes[0])) if sizes.size and sizes[0] > 0 else 0
+
+
+def _scaled(W: Array) -> tuple[Array, Array]:
+    """Columns of length one, and their lengths; columns of rounding are zero."""
+    lengths = np.linalg.norm(W, axis=0)
+    lengths = np.where(lengths > ROUNDING * lengths.max(initial=0.0), lengths, 0.0)
+    return W * np.where(lengths > 0, 1 / np.where(lengths > 0, lengths, 1.0), 0.0), lengths
+
+
+def pivoted_qr(W: Array) -> tuple[Array, list[int]]:
+    """(R, order): W[:, order] = Q R by Householder reflections, the longest remaining column first."""
+    R = np.linalg.qr(W, mode="r")
+    order = list(range(R.shape[1]))
+    for k in range(min(R.shape)):
+        lengths = np.linalg.norm(R[k:, k:], axis=0)
+        best = k + int(np.argmax(lengths))
+        order[k], order[best] = order[best], order[k]
+        R[:, [k, best]] = R[:, [best, k]]
+        v = R[k:, k].copy()
+        v[0] += math.copysign(float(np.linalg.norm(v)), v[0])
+        square = float(v @ v)
+        if square > 0:
+            R[k:, k:] -= np.outer(v, (2 / square) * (v @ R[k:, k:]))
+    return R, order
+
+
+def numerical_grouping(stacked: Stacked) -> NumericalGrouping:
+    """A base set and the relations of the others to it."""
+    scaled, lengths = _scaled(stacked.W)
+    R, order = pivoted_qr(scaled)
+    rank = numerical_rank(stacked.W)
+    base, others = order[:rank], [k for k in order[rank:] if lengths[k] > 0]
+    positions = [order.index(k) for k in others]
+    joined = np.linalg.solve(R[:rank, :rank], R[:rank, positions])
+    relations = (joined * lengths[others] / lengths[base][:, None]).T
+    return NumericalGrouping(
+        tuple(stacked.labels[k] for k in base), tuple(stacked.labels[k] for k in others), relations
+    )
+
+
+def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
+    """Conditioning of a base regressor, whose columns are independent."""
+    if not names:
+        return Conditioning(1.0, {})
+    scaled, _ = _scaled(W)
+    sizes = np.linalg.svd(scaled, compute_uv=False)
+    R = np.linalg.qr(scaled, mode="r")
+    apart = 1 / np.linalg.norm(np.linalg.pinv(R), axis=1)
+    weakest_first = sorted(zip(names, apart.tolist(), strict=True), key=lambda pair: pair[1])
+    return Conditioning(float(sizes[0] / sizes[-1]) if sizes[-1] > 0 else math.inf, dict(weakest_first))
+
+
+def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossCheck:
+    """The rules' count against the rank of the stacked regressor, and torques before and after grouping.
+
+    Parameters without value are drawn at random. Where the numbers disagree, the result holds the
+    grouping found by QR, and its message says so.
+    """
+    values = parameter_values(machine, seed)
+    motion = random_motion(machine, enough_states(machine), seed, values)
+    stacked = stacked_regressor(motion)
+    rank = numerical_rank(stacked.W)
+    kept = [label for label, effect in grouping.effects.items() if effect == KEPT]
+    spread = conditioning(stacked.columns(kept), [_name(label) for label in kept])
+    error = torque_error(machine, grouping, motion, values, seed)
+    message = _message(grouping.count, rank, error)
+    numerical = numerical_grouping(stacked) if message else None
+    agreed = f"{rank} base parameters, as the rank of the regressor"
+    return CrossCheck(grouping.count, rank, error, spread, message or agreed, numerical)
+
+
+def torque_error(
+    machine: Machine, grouping: Grouping, motion: Motion, values: Mapping[str, float], seed: int = 0
+) -> float:
+    """Largest difference of torques before and after grouping, relative to the largest torque."""
+    regrouped = {**grouping.values(values), **values}
+    other = random_motion(grouping.machine, _states(motion), seed, regrouped)
+    before, after = motion.torques(), other.torques()
+    return float(np.abs(after - before).max(initial=0.0) / max(np.abs(before).max(initial=0.0), 1e-300))
+
+
+def _message(count: int, rank: int, error: float) -> str:
+    if count != rank:
+        return (
+            f"the rules give {count} base parameters, the rank of the regressor at random states is {rank}: "
+            "the grouping found by QR is used"
+        )
+    if error > TORQUES_AGREE:
+        return f"torques change by {error:.2g} after grouping by the rules: the grouping found by QR is used"
+    return ""
+
+
+def _name(label: Label) -> str:
+    j, entry = label
+    return f"{entry}{j}"
