@@ -31,12 +31,20 @@ RESULTS = {
     "A": "inertia matrix, kg m2, kg m or kg",
     "H": "Coriolis, centrifugal, gravity and friction forces, N m or N",
     "T": "placement of each frame, row by row, lengths in m",
-    "V": "velocity of the origin (m/s), then angular velocity (rad/s) of each frame",
-    "Vd": "acceleration of the origin (m/s2), then angular acceleration (rad/s2) of each frame",
-    "J": "Jacobian of each frame: V = J qd, linear part first",
-    "f": "force (N), then moment (N m) that the antecedent exerts on each body, in its frame",
-    "E": "kinetic, gravity and elastic energy, J",
+    "V": "velocity of the origin (m/s), angular velocity (rad/s) of each frame, in its axes unless seen from another",
+    "Vd": "acceleration of the origin (m/s2), angular one (rad/s2) of each frame, in its axes unless seen from another",
+    "J": "Jacobian of each frame, in the axes of the base unless seen from another: V = J qd on a base at rest",
+    "f": "force (N), then moment (N m) about its origin, that the antecedent exerts on each body, in its frame",
+    "E": "kinetic energy, gravity energy (zero at the origin of frame 0) and elastic energy, J",
 }
+PARTICULAR = {
+    ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, then rad/s2), in the axes of the base unless seen from another",
+    ("coriolis_forces", "H"): "Coriolis and centrifugal forces, and those of a moving base, N m or N",
+    ("gravity_forces", "H"): "gravity forces, N m or N",
+    ("friction_forces", "H"): "friction forces, N m or N",
+    ("external_forces", "H"): "forces that balance the external wrenches, N m or N",
+}
+"""What results are in the models where `RESULTS` does not say it."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +179,13 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
     program = traced.program
     arguments = tuple(Argument(a.name, len(a.symbols), ARGUMENTS[a.name]) for a in program.inputs)
     results = tuple(
-        Result(o.name, o.shape, RESULTS[o.name], _row_names(machine, traced.results[o.name])) for o in program.outputs
+        Result(
+            o.name,
+            o.shape,
+            PARTICULAR.get((traced.model.name, o.name)) or RESULTS[o.name],
+            _row_names(machine, traced.results[o.name]),
+        )
+        for o in program.outputs
     )
     return Function(traced.model.name, traced.model.title, traced.model.equations, program, arguments, results)
 

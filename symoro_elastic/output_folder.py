@@ -55,7 +55,7 @@ def _refuse_to_replace(paths: Iterable[Path]) -> None:
 def _listed(manifest: Path) -> set[str]:
     try:
         names = json.loads(manifest.read_text(encoding="utf-8"))["files"]
-        return {name for name in names if Path(name).name == name}
+        return {name for name in names if name not in ("", "..") and Path(name).name == name}
     except (ValueError, KeyError, TypeError):
         raise InputError(str(manifest), "files", "is no list of generated files: move the folder away") from None
 

@@ -372,14 +372,19 @@ def test_my_own_files_are_not_replaced(kind: str, run: Run, tmp_path: Path) -> N
     assert line.startswith("generated/planar_2r/planar_2r.c: --out: was not generated")
 
 
-def test_a_list_of_files_that_leads_out_of_the_folder_removes_nothing(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "listed", ["../precious.txt", "{folder}/precious.txt", "..", ".", "", "sub/../../precious.txt"]
+)
+def test_a_list_of_files_that_leads_out_of_the_folder_removes_nothing(listed: str, run: Run, tmp_path: Path) -> None:
     run("generate", TWO_R)
     (tmp_path / "generated/precious.txt").write_text("mine")
     manifest = tmp_path / "generated/planar_2r" / MANIFEST
-    files = [*json.loads(manifest.read_text())["files"], "../precious.txt", "..", ".", "", str(tmp_path / "a")]
-    manifest.write_text(json.dumps({"files": files}))
-    run("generate", TWO_R, "--target", "c")
+    manifest.write_text(json.dumps({"files": [listed.format(folder=tmp_path / "generated"), "_run.py"]}))
+    for name in ("planar_2r.c", "planar_2r.h"):
+        (manifest.parent / name).unlink()
+    assert run("generate", TWO_R, "--target", "c").code == 0
     assert (tmp_path / "generated/precious.txt").read_text() == "mine"
+    assert not (manifest.parent / "_run.py").exists() and (manifest.parent / "__init__.py").exists()
 
 
 def test_a_full_disk_leaves_the_old_files(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

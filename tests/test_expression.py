@@ -231,16 +231,17 @@ def test_float_values_have_rounding_errors_only(tree: Any, numbers: tuple[Fracti
     assert abs(Fraction(found) - wanted) <= 2 * leaf_count(tree) * U * wanted * (1 + 1e-10)
 
 
-def test_a_thousand_levels_are_no_problem() -> None:
+def test_twenty_thousand_levels_are_no_problem() -> None:
+    """Halving forgets old errors, so the double is as good as after one step: 4 u."""
     graph = Graph()
     x = graph.symbol("x")
     deep = x
     for k in range(20_000):
         deep = deep * x + (k % 3 + 1)
-    assert evaluate([deep], {"x": Fraction(1, 2)}, FLOATS)(deep) == pytest.approx(4.0, abs=2)
+    found = evaluate([deep], {"x": 0.5}, FLOATS)(deep)
     with mpmath.workdps(50):
         exact = evaluate([deep], {"x": mpmath.mpf("0.5")}, multiprecision(50))(deep)
-    assert float(exact) == evaluate([deep], {"x": 0.5}, FLOATS)(deep)
+        assert abs(found - exact) < 4 * U * exact
 
 
 # Angles

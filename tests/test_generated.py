@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from symoro_elastic.generate import generate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
+from symoro_elastic.machine.scene import Scene
 from tests.generated_code import COMPILERS, RESULTS, STRICT, Array, call, compiled, imported
 from tests.golden import FIVE, GENERATED, GOLDEN, ROOT, Golden, differences, left_over, make
 from tests.references import multiprecision as reference
@@ -177,6 +179,23 @@ def test_parameter_sets_may_be_stacked_too() -> None:
 # The C itself
 
 
+def test_units_cannot_leave_their_comment(tmp_path: Path) -> None:
+    """A file is data: whatever a unit says, the code is the same but for its comments."""
+    units = ("*/ int x; /*", "a\nb", "\u202e/*", "*\x00/", "**//", "/*/ x", "??/", "\\", "µm")
+    machine, _ = read_machine(ROOT / "examples" / "planar_2r.toml")
+    odd = [replace(p, unit=unit) for p, unit in zip(machine.parameters, units, strict=True)]
+    generate(machine, Scene(), ("c",), tmp_path / "plain")
+    generate(replace(machine, parameters=tuple(odd)), Scene(), ("c",), tmp_path / "odd")
+    codes = []
+    for kind in ("plain", "odd"):
+        folder = tmp_path / kind / "planar_2r"
+        for compiler in COMPILERS:
+            compiled(folder, tmp_path, compiler)
+        preprocess = [COMPILERS[0], "-std=c99", "-E", "-P", str(folder / "planar_2r.c")]
+        codes.append(subprocess.run(preprocess, capture_output=True, text=True, check=True).stdout)
+    assert codes[0] == codes[1]
+
+
 @pytest.mark.parametrize("golden", FOLDERS)
 def test_headers_serve_cpp(golden: Golden, tmp_path: Path) -> None:
     if not shutil.which("g++"):
@@ -285,9 +304,6 @@ def test_an_array_too_short_is_noticed(shorter: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_random_trees_compile_without_a_warning_and_agree(seed: int, tmp_path: Path) -> None:
     """Friction, wrenches, a moving base, parameters for everything; all five models."""
-    from symoro_elastic.generate import generate
-    from symoro_elastic.machine.scene import Scene
-
     machine = random_machine(seed, joints=6, symbolic=True, moving_base=True)
     generate(machine, Scene(FIVE), ("numpy", "c"), tmp_path)
     folder = tmp_path / machine.name

@@ -91,15 +91,11 @@ VARIOUS = [pytest.param(Subject(machine), id=f"{k}-{machine.name}") for k, machi
 def test_every_name_is_assigned_once_before_it_is_used_and_is_used(subject: Subject) -> None:
     for model in ALL_MODELS:
         for part in subject.text(model):
-            given = FUNCTIONS | ARRAYS
+            given, macro = FUNCTIONS | ARRAYS, f"{subject.machine.name.upper()}_P_"
             used: set[str] = set()
             for assignment in part:
                 for name in names_in(assignment.right):
-                    assert name in given or name.startswith(f"{subject.machine.name.upper()}_P_"), (
-                        model,
-                        name,
-                        assignment,
-                    )
+                    assert name in given or name.startswith(macro), (model, name, assignment)
                     used.add(name)
                 if assignment.local:
                     assert assignment.target not in given, (model, "assigned twice", assignment.target)
@@ -289,7 +285,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from tests.generated_code import rendered
 from tests.references.random_machines import random_machine
 machines = [read_machine(path)[0] for path in sys.argv[1:]]
-machines += [random_machine(seed, joints=7, symbolic=True, moving_base=True) for seed in (1, 2)]
+machines += [random_machine(1, joints=7, symbolic=True, moving_base=True)]
 for machine in machines:
     for scene in (Scene(), Scene(fold=ALL, gravity=False)):
         for name, text in sorted(rendered(machine, scene).items()):
@@ -298,15 +294,15 @@ for machine in machines:
 
 
 def test_the_same_bytes_whatever_the_hash_seed() -> None:
-    paths = [str(ROOT / "examples" / name) for name in ("two_axis.toml", "flex4.par", "planar_2r.toml")]
+    paths = [str(ROOT / "examples" / name) for name in ("two_axis.toml", "flex4.par")]
     found = []
-    for seed in ("0", "1", "4242"):
+    for seed in ("0", "4242"):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
         command = [sys.executable, "-c", DIGESTS, *paths]
         run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
         found.append(run.stdout.splitlines())
-    assert found[0] == found[1] == found[2]
-    assert len(found[0]) == 2 * (len(paths) + 2) * (2 + 2 + len(ALL_MODELS))
+    assert found[0] == found[1]
+    assert len(found[0]) == 2 * (len(paths) + 1) * (2 + 2 + len(ALL_MODELS))
 
 
 # Linear in the number of joints

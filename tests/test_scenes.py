@@ -343,6 +343,24 @@ def test_values_may_be_formulas_when_they_are_folded() -> None:
     )
 
 
+def test_constants_of_formulas_are_exact() -> None:
+    """No float creeps in where functions of constants are divided by each other."""
+    bound = Bound(planar_2r())
+    third = Fraction(1, 3)
+    for text in (
+        "1/3 + tan(0)",
+        "1/3 + sin(0)/cos(0)",
+        "cos(0)/(3*cos(2*pi))",
+        "L1/L1/3",
+        "sqrt(4)/6",
+        "sin(pi/6)/1.5",
+    ):
+        value = bound.cell(f(text))
+        assert value == third and isinstance(value, Fraction), text
+    assert bound.cell(f("L1 - L1")) == bound.cell(f("tan(pi)")) == 0
+    assert bound.cell(f("tan(pi/4)*L1")) is bound.cell(f("L1"))
+
+
 # What cannot be given
 
 

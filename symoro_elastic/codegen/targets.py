@@ -21,7 +21,9 @@ def render_c(package: Package) -> Files:
     context = _shared(package) | {
         "macro": macro,
         "functions": functions,
-        "parameters": [{"name": p.name, "unit": p.unit, "c_value": _c_number(p.value)} for p in package.parameters],
+        "parameters": [
+            {"name": p.name, "unit": in_comment(p.unit), "c_value": _c_number(p.value)} for p in package.parameters
+        ],
         "uses_sign": any("sign(" in f["body"] for f in functions),
     }
     return {
@@ -48,6 +50,12 @@ def render_numpy(package: Package) -> Files:
 
 
 TARGETS: dict[str, Callable[[Package], Files]] = {"numpy": render_numpy, "c": render_c}
+
+
+def in_comment(text: str) -> str:
+    """A user's text as it may stand in a comment of C: one line that does not end the comment."""
+    line = "".join(character if character.isprintable() else " " for character in text)
+    return line.replace("*/", "* /").replace("/*", "/ *")
 
 
 def count_text(count: OperationCount) -> str:

@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
-from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, body_of, parameters_of
+from symoro_elastic.equations.regressor import INERTIA, MOMENTS, body_of, parameters_of
 from symoro_elastic.equations.spatial import (
     ZERO,
     Pair,
@@ -40,6 +40,12 @@ ROTOR = "IA"
 Draw: TypeAlias = Callable[[], Scalar]
 Settle: TypeAlias = Callable[[int, str, Scalar], Scalar]
 LINEAR, ANGULAR = 0, 1
+RATIO = "L"
+
+
+def as_is(_j: int, _name: str, x: Scalar) -> Scalar:
+    """Leave a sum as it is."""
+    return x
 
 
 @dataclass(frozen=True)
@@ -51,13 +57,14 @@ class Ratio:
     under: tuple[int, int]
     sign: int = 1
 
-    def value(self, mechanism: Mechanism, j: int) -> Scalar:
+    def value(self, mechanism: Mechanism, j: int, settle: Settle) -> Scalar:
         """The coefficient, from a mechanism at its zero position."""
-        screw = axis_at(mechanism, self.joint, j)
+        screw = axis_at(mechanism, self.joint, j, settle)
         part, entry = self.over
         under, other = self.under
         divisor = screw[under][other]
-        return self.sign * screw[part][entry] / (Fraction(divisor) if isinstance(divisor, int) else divisor)
+        ratio = screw[part][entry] / (Fraction(divisor) if isinstance(divisor, int) else divisor)
+        return settle(j, RATIO, self.sign * ratio)
 
 
 @dataclass(frozen=True)
@@ -147,7 +154,9 @@ def carried(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, Carr
 
     still = (ZERO, ZERO)
     fields = [anything() if free_base else subtract(ZERO, mechanism.acceleration[0])]
-    twists: list[tuple[Pair, ...]] = [((anything(), anything()), (anything(), anything())) if free_base else (still, still)]
+    twists: list[tuple[Pair, ...]] = [
+        ((anything(), anything()), (anything(), anything())) if free_base else (still, still)
+    ]
     found = {}
     for j, link in mechanism.numbered():
         before = tuple(screw_to_child(link.placement, twist) for twist in twists[link.antecedent])
@@ -189,8 +198,8 @@ def _leaving_revolute(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link
         yield from _alone(("MX", "MY"))
     if how.weight_along_z and not how.parallel and how.about_a_point_of_axis:
         height = _height(mechanism, j)
-        yield Leaving({"MX": 1, "XZ": height})
-        yield Leaving({"MY": 1, "YZ": height})
+        yield Leaving({"MX": 1, **({"XZ": height} if height else {})})
+        yield Leaving({"MY": 1, **({"YZ": height} if height else {})})
     if how.perpendicular and not is_zero(link.rotor_inertia):
         yield Leaving({ROTOR: 1, "ZZ": -1})
 
@@ -213,14 +222,14 @@ def _leaving_fixed(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, h
     yield Leaving({"M": 1}, how.shifting)
 
 
-def _height(mechanism: Mechanism, j: int) -> Ratio:
+def _height(mechanism: Mechanism, j: int) -> Ratio | None:
     """How far the origin of frame j lies beyond the point of its axis about which it is carried."""
     for k in reversed(_turning_joints(mechanism, j)):
-        _, w = axis_at(mechanism, k, j)
+        v, w = axis_at(mechanism, k, j)
         if w[1]:
-            return Ratio(k, (LINEAR, X), (ANGULAR, 1))
+            return Ratio(k, (LINEAR, X), (ANGULAR, 1)) if v[X] else None
         if w[X]:
-            return Ratio(k, (LINEAR, 1), (ANGULAR, X), sign=-1)
+            return Ratio(k, (LINEAR, 1), (ANGULAR, X), sign=-1) if v[1] else None
     raise AssertionError("no axis before this one is inclined to it")
 
 
@@ -239,17 +248,19 @@ def _turning_joints(mechanism: Mechanism, j: int) -> list[int]:
     return [k for k in path(mechanism, j)[:-1] if mechanism.links[k - 1].axis is Axis.REVOLUTE]
 
 
-def axis_at(mechanism: Mechanism, k: int, j: int) -> Pair:
+def axis_at(mechanism: Mechanism, k: int, j: int, settle: Settle = as_is) -> Pair:
     """a_k taken at frame j; the joints between are at the position of the mechanism."""
     links = path(mechanism, j)
     screw = mechanism.links[k - 1].axis.screw(1)
     for number in links[links.index(k) + 1 :]:
-        screw = screw_to_child(mechanism.links[number - 1].placement, screw)
+        (x, y, z), (a, b, c) = screw_to_child(mechanism.links[number - 1].placement, screw)
+        linear = (settle(number, "VX", x), settle(number, "VY", y), settle(number, "VZ", z))
+        screw = linear, (settle(number, "WX", a), settle(number, "WY", b), settle(number, "WZ", c))
     return screw
 
 
 def group(
-    mechanism: Mechanism, found: Mapping[int, Sequence[Leaving]], settle: Settle = lambda j, name, x: x
+    mechanism: Mechanism, found: Mapping[int, Sequence[Leaving]], settle: Settle = as_is
 ) -> dict[int, dict[str, Scalar]]:
     """The grouped parameters of every body, its rotor inertia IA among them; those eliminated are zero.
 
@@ -264,7 +275,7 @@ def group(
         for leaves in found[j]:
             share = own[leaves.eliminated]
             for name, coefficient in leaves.combination.items():
-                factor = coefficient.value(mechanism, j) if isinstance(coefficient, Ratio) else coefficient
+                factor = coefficient.value(mechanism, j, settle) if isinstance(coefficient, Ratio) else coefficient
                 own[name] = 0 if name == leaves.eliminated else own[name] - share * factor
                 if leaves.goes:
                     gone[name] = gone.get(name, 0) + share * factor

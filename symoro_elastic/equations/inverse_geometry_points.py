@@ -16,9 +16,11 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from symoro_elastic.equations.inverse_geometry_types import (
+    SMALL,
     Difference,
     Found,
     Functions,
+    Miss,
     NoClosedForm,
     Pose,
     Quadric,
@@ -26,6 +28,7 @@ from symoro_elastic.equations.inverse_geometry_types import (
     distance,
     heron,
     is_along_z,
+    only_where,
     plane,
     plane_cross,
     plane_dot,
@@ -39,6 +42,9 @@ from symoro_elastic.equations.mechanism import Axis
 from symoro_elastic.equations.spatial import Scalar, Vector, add, dot, scale, subtract, transpose
 
 Solution = tuple[Found, ...]
+
+
+ON_A_SURFACE = "on a surface"
 
 
 class Mover(NamedTuple):
@@ -64,8 +70,6 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
         return [(found,) for found in _with_one(f, movers[0], w, W)]
     if len(movers) == 2:
         return list(_with_two(f, movers, between[0], w, W))
-    if len(movers) > 3:
-        raise NoClosedForm(numbers_of(movers), f"more than three joints before the axes that meet: {named(movers)}")
     try:
         return list(_with_three(f, movers, between, w, W))
     except NoClosedForm as error:
@@ -74,8 +78,18 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
         back = [pose.inverse() for pose in reversed(between)]
         return [_reversed(s) for s in _with_three(f, movers[::-1], back, W, w)]
     except NoClosedForm as second:
-        reason = first.reason if first.reason == second.reason else f"{first.reason}, and {second.reason}"
-        raise NoClosedForm(first.joints, reason) from None
+        raise _neither(movers, first, second) from None
+
+
+def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm) -> NoClosedForm:
+    """Why three joints can be taken neither from the base nor from the end."""
+    if ON_A_SURFACE in (first.condition, second.condition):
+        reason = f"{named(movers)} move the point that they have to place on a surface, not in space"
+        return NoClosedForm(numbers_of(movers), reason)
+    if first.reason == second.reason:
+        return NoClosedForm(first.joints, first.reason)
+    reasons = f"{second.reason}, and {first.reason}"
+    return NoClosedForm(numbers_of(movers), f"{reasons}: it takes an equation of degree four to place a point")
 
 
 def _reversed(solution: Solution) -> Solution:
@@ -104,6 +118,10 @@ def _with_one(f: Functions, mover: Mover, w: Vector, W: Vector) -> list[Found]:
 def _idle(mover: Mover) -> NoClosedForm:
     reason = f"joint {mover.joint} does not move the point that the joints before the last axes have to place"
     return NoClosedForm((mover.joint,), reason)
+
+
+def _same_direction(pair: Sequence[Mover]) -> NoClosedForm:
+    return NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction")
 
 
 def _with_three(
@@ -136,8 +154,10 @@ def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[
     beta = (S[0][2] * W[2] + b[0], S[1][2] * W[2] + b[1], 0)
     if is_along_z(f, beta):
         raise _undetermined(mover)
-    rest = S[0][0] * plane_dot(W, W) + (S[2][2] * W[2] + 2 * b[2]) * W[2] + k
-    return type_2(f, mover.joint, 2 * plane_dot(beta, W), 2 * plane_cross(beta, W), -rest)
+    terms = (S[0][0] * plane_dot(W, W), (S[2][2] * W[2] + 2 * b[2]) * W[2], k)
+    x, y, z = 2 * plane_dot(beta, W), 2 * plane_cross(beta, W), -(terms[0] + terms[1] + terms[2])
+    scale = 4 * plane_dot(beta, beta) * dot(W, W) + dot(terms, terms)
+    return type_2(f, mover.joint, x, y, z, Difference(x * x + y * y, z, scale).root(f))
 
 
 def _shift_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
@@ -147,13 +167,14 @@ def _shift_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list
         return quadratic(f, mover.joint, a, h, real_root(f, h * h - a * c, h * h + a * a * dot(W, W)))
     if f.is_zero(h):
         raise _undetermined(mover)
-    steady = all(f.is_zero(x) for x in surface.S[2])
-    return [shifted_by(mover.joint, -c / (2 * h), 1 if steady else h * f.sign(h))]
+    if all(f.is_zero(x) for x in surface.S[2]):
+        return [shifted_by(mover.joint, -c / (2 * h))]
+    size = dot(surface.S[2], surface.S[2]) * dot(W, W) + surface.b[2] * surface.b[2]
+    return [shifted_by(mover.joint, -c / (2 * h) / only_where(f, h * h - SMALL * size), h * f.sign(h))]
 
 
 def _undetermined(mover: Mover) -> NoClosedForm:
-    reason = f"the place to be reached leaves joint {mover.joint} free, or is out of reach of the others"
-    return NoClosedForm((mover.joint,), reason)
+    return NoClosedForm((mover.joint,), f"joint {mover.joint} does not matter to the others", None, ON_A_SURFACE)
 
 
 # The surface that two joints can reach
@@ -170,7 +191,7 @@ def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric
         return _surface_of_shift_and_turn(f, C, w)
     normal = (-C.rotation[1][2], C.rotation[0][2], 0)
     if is_along_z(f, normal):
-        raise NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction", "parallel")
+        raise _same_direction(pair)
     return plane(normal, dot(normal, C.point(w)))
 
 
@@ -211,9 +232,9 @@ def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scala
     a, p = transpose(C.rotation)[2], C.origin
     axes = f"the axes of {named(pair)}"
     if is_along_z(f, a):
-        raise NoClosedForm(numbers_of(pair), f"{axes} are parallel", "parallel")
+        raise NoClosedForm(numbers_of(pair), f"{axes} are parallel", Miss(max(numbers_of(pair)), "parallel"))
     if not f.is_zero(plane_cross(p, a)):
-        raise NoClosedForm(numbers_of(pair), f"{axes} do not meet", "apart")
+        raise NoClosedForm(numbers_of(pair), f"{axes} do not meet", Miss(max(numbers_of(pair)), "apart"))
     there = -p[1] / a[1] if f.is_zero(a[0]) else -p[0] / a[0]
     return p[2] + there * a[2], there
 
@@ -236,7 +257,7 @@ def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
     else:
         v, g = transpose(C.rotation)[2], subtract(G, C.point(w))
         if is_along_z(f, v):
-            raise NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction", "parallel")
+            raise _same_direction(pair)
         r = plane_dot(g, v) / plane_dot(v, v)
         yield shifted_by(first.joint, g[2] - r * v[2]), shifted_by(second.joint, r)
 
@@ -255,7 +276,7 @@ def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     x, y, _ = Pose(C.rotation, (0, 0, 0)).point_back(C.origin)
     p = (x, y, 0)
     if is_along_z(f, p):
-        raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} coincide", "parallel")
+        raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} coincide")
     area = heron(f, distance(f, p), distance(f, w), distance(f, G))
     rest = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
     return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), rest, area)
@@ -271,14 +292,15 @@ def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
     w, G, a = subtract(w, along(there)), subtract(G, along(here)), C.rotation[2]
     z, other = G[2] - a[2] * w[2], w[2] - a[2] * G[2]
     near_w, near_G = plane_dot(w, w), plane_dot(G, G)
-    by_w, by_G = (Difference(plane_dot(a, a) * near, x) for near, x in ((near_w, z), (near_G, other)))
+    oblique, scale = plane_dot(a, a), near_w + w[2] * w[2]
+    by_w, by_G = Difference(oblique * near_w, z, scale), Difference(oblique * near_G, other, scale)
     if f.is_fixed(near_w):
         root = by_G.root(f)
     elif f.is_fixed(near_G):
         root = by_w.root(f)
     else:
         mean = (near_G * by_w.value + near_w * by_G.value) / (near_G + near_w)
-        root = real_root(f, mean, by_G.size)
+        root = real_root(f, mean, by_G.size, scale)
     return type_2(f, pair[1].joint, plane_dot(a, w), plane_cross(w, a), z, root)
 
 
@@ -300,5 +322,5 @@ def _lengths(f: Functions, mover: Mover, c: Vector, u: Vector, G: Vector) -> lis
     if not f.is_zero(u[2]):
         return [shifted_by(mover.joint, (G[2] - c[2]) / u[2], radius * f.sign(radius))]
     length = plane_dot(u, u)
-    root = Difference(length * plane_dot(G, G), plane_cross(c, u)).root(f)
+    root = Difference(length * plane_dot(G, G), plane_cross(c, u), length * plane_dot(c, c)).root(f)
     return quadratic(f, mover.joint, length, plane_dot(c, u), root)

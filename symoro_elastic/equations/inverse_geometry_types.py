@@ -32,6 +32,7 @@ from symoro_elastic.equations.spatial import (
 )
 
 ROUNDING = Fraction(1, 2**40)
+SMALL = Fraction(1, 2**70)
 SIGNS = (1, -1)
 
 
@@ -51,15 +52,25 @@ class Functions:
     is_fixed: Callable[[Scalar], bool]
 
 
+class Miss(NamedTuple):
+    """How the axes of two neighbours miss what is needed: "parallel", "apart" or, meeting a third, "elsewhere".
+
+    `joint` is the second of the two in the table; where they meet others elsewhere, the one between.
+    """
+
+    joint: int
+    how: str
+
+
 class NoClosedForm(Exception):
     """Why there is no closed form, and the numbers of the joints to blame.
 
-    `condition` is "parallel", "apart", "elsewhere", or empty: what is wrong with the axes of these joints.
+    `condition` tells which part of the method failed, `miss` how the axes lie.
     """
 
-    def __init__(self, joints: tuple[int, ...], reason: str, condition: str = "") -> None:
+    def __init__(self, joints: tuple[int, ...], reason: str, miss: Miss | None = None, condition: str = "") -> None:
         super().__init__(reason)
-        self.joints, self.reason, self.condition = joints, reason, condition
+        self.joints, self.reason, self.miss, self.condition = joints, reason, miss, condition
 
 
 class Found(NamedTuple):
@@ -165,17 +176,21 @@ def only_where(f: Functions, positive: Scalar) -> Scalar:
     return f.sign(f.square_root(positive))
 
 
-def real_root(f: Functions, x: Scalar, size: Scalar) -> Scalar:
-    """Square root of x; zero where x is negative by rounding, `size` being that of its terms, else NaN."""
+def real_root(f: Functions, x: Scalar, size: Scalar, scale: Scalar = 0) -> Scalar:
+    """Square root of x; zero where x is negative by rounding, else NaN.
+
+    `size` is what x is compared with where it vanishes, `scale` that of its terms where `size` vanishes too.
+    """
     positive_part = x * (1 + f.sign(x)) * Fraction(1, 2)
-    return f.square_root(positive_part) / only_where(f, x + ROUNDING * size)
+    return f.square_root(positive_part) / only_where(f, x + (ROUNDING * size + SMALL * scale))
 
 
 class Difference(NamedTuple):
-    """size - part^2, where size is not negative."""
+    """size - part^2, where size is not negative; `scale` is that of the terms of part^2."""
 
     size: Scalar
     part: Scalar
+    scale: Scalar
 
     @property
     def value(self) -> Scalar:
@@ -184,20 +199,20 @@ class Difference(NamedTuple):
 
     def root(self, f: Functions) -> Scalar:
         """Its square root, NaN where it is negative."""
-        return f.square_root(self.size) if f.is_zero(self.part) else real_root(f, self.value, self.size)
+        if f.is_zero(self.part):
+            return f.square_root(self.size)
+        return real_root(f, self.value, self.size, self.scale)
 
 
-def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scalar = None) -> list[Found]:
+def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scalar) -> list[Found]:
     """X cos q + Y sin q = Z: two angles, one where X^2 + Y^2 = Z^2.
 
-    `root` is D = sqrt(X^2 + Y^2 - Z^2), for those who know a form of it that loses fewer digits; then
+    `root` is D = sqrt(X^2 + Y^2 - Z^2), in the form that loses the fewest digits; then
     q = atan2(Y Z + e X D, X Z - e Y D) with e = 1 and -1, and D is the measure.
     """
     if f.is_zero(z):
         measure = f.square_root(x * x + y * y)
         return [turned_by(f, joint, f.arc_tangent(e * x, -e * y), measure) for e in SIGNS]
-    if root is None:
-        root = Difference(x * x + y * y, z).root(f)
     angles = [f.arc_tangent(y * z + e * (x * root), x * z - e * (y * root)) for e in SIGNS]
     return [turned_by(f, joint, angle, root) for angle in angles]
 
@@ -215,7 +230,7 @@ def quadratic(f: Functions, joint: int, a: Scalar, h: Scalar, root: Scalar) -> l
 def heron(f: Functions, a: Scalar, b: Scalar, c: Scalar) -> Scalar:
     """Four times the area of a triangle with these sides, NaN where they make none (type 8)."""
     x = (a + b + c) * (a + b - c) * ((c + a - b) * (c - a + b))
-    return real_root(f, x, a * a * (b * b))
+    return real_root(f, x, a * a * (b * b), (a * a + b * b) * (a * a + b * b))
 
 
 class Quadric(NamedTuple):

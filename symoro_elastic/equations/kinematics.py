@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    ZERO,
     Matrix,
     Pair,
     Scalar,
@@ -31,12 +32,35 @@ from symoro_elastic.equations.spatial import (
 Scalars: TypeAlias = Sequence[Scalar]
 
 
-def frames(mechanism: Mechanism) -> list[tuple[Matrix, Vector]]:
-    """0Aj and 0Pj of every frame [2]."""
-    placed: list[tuple[Matrix, Vector]] = [(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))]
-    for _, link in mechanism.numbered():
-        placed.append(moved_frame(link, *placed[link.antecedent]))
-    return placed
+def frames(mechanism: Mechanism, seen_from: int = 0) -> list[tuple[Matrix, Vector]]:
+    """kAj and kPj of every frame j, seen from frame k: 0Aj and 0Pj [2] unless another one is named.
+
+    The joints between the two frames enter, and no other.
+    """
+    placed: dict[int, tuple[Matrix, Vector]] = {seen_from: (((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))}
+    for j in reversed(path(mechanism, seen_from)):
+        link = mechanism.links[j - 1]
+        placed[link.antecedent] = antecedent_frame(link, *placed[j])
+    for j, link in mechanism.numbered():
+        if j not in placed:
+            placed[j] = moved_frame(link, *placed[link.antecedent])
+    return [placed[j] for j in range(len(mechanism.links) + 1)]
+
+
+def moved_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
+    """Frame j from frame i, both seen from any third [1]."""
+    for screw in link.placement:
+        position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
+        rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
+    return rotation, position
+
+
+def antecedent_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
+    """Frame i from frame j, both seen from any third."""
+    for screw in reversed(link.placement):
+        position = subtract(position, scale(screw.shift, transpose(rotation)[screw.axis]))
+        rotation = (turn(screw, rotation[0]), turn(screw, rotation[1]), turn(screw, rotation[2]))
+    return rotation, position
 
 
 def carried_velocity(link: Link, w_i: Vector) -> Vector:
@@ -105,6 +129,40 @@ def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]
     return found
 
 
+def seen_motion(
+    mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], qd: Scalars, qdd: Scalars
+) -> tuple[list[Pair], list[Pair]]:
+    """V_j [3] and V'_j [6] of every frame, all components in the frame that `placed` are seen from.
+
+    What lies between two revolute joints turns alike: each frame there is a lever and a slide away from
+    its anchor, the last revolute joint or the base. No angle enters that the motion does not depend on.
+    """
+    V = [_turned(placed[0][0], mechanism.velocity)]
+    Vd = [_turned(placed[0][0], mechanism.acceleration)]
+    anchors, slides = [0], [(ZERO, ZERO)]
+    for j, link in mechanism.numbered():
+        a, (speed, push) = anchors[link.antecedent], slides[link.antecedent]
+        (v, w), (vd, wd) = V[a], Vd[a]
+        z, lever = transpose(placed[j][0])[2], subtract(placed[j][1], placed[a][1])
+        rate, gain = scale(qd[j], z), scale(qdd[j], z)
+        if link.axis is Axis.PRISMATIC:
+            speed, push = add(speed, rate), add(push, gain)
+        v = add(add(v, cross(w, lever)), speed)
+        vd = add(add(vd, times(hat_plus_hat_squared(w, wd), lever)), add(cross(w, add(speed, speed)), push))
+        if link.axis is Axis.REVOLUTE:
+            w, wd = add(w, rate), add(wd, add(cross(w, rate), gain))
+            a, speed, push = j, ZERO, ZERO
+        V.append((v, w))
+        Vd.append((vd, wd))
+        anchors.append(a)
+        slides.append((speed, push))
+    return V, Vd
+
+
+def _turned(rotation: Matrix, pair: Pair) -> Pair:
+    return times(rotation, pair[0]), times(rotation, pair[1])
+
+
 def path(mechanism: Mechanism, j: int) -> list[int]:
     """Numbers of the links from the base to link j."""
     links: list[int] = []
@@ -115,10 +173,11 @@ def path(mechanism: Mechanism, j: int) -> list[int]:
 
 
 def jacobian(mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], frame: int) -> dict[int, Pair]:
-    """Columns of the basic Jacobian of a frame, linear part first, in frame 0; by joint number.
+    """Columns of the basic Jacobian of a frame, linear part first, by joint number.
 
-    V_frame = sum of the columns times qd. A revolute joint gives [z x (P - P_j); z], a prismatic
-    joint [z; 0], for the joints on the path from the base.
+    V_frame = sum of the columns times qd, on a base at rest. A revolute joint gives [z x (P - P_j); z],
+    a prismatic joint [z; 0], for the joints on the path from the base. Components are in the frame
+    that `placed` are seen from.
     """
     columns: dict[int, Pair] = {}
     for j in path(mechanism, frame):
@@ -129,26 +188,3 @@ def jacobian(mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], frame: i
         elif mechanism.links[j - 1].axis is Axis.PRISMATIC:
             columns[j] = z, (0, 0, 0)
     return columns
-
-
-def placement_between(mechanism: Mechanism, k: int, f: int) -> tuple[Matrix, Vector]:
-    """kAf and kPf, over the joints between the two frames only."""
-    from_k, from_f = path(mechanism, k), path(mechanism, f)
-    shared = len([i for i, j in zip(from_k, from_f, strict=False) if i == j])
-    rotation: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    position: Vector = (0, 0, 0)
-    for j in reversed(from_k[shared:]):
-        for screw in reversed(mechanism.links[j - 1].placement):
-            position = subtract(position, scale(screw.shift, transpose(rotation)[screw.axis]))
-            rotation = (turn(screw, rotation[0]), turn(screw, rotation[1]), turn(screw, rotation[2]))
-    for j in from_f[shared:]:
-        rotation, position = moved_frame(mechanism.links[j - 1], rotation, position)
-    return rotation, position
-
-
-def moved_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
-    """Frame j from frame i, both seen from any third [1]."""
-    for screw in link.placement:
-        position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
-        rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
-    return rotation, position

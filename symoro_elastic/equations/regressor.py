@@ -81,9 +81,7 @@ def torques(mechanism: Mechanism, j: int, wrench: Pair) -> Column:
     return column
 
 
-def energies(
-    mechanism: Mechanism, qd: Scalars, gravity: Vector, wanted: Wanted
-) -> Iterator[tuple[int, str, Scalar]]:
+def energies(mechanism: Mechanism, qd: Scalars, gravity: Vector, wanted: Wanted) -> Iterator[tuple[int, str, Scalar]]:
     """(j, parameter, entry of h): kinetic and gravity energy of a unit of one inertial parameter of link j.
 
     `gravity` is in frame 0. Energies are zero with every centre of mass at the origin of frame 0, at rest.

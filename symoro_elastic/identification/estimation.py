@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 
 GOOD = 0.1  # relative standard deviation
 ROUNDS = 3  # of weighting
+LAGS = 10  # over which residuals may be correlated
+COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
+MOST_NOISE, HIDDEN = 0.9, 0.5  # shares of noise: compensated up to, not identifiable above
+ALONE = 0.9  # of a column's energy is in one joint's equation
 WHITE = 0.3  # correlation of neighbouring residuals that needs no remark
 FEWEST_ROWS = 2  # equations for each parameter
 
@@ -38,7 +42,7 @@ class Verdict(StrEnum):
 @dataclass(frozen=True)
 class Unknown:
     """A sought parameter or group: label, formula over the parameters, unit, name of its joint, true value if
-    known (NaN if not), and its quantity (`k`, `Fv`, `M`...)."""
+    known (NaN if not), and its quantity (`K`, `FV`, `M`...)."""
 
     label: str
     formula: str
@@ -66,7 +70,9 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Solution:
-    """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n)."""
+    """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n),
+    condition number of columns of length 1, and for each parameter the share of position noise (0 to 1) in the part
+    of its column that the others do not imitate."""
 
     X: Array
     covariance: Array
@@ -74,6 +80,7 @@ class Solution:
     predicted: Array
     residuals: Array
     condition: float
+    noise: Array
 
     @property
     def std(self) -> Array:
@@ -107,22 +114,36 @@ def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array]
     """Weighted least squares of Y (samples, n, c) X = tau (samples, n).
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
-    of weighting follow the ordinary solution.
+    of weighting follow the ordinary solution. Rows that are zero on both sides count for nothing.
 
     Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
     `disturbed` are Y at positions with as much noise again; then E[Y^T Y] = Y0^T Y0 + N with
     N = mean(Yd^T Yd) - Y^T Y, and X = (Y^T Y - N)^-1 Y^T tau is free of that pull (bias-compensated least
     squares, Soederstrom 2007).
     """
-    sigma = np.ones(Y.shape[1])
+    first: Array | None = None
+    sigma, samples = np.ones(Y.shape[1]), Y.any(axis=2).sum(axis=0)
     for _ in range(rounds + 1):
         X, shares = _weighted(Y, tau, sigma, disturbed)[0], _shares(Y, sigma)
         residuals = tau - Y @ X
-        found = np.sqrt((residuals**2).sum(axis=0) / np.maximum(len(Y) - shares, 1.0))
-        sigma = np.maximum(found, _smallest(Y, X, tau, found))
-    X, covariance, condition = _weighted(Y, tau, sigma, disturbed)
+        found = np.sqrt((residuals**2).sum(axis=0) / np.maximum(samples - shares, 1.0))
+        first = found if first is None else first
+        sigma = np.maximum(found, np.maximum(_smallest(Y, X, tau, found), COLLAPSE * first))
+    X, spread, condition, noise = _weighted(Y, tau, sigma, disturbed)
     predicted = Y @ X
-    return Solution(X, covariance, sigma, predicted, tau - predicted, condition)
+    residuals = tau - predicted
+    return Solution(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
+
+
+def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Array:
+    """A^-1 S A^-1 with S the long-run covariance of the scores Y_t^T r_t (Newey and West 1987)."""
+    scores = np.einsum("tjc,tj->tc", Y, residuals / sigma**2)
+    scores -= scores.mean(axis=0)
+    S = scores.T @ scores
+    for lag in range(1, LAGS + 1):
+        shifted = scores[lag:].T @ scores[:-lag]
+        S += (1 - lag / (LAGS + 1)) * (shifted + shifted.T)
+    return inverse @ S @ inverse
 
 
 def _smallest(Y: Array, X: Array, tau: Array, found: Array) -> Array:
@@ -146,19 +167,22 @@ def _shares(Y: Array, sigma: Array) -> Array:
     return shares
 
 
-def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) -> tuple[Array, Array, float]:
-    """X, covariance, condition number of columns of length 1."""
+def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) -> tuple[Array, Array, float, Array]:
+    """X, (Y^T Y - N)^-1, condition number of columns of length 1, share of noise in what tells each X_i."""
     lengths = np.linalg.norm(_stacked(Y, sigma), axis=0)
     W, right = _stacked(Y, sigma, lengths), (tau / sigma).ravel()
     Q, R = np.linalg.qr(W)
     condition = float(np.linalg.cond(R)) if len(R) else 1.0
     inverse = np.linalg.inv(R)
-    if not disturbed:
-        return inverse @ (Q.T @ right) / lengths, _unscaled(inverse @ inverse.T, lengths), condition
-    noisy = sum(w.T @ w for w in (_stacked(Yd, sigma, lengths) for Yd in disturbed)) / len(disturbed)
-    N = inverse.T @ (noisy - R.T @ R) @ inverse
-    pull = inverse @ np.linalg.inv(np.eye(len(N)) - (N + N.T) / 2)
-    return pull @ (Q.T @ right) / lengths, _unscaled(pull @ pull.T, lengths), condition
+    share, axes = np.zeros(len(R)), np.eye(len(R))
+    if disturbed:
+        noisy = sum(w.T @ w for w in (_stacked(Yd, sigma, lengths) for Yd in disturbed)) / len(disturbed)
+        N = inverse.T @ (noisy - R.T @ R) @ inverse
+        share, axes = np.linalg.eigh((N + N.T) / 2)
+    directions = inverse @ axes
+    pull = directions / (1 - np.minimum(share, MOST_NOISE))
+    noise = (directions**2 @ np.maximum(share, 0.0)) / (directions**2).sum(axis=1)
+    return pull @ (axes.T @ (Q.T @ right)) / lengths, _unscaled(pull @ directions.T, lengths), condition, noise
 
 
 def _unscaled(covariance: Array, lengths: Array) -> Array:
@@ -187,7 +211,8 @@ def estimate(
     kept = list(grouping.kept)
     solution = solve(Y[:, :, kept], tau, disturbed=[Yd[:, :, kept] for Yd in disturbed])
     names = {j: joints[j] for j in still}
-    found = {c: _judged(k, c, grouping, unknowns, solution, Y) for k, c in enumerate(kept)}
+    hidden = _hidden(Y[:, :, kept], tau, solution, joints)
+    found = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
     found |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
     found |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
     notes = (*_consistency(found.values()), *_whiteness(solution, joints), *_standing(names))
@@ -209,9 +234,11 @@ def _balanced(Y: Array) -> Array:
 
 
 def _judged(
-    k: int, c: int, grouping: Grouping, unknowns: Sequence[Unknown], solution: Solution, Y: Array
+    k: int, c: int, grouping: Grouping, unknowns: Sequence[Unknown], solution: Solution, Y: Array, hidden: dict[int, str]
 ) -> Estimate:
     value, std = float(solution.X[k]), float(solution.std[k])
+    if k in hidden:
+        return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, hidden[k])
     reason = ""
     joined = [(unknowns[other].label, b) for other, b in grouping.terms(k)]
     if joined:
@@ -222,6 +249,24 @@ def _judged(
     why = "its torques stay within the noise" if (size < solution.sigma).all() else "weakly excited"
     why += ", zero is possible" if abs(value) < 2 * std else ""
     return Estimate(unknowns[c], value, std, Verdict.POOR, "; ".join(filter(None, (why, reason))))
+
+
+def _hidden(Y: Array, tau: Array, solution: Solution, joints: Sequence[str]) -> dict[int, str]:
+    """Columns that noise of the positions hides, and why.
+
+    A joint without measured torque gives its parameters up to a common factor: where the factor is hidden, so
+    are all parameters that occur in this joint's equation only.
+    """
+    energy = ((Y / solution.sigma[:, None]) ** 2).sum(axis=0)
+    owner, shares = energy.argmax(axis=0), energy.max(axis=0) / energy.sum(axis=0)
+    owner = np.where(shares > ALONE, owner, -1)
+    hidden, lost = {}, {int(j) for j in owner[solution.noise > HIDDEN] if j >= 0 and not tau[:, j].any()}
+    for k, noise in enumerate(solution.noise):
+        if int(owner[k]) in lost:
+            hidden[k] = f"{joints[owner[k]]} has no motor and shows its parameters up to a factor: give one as known"
+        elif noise > HIDDEN:
+            hidden[k] = f"{min(100, round(100 * noise))} % of what tells it from the others is noise of the positions"
+    return hidden
 
 
 def _lost(unknown: Unknown, still: dict[int, str]) -> Estimate:
@@ -241,7 +286,7 @@ def _consistency(found: Any) -> list[str]:
     """Values that no machine can have: what is positive by nature, found negative by more than two std."""
     notes = []
     for e in found:
-        positive = e.unknown.quantity in ("M", "Ia", "Fv", "Fs", "k", "d")
+        positive = e.unknown.quantity in ("M", "IA", "FV", "FS", "K", "DA")
         if positive and e.unknown.formula == e.unknown.label and e.value < -2 * e.std:
             notes.append(f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations: "
                          "no machine has that; something is missing in the model or in the data")  # fmt: skip

@@ -8,6 +8,7 @@ parameter; it removes torque ripple and makes the residuals nearly white, which 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,14 +20,17 @@ from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.identification.optional import optional
 
 Array = NDArray[np.float64]
+AnyArray = NDArray[Any]
 
 ORDER = 4
 ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
+QUARTILE = 0.75  # of the joints are slower
 KEPT_BAND = 2.0  # band kept by decimation over the motion's bandwidth
-ENERGY = 0.999  # of the velocities lies within the motion's bandwidth
+ENERGY = 0.99  # of the velocities lies within the motion's bandwidth
 OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
 RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
 EDGE = 6  # kept samples
+SLOW, REACH = 0.02, 1.5  # of the largest velocity; in kept samples
 HIGHEST = 0.9  # of the Nyquist frequency
 
 
@@ -90,14 +94,15 @@ class Motion:
         return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
 
 
-def default_filter(found: Measurements, bandwidth: float | None = None) -> Filter:
+def default_filter(found: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
     """Cut-offs from the motion: Butterworth at 5 times its bandwidth, decimation to 2 times (rule of thumb of Janot).
 
-    `bandwidth` in Hz replaces the one found in the spectrum of the velocities.
+    The motion's bandwidth is that of the fastest motor, or of the upper quartile of the joints if that is more: a
+    local mode that rings does not set it. `motors` are 0-based; `bandwidth` in Hz replaces what is found.
     """
     sampling = 1 / found.period
-    motion = bandwidth or max(bandwidth_of(found.q[:, k], found.period) for k in range(found.q.shape[1]))
-    if motion > HIGHEST * sampling / 2:
+    motion = bandwidth or _bandwidth(found, motors)
+    if not 0 < motion <= HIGHEST * sampling / 2:
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
         raise InputError(found.source, "t", what)
     cutoff = min(ABOVE_MOTION * motion, HIGHEST * sampling / 2)
@@ -105,8 +110,13 @@ def default_filter(found: Measurements, bandwidth: float | None = None) -> Filte
     return Filter(sampling, motion, cutoff, factor)
 
 
+def _bandwidth(found: Measurements, motors: Sequence[int]) -> float:
+    each = [bandwidth_of(found.q[:, k], found.period) for k in range(found.q.shape[1])]
+    return max([sorted(each)[int(QUARTILE * len(each))], *(each[k] for k in motors)])
+
+
 def bandwidth_of(x: Array, period: float) -> float:
-    """Frequency in Hz below which 99.9 % of the energy of x's derivative lies; noise is left out.
+    """Frequency in Hz below which 99 % of the energy of x's derivative lies; noise is left out.
 
     The floor of the spectrum is its median over the upper half of the frequencies.
     """
@@ -151,11 +161,24 @@ def decimate(x: Array, chosen: Filter) -> Array:
     return thin(filtered, chosen)
 
 
-def thin(x: Array, chosen: Filter) -> Array:
+def reverses(qd: Array, chosen: Filter | None) -> NDArray[np.bool_]:
+    """Kept samples (samples, n) near which a joint is too slow for the law of friction, Fs sign(qd) + Fv qd.
+
+    Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
+    """
+    slow = np.abs(qd) <= SLOW * np.abs(qd).max(axis=0)
+    if chosen is None or chosen.factor == 1:
+        return slow
+    reach = int(REACH * chosen.factor)
+    near = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
+    return thin(near[2 * reach + 1 :] > near[: -2 * reach - 1], chosen)
+
+
+def thin(x: AnyArray, chosen: Filter) -> AnyArray:
     """One sample in `factor`, the transients of the decimation filter left out at both ends."""
     if chosen.factor == 1:
         return x
-    kept: Array = x[:: chosen.factor]
+    kept: AnyArray = x[:: chosen.factor]
     edge = min(EDGE, len(kept) // 8)
     return kept[edge : len(kept) - edge]
 

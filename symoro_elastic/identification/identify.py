@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate
-from symoro_elastic.identification.filtering import Filter, Motion, as_measured, decimate, default_filter, motion_of, thin
+from symoro_elastic.identification.filtering import Filter, Motion, as_measured, decimate, default_filter, motion_of, reverses, thin
 from symoro_elastic.identification.grouping import STRUCTURAL, Grouping, formula, group
 from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.identification.regression import Column, Regressor, regressor
@@ -21,6 +21,7 @@ from symoro_elastic.machine.names import did_you_mean
 Array = NDArray[np.float64]
 
 STATES = 60  # random states of the structural rank
+DRAWS = 2  # of sensor noise, each with both signs
 PIECE = 4000  # samples evaluated at a time
 EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
@@ -60,7 +61,7 @@ def identify(
     """Identify a machine from one or several records of measurements.
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
-    (`M13`, `Fs5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
+    (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
     decide. `filtered` False uses measurements as they are. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
@@ -72,7 +73,7 @@ def identify(
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
     kept = [sought[c] for c in structure.kept]
     step("filter")
-    chosen = _filter(records, bandwidth) if filtered else None
+    chosen = _filter(records, _motors(machine), bandwidth) if filtered else None
     stacks = [_stack(Y, machine, record, chosen, kept, fixed, step) for record in records]
     step("solve")
     stacked = [np.concatenate(part) for part in zip(*((s.Y, s.tau, s.t) for s in stacks), strict=True)]
@@ -98,9 +99,9 @@ class _Stack:
     disturbed: tuple[Array, ...] = ()
 
 
-def _filter(records: Sequence[Measurements], bandwidth: float | None) -> Filter:
+def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
     """One filter for all records: that of the fastest motion."""
-    return max((default_filter(record, bandwidth) for record in records), key=lambda chosen: chosen.motion)
+    return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
 def _known(columns: Sequence[Column], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
@@ -134,25 +135,32 @@ def _stack(
     tau = _left_side(machine, motion) - _in_pieces(
         lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
     )
-    if chosen is None:
-        return _Stack(motion.t, _columns(Y, motion, kept, None), tau, motion.still)
-    noisy = [motion.disturbed(chosen, sign) for sign in (1.0, -1.0)]
+    used = ~_friction_reverses(Y, kept, motion, chosen)
+    draws = [(sign, seed) for seed in range(DRAWS) for sign in (1.0, -1.0)] if chosen else []
+    noisy = [motion.disturbed(chosen, sign, seed) for sign, seed in draws]
     return _Stack(
-        thin(motion.t, chosen),
-        _columns(Y, motion, kept, chosen),
-        decimate(tau, chosen),
+        thin(motion.t, chosen) if chosen else motion.t,
+        _columns(Y, motion, kept, chosen) * used[:, :, None],
+        (decimate(tau, chosen) if chosen else tau) * used,
         motion.still,
-        tuple(_columns(Y, other, kept, chosen) for other in noisy),
+        tuple(_columns(Y, other, kept, chosen) * used[:, :, None] for other in noisy),
     )
 
 
+def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen: Filter | None) -> NDArray[np.bool_]:
+    """Rows left out: where a joint with dry friction changes direction, its torque is anything up to Fs."""
+    slow = reverses(motion.qd, chosen)
+    dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
+    slow[:, [k for k in range(slow.shape[1]) if k not in dry]] = False
+    return slow
+
+
 def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter | None) -> Array:
-    """Columns of Y along a motion, decimated one by one."""
-    columns = []
-    for c in kept:
-        column = _in_pieces(lambda q, qd, qdd, c=c: Y.evaluate(q, qd, qdd, [c])[:, :, 0], motion)
-        columns.append(decimate(column, chosen) if chosen else column)
-    return np.stack(columns, axis=2)
+    """Columns of Y along a motion, decimated."""
+    columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
+    if chosen is None:
+        return columns
+    return np.stack([decimate(columns[:, :, k], chosen) for k in range(len(kept))], axis=2)
 
 
 def _left_side(machine: Machine, motion: Motion) -> Array:
@@ -192,12 +200,12 @@ def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure:
 
 
 def _neutral(found: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
-    """q0 = (k q0) / k and its standard deviation by first order, for each elastic joint where both were found."""
+    """q0 = KQ / K and its standard deviation by first order, for each elastic joint where both were found."""
     labels = {found.estimates[c].unknown.label: k for k, c in enumerate(found.grouping.kept)}
     neutral = {}
     for j in machine.moving:
-        if machine.joints[j - 1].kind is Kind.ELASTIC and {f"k{j}", f"k{j}*q0_{j}"} <= labels.keys():
-            pair = [labels[f"k{j}*q0_{j}"], labels[f"k{j}"]]
+        if machine.joints[j - 1].kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
+            pair = [labels[f"KQ{j}"], labels[f"K{j}"]]
             force, k = found.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
             variance = slope @ found.solution.covariance[np.ix_(pair, pair)] @ slope

@@ -1,7 +1,8 @@
 """The dynamic model as linear equations in its parameters: tau = Y X, one row for each joint that moves.
 
 Rows of motors hold measured torques; rows of elastic and passive joints have a zero there, for what springs
-and dampers exert are columns of Y: 0 = (inertial) + k q + d qd - k q0 [9], [15].
+and dampers exert are columns of Y: 0 = (inertial) + K q + DA qd - KQ [9], [15], KQ = K q0 for the neutral
+position q0. Labels are those of the `regressor` model: XX3 .. M3, IA3, FV3, FS3, K3, DA3, KQ3.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.program import Program
 
 Array = NDArray[np.float64]
 
@@ -47,7 +49,7 @@ ARRAYS = Arithmetic(
 
 @dataclass(frozen=True)
 class Column:
-    """A parameter of tau = Y X: its label such as ZZ3, k2, the joint (0-based in q), its unit, and the value
+    """A parameter of tau = Y X: its label such as ZZ3, K2, the joint (0-based in q), its unit, and the value
     that the machine gives it (NaN where it gives none)."""
 
     label: str
@@ -74,30 +76,36 @@ class Regressor(Protocol):
 class ByLinearity:
     """Y of a machine, column by column: the inverse dynamic model of rigid joints at unit parameters.
 
-    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X.
+    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X. `values` are those
+    of the named parameters.
     """
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
         self._joints = [machine.joints[j - 1] for j in machine.moving]
         self._names = _inertial_names(machine)
-        self._program = trace(_unit_machine(machine), "inverse_dynamics").program
+        self._rigid = trace(_rigid(machine), "inverse_dynamics").program
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:
-        """Inertial parameters of every body that has any, then Ia, friction, springs of every joint."""
+        """Inertial parameters of every body that has any, then IA, friction, springs of every joint."""
         return (*self._inertial(), *(c for k in range(len(self._joints)) for c in self._of_joint(k)))
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         """Columns of Y, (samples, n, chosen)."""
         Y = np.zeros((*q.shape, len(chosen)))
+        Y[:, :, :] = self._inertial_part(q, qd, qdd, chosen)
+        for k, column in enumerate(self.columns[c] for c in chosen):
+            if column.quantity in OF_JOINT:
+                Y[:, column.joint, k] = OF_JOINT[column.quantity](*(x[:, column.joint] for x in (q, qd, qdd)))
+        return Y
+
+    def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+        Y = np.zeros((*q.shape, len(chosen)))
         zero = self._torques(q, qd, qdd, "")
-        for k, c in enumerate(chosen):
-            column = self.columns[c]
+        for k, column in enumerate(self.columns[c] for c in chosen):
             if column.quantity in INERTIAL:
                 Y[:, :, k] = self._torques(q, qd, qdd, column.label) - zero
-            else:
-                Y[:, column.joint, k] = OF_JOINT[column.quantity](*(x[:, column.joint] for x in (q, qd, qdd)))
         return Y
 
     def loads(self, q: Array) -> Array:
@@ -105,12 +113,16 @@ class ByLinearity:
         return self._torques(q, np.zeros_like(q), np.zeros_like(q), "")
 
     def _torques(self, q: Array, qd: Array, qdd: Array, one: str) -> Array:
-        symbols: dict[str, Any] = dict(self._values) | {UNIT + name: float(name == one) for name in self._names}
-        for argument, array in zip(self._program.inputs, (q, qd, qdd), strict=True):
+        return self._run(self._rigid, (q, qd, qdd), {UNIT + name: float(name == one) for name in self._names})
+
+    def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
+        """Entries of the first result of a program at stacked states, (samples, entries)."""
+        symbols: dict[str, Any] = {**self._values, **parameters}
+        for argument, array in zip(program.inputs, state, strict=True):
             symbols |= zip(argument.symbols, array.T, strict=True)
-        entries = self._program.outputs[0].entries
+        entries = program.outputs[0].entries
         value = evaluate(entries, symbols, ARRAYS)
-        return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(q)) for x in entries], axis=1)
+        return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(state[0])) for x in entries], axis=1)
 
     def _inertial(self) -> list[Column]:
         moving = {j: k for k, j in enumerate(self.machine.moving)}
@@ -124,9 +136,9 @@ class ByLinearity:
     def _of_joint(self, k: int) -> list[Column]:
         joint, j = self._joints[k], self.machine.moving[k]
         force, x = ("N", "m") if joint.sigma == 1 else ("N m", "rad")
-        rotor = Column(f"Ia{j}", "Ia", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia))
-        viscous = Column(f"Fv{j}", "Fv", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
-        coulomb = Column(f"Fs{j}", "Fs", k, force, self._cell(joint.friction.coulomb))
+        rotor = Column(f"IA{j}", "IA", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia))
+        viscous = Column(f"FV{j}", "FV", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
+        coulomb = Column(f"FS{j}", "FS", k, force, self._cell(joint.friction.coulomb))
         if joint.kind is not Kind.ELASTIC:
             return [rotor, viscous, coulomb] if joint.kind is Kind.MOTOR else [viscous, coulomb]
         return [
@@ -140,22 +152,38 @@ class ByLinearity:
         stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
         damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
         return [
-            Column(f"k{j}", "k", k, f"{force}/{x}", stiffness),
-            Column(f"d{j}", "d", k, f"{force} s/{x}", damping),
-            Column(f"k{j}*q0_{j}", "kq0", k, force, stiffness * neutral),
+            Column(f"K{j}", "K", k, f"{force}/{x}", stiffness),
+            Column(f"DA{j}", "DA", k, f"{force} s/{x}", damping),
+            Column(f"KQ{j}", "KQ", k, force, stiffness * neutral),
         ]
 
     def _cell(self, formula: Formula) -> float:
         return _value(formula, self._values)
 
 
+class ByEquations(ByLinearity):
+    """Y of a machine from the `regressor` model, all columns at once."""
+
+    def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
+        super().__init__(machine, values)
+        self._traced = trace(without_wrenches(_rigid(machine)), "regressor")
+        labels = self._traced.results["Y"].column_labels
+        self._place = {label.removeprefix(UNIT): c for c, label in enumerate(labels)}
+
+    def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+        flat = self._run(self._traced.program, (q, qd, qdd), {})
+        Y = np.concatenate([flat.reshape(*q.shape, len(self._place)), np.zeros((*q.shape, 1))], axis=2)
+        labels = [self.columns[c].label for c in chosen]
+        return Y[:, :, [self._place.get(label, -1) for label in labels]]
+
+
 OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
-    "Ia": lambda q, qd, qdd: qdd,
-    "Fv": lambda q, qd, qdd: qd,
-    "Fs": lambda q, qd, qdd: np.sign(qd),
-    "k": lambda q, qd, qdd: q,
-    "d": lambda q, qd, qdd: qd,
-    "kq0": lambda q, qd, qdd: -np.ones_like(q),
+    "IA": lambda q, qd, qdd: qdd,
+    "FV": lambda q, qd, qdd: qd,
+    "FS": lambda q, qd, qdd: np.sign(qd),
+    "K": lambda q, qd, qdd: q,
+    "DA": lambda q, qd, qdd: qd,
+    "KQ": lambda q, qd, qdd: -np.ones_like(q),
 }
 
 
@@ -171,7 +199,11 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     base = machine.base
     motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
     _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], given)
-    return ByLinearity(machine, given)
+    return (ByEquations if "regressor" in MODELS and _has_inertia(machine) else ByLinearity)(machine, given)
+
+
+def _has_inertia(machine: Machine) -> bool:
+    return any(has_body(joint.body) for joint in machine.joints)
 
 
 def _geometry(joint: Joint) -> tuple[Formula, ...]:
@@ -223,15 +255,18 @@ def _inertial_names(machine: Machine) -> list[str]:
     return [f"{name}{j}" for j in bodies for name in INERTIAL]
 
 
-def _unit_machine(machine: Machine) -> Machine:
+def _rigid(machine: Machine) -> Machine:
     """Every joint a motor without friction, every body's parameters a name."""
     joints = tuple(_unit_joint(j, joint) for j, joint in enumerate(machine.joints, start=1))
     return replace(machine, joints=joints, parameters=(*machine.parameters, *_parameters(machine)))
 
 
-def _parameters(machine: Machine) -> list[Any]:
-    from symoro_elastic.machine.machine import Parameter
+def without_wrenches(machine: Machine) -> Machine:
+    """The machine without external wrenches."""
+    return replace(machine, joints=tuple(replace(joint, wrench=Wrench()) for joint in machine.joints))
 
+
+def _parameters(machine: Machine) -> list[Parameter]:
     return [Parameter(UNIT + name) for name in _inertial_names(machine)]
 
 

@@ -42,9 +42,11 @@ class Controller:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Resolution of encoders by joint (rad or m), standard deviation of torque noise by motor (N m or N)."""
+    """Resolution of encoders by joint, standard deviation of their noise before rounding (rad or m), standard
+    deviation of torque noise by motor (N m or N)."""
 
     resolution: Array
+    jitter: Array
     torque_noise: Array
 
 
@@ -117,6 +119,7 @@ def measure(true: Measurements, sensors: Sensors, seed: int = 0) -> Measurements
     """What sensors show of a true motion: positions in whole steps of the encoders, torques with white noise."""
     rng = np.random.default_rng(seed)
     step = sensors.resolution
-    q = np.where(step > 0, np.round(true.q / np.where(step > 0, step, 1.0)) * step, true.q)
+    seen = true.q + sensors.jitter * rng.standard_normal(true.q.shape)
+    q = np.where(step > 0, np.round(seen / np.where(step > 0, step, 1.0)) * step, seen)
     tau = true.tau + sensors.torque_noise * rng.standard_normal(true.tau.shape)
     return Measurements(true.t, q, tau, source=true.source)

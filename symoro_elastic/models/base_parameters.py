@@ -29,7 +29,7 @@ from symoro_elastic.symbolic.finite_field import PRIME, Residue
 
 SEED = 20261
 KEPT, GROUPED, NO_EFFECT = "kept", "grouped", "without effect"
-LONGEST_SUMS = (400, 120, 40)
+LONGEST_SUMS = (1000, 400, 120, 40)
 """Characters beyond which a sum on its way to the base gets a name of its own; the next where a formula is too long."""
 MARK = "base_parameters"
 """Key of a machine's extras: its inertial parameters are base parameters, and no body has them."""
@@ -175,6 +175,7 @@ class _Texts:
         self.machine = zero.machine
         self.longest = longest
         self.composites: dict[str, Formula] = {}
+        self._names: dict[Formula, str] = {}
         self.parameters: list[BaseParameter] = []
         self.sources = _inertial_names(zero.machine)
         self._taken = {*(p.name for p in self.machine.parameters), *(str(x.variable) for x in self.machine.joints)}
@@ -188,10 +189,11 @@ class _Texts:
         formula = Formula.parse(text)
         if not formula.names:
             return Polynomial.of(Fraction(repr(formula.value())))
-        name = self.free_name(f"{entry}C", j)
-        self.composites[name] = formula
-        self.sources.add(name)
-        return Polynomial.factor(name)
+        if formula not in self._names:
+            self._names[formula] = name = self.free_name(f"{entry}C", j)
+            self.composites[name] = formula
+            self.sources.add(name)
+        return Polynomial.factor(self._names[formula])
 
     def text(self, x: Any) -> str:
         """A sum as it is written."""

@@ -9,7 +9,7 @@ from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kine
 from symoro_elastic.equations.kinematics import frames, velocities
 from symoro_elastic.equations.lagrange import inertia_matrix
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
-from symoro_elastic.equations.spatial import RigidInertia
+from symoro_elastic.equations.spatial import ZERO, RigidInertia, subtract
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_screws
@@ -45,14 +45,16 @@ def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
 
 
 def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
-    """H(q, qd) of a machine without gravity, friction, external wrenches and motion of the base."""
-    return _held(bound, asked, without_loads(bound.mechanism))
+    """H(q, qd) without gravity, friction and external wrenches; what the motion of the base adds is part of it."""
+    unloaded = without_loads(bound.mechanism)
+    moved = replace(unloaded, velocity=bound.mechanism.velocity, acceleration=bound.base_acceleration)
+    return _held(bound, asked, moved)
 
 
 def _gravity_forces(bound: Bound, asked: Joints) -> Results:
-    """H(q, 0) under gravity only."""
-    still = replace(without_loads(bound.mechanism), acceleration=bound.mechanism.acceleration)
-    return _held(bound, asked, still, at_rest=True)
+    """H(q, 0) under gravity only, on a base at rest: the derivative of the gravity energy by q."""
+    weighed = replace(without_loads(bound.mechanism), acceleration=(subtract(ZERO, bound.gravity), ZERO))
+    return _held(bound, asked, weighed, at_rest=True)
 
 
 def _external_forces(bound: Bound, asked: Joints) -> Results:
@@ -80,14 +82,13 @@ def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
 
 
 def _energy(bound: Bound, _: Joints) -> Results:
-    placed = frames(bound.mechanism)
+    mechanism, rates = bound.mechanism, bound.rates()
+    name_screws(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
     elastic: Scalar = 0
     for j in bound.machine.moving:
-        stiffness, deflection = bound.spring(j)
-        elastic = elastic + elastic_energy(stiffness, deflection)
-    gravity = gravity_energy(bound.mechanism, placed, bound.gravity)
-    name_screws(bound, velocities(bound.mechanism, bound.rates()), placed, "V", "[3]")
-    return {"E": Result(None, (kinetic_energy(bound.mechanism, bound.rates()), gravity, elastic), (3,))}
+        elastic = elastic + elastic_energy(*bound.spring(j))
+    parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity), elastic)
+    return {"E": Result(None, parts, (3,))}
 
 
 DYNAMIC = (
@@ -109,7 +110,14 @@ DYNAMIC = (
         ("H",),
         _bias_forces,
     ),
-    Model("coriolis_forces", "Coriolis and centrifugal forces", "[8]", ("q", "qd"), ("H",), _coriolis_forces),
+    Model(
+        "coriolis_forces",
+        "Coriolis and centrifugal forces, those of a moving base too",
+        "[8]",
+        ("q", "qd"),
+        ("H",),
+        _coriolis_forces,
+    ),
     Model("gravity_forces", "gravity forces", "[8]", ("q",), ("H",), _gravity_forces),
     Model("friction_forces", "friction forces", "[61]", ("qd",), ("H",), _friction_forces),
     Model("external_forces", "forces that balance the external wrenches", "[8]", ("q",), ("H",), _external_forces),

@@ -4,95 +4,110 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.equations.kinematics import accelerations, frames, jacobian, placement_between, velocities
-from symoro_elastic.equations.spatial import ZERO, Matrix, Pair, Vector, times, transpose
+from symoro_elastic.equations.kinematics import Scalars, accelerations, frames, jacobian, seen_motion, velocities
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.spatial import ZERO, Matrix, Pair, Vector
+from symoro_elastic.errors import InputError
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_screws
 from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.symbolic.program import Section
 
 Placed = list[tuple[Matrix, Vector]]
+EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
 
 
 def _geometric_model(bound: Bound, asked: Frames) -> Results:
-    placed = frames(bound.mechanism)
-    name_frames(bound, placed)
+    views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        whole = placed[frame.number]
-        if frame.seen_from:
-            whole = placement_between(bound.mechanism, frame.seen_from, frame.number)
-        for row, x in zip(*whole, strict=True):
+        for row, x in zip(*views[frame.seen_from or 0][frame.number], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
 
 
 def _velocities(bound: Bound, asked: Frames) -> Results:
-    found = velocities(bound.mechanism, bound.rates())
-    placed = frames(bound.mechanism)
-    name_screws(bound, found, placed, "V", "[3]")
-    return {"V": _of_frames(asked, _in_their_frames(found, placed, asked), (6,))}
+    own = velocities(bound.mechanism, bound.rates())
+    return {"V": _screws(bound, asked, "V", own, bound.mechanism, [0] * len(own))}
 
 
 def _accelerations(bound: Bound, asked: Frames) -> Results:
-    mechanism = replace(bound.mechanism, acceleration=bound.base_acceleration)
-    found = accelerations(mechanism, bound.rates(), bound.given_accelerations())
-    placed = frames(bound.mechanism)
-    name_screws(bound, found, placed, "Vd", "[6]")
-    return {"Vd": _of_frames(asked, _in_their_frames(found, placed, asked), (6,))}
+    mechanism, qdd = replace(bound.mechanism, acceleration=bound.base_acceleration), bound.given_accelerations()
+    return {"Vd": _screws(bound, asked, "Vd", accelerations(mechanism, bound.rates(), qdd), mechanism, qdd)}
 
 
 def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
-    still = replace(bound.mechanism, velocity=(ZERO, ZERO), acceleration=(ZERO, ZERO))
-    found = accelerations(still, bound.rates(), [0] * len(bound.rates()))
-    placed = frames(bound.mechanism)
-    name_screws(bound, found, placed, "Vd", "[6]")
-    in_base = tuple(Frame(f.number, f.seen_from or 0) for f in asked)
-    return {"Vd": _of_frames(asked, _in_their_frames(found, placed, in_base), (6,))}
+    """V' on a base at rest, at zero joint accelerations; components in frame 0 where no other is named."""
+    _refuse_without_joints(bound, "jacobian_dot_qd")
+    still, qdd = replace(bound.mechanism, velocity=(ZERO, ZERO), acceleration=(ZERO, ZERO)), [0] * len(bound.rates())
+    in_base = tuple(Frame(frame.number, frame.seen_from or 0) for frame in asked)
+    found = _screws(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
+    return {"Vd": replace(found, seen_from=tuple(frame.seen_from for frame in asked))}
 
 
 def _jacobian(bound: Bound, asked: Frames) -> Results:
-    placed = frames(bound.mechanism)
-    name_frames(bound, placed)
+    """Components in frame 0 where no other is named, as those of `jacobian_dot_qd`."""
+    _refuse_without_joints(bound, "jacobian")
+    views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        columns = jacobian(bound.mechanism, placed, frame.number)
-        rotation = transpose(placed[frame.seen_from or 0][0])
-        seen = {j: (*times(rotation, v), *times(rotation, w)) for j, (v, w) in columns.items()}
-        name_jacobian(bound, seen, frame.number)
-        entries += [seen[j][k] if j in seen else 0 for k in range(6) for j in bound.machine.moving]
+        columns = jacobian(bound.mechanism, views[frame.seen_from or 0], frame.number)
+        rows = {j: (*v, *w) for j, (v, w) in columns.items()}
+        if not frame.seen_from:
+            name_jacobian(bound, rows, frame.number)
+        entries += [rows[j][k] if j in rows else 0 for k in range(6) for j in bound.machine.moving]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
+
+
+def _views(bound: Bound, asked: Frames) -> dict[int, Placed]:
+    """All frames as seen from frame 0, named, and from every other that is asked for."""
+    seen_from = dict.fromkeys((0, *(frame.seen_from or 0 for frame in asked)))
+    views = {k: frames(bound.mechanism, k) for k in seen_from}
+    name_frames(bound, views[0])
+    return views
+
+
+def _screws(bound: Bound, asked: Frames, quantity: str, own: list[Pair], mechanism: Mechanism, qdd: Scalars) -> Result:
+    """V or Vd of each frame: `own` in the frame itself, or with components in the frame it is seen from."""
+    views = _views(bound, asked)
+    name_screws(bound, own, views[0], quantity, EQUATIONS[quantity])
+    motions = {k: seen_motion(mechanism, placed, bound.rates(), qdd) for k, placed in views.items()}
+    _name_seen(bound, *motions[0], EQUATIONS[quantity])
+    seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
+    screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[f.number] for f in asked]
+    return _of_frames(asked, [x for screw in screws for part in screw for x in part], (6,))
+
+
+def _name_seen(bound: Bound, V: list[Pair], Vd: list[Pair], equations: str) -> None:
+    """Name angular velocities and accelerations in frame 0."""
+    for j, _ in bound.mechanism.numbered():
+        here = Section("Forward recursion, in frame 0", j, equations)
+        for axis, x in zip("xyz", V[j][1], strict=True):
+            bound.names.give(x, f"W{j}_{axis}", here)
+        for k, x in enumerate((*Vd[j][0], *Vd[j][1]), start=1):
+            bound.names.give(x, f"Ac{j}_{k}", here)
 
 
 def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -> Result:
     return Result(tuple(f.number for f in asked), tuple(entries), columns, tuple(f.seen_from for f in asked))
 
 
-def _in_their_frames(screws: list[Pair], placed: Placed, asked: Frames) -> list[Scalar]:
-    """Each screw in its own frame, or in the one it is to be seen from."""
-    entries: list[Scalar] = []
-    for frame in asked:
-        for vector in screws[frame.number]:
-            entries += _turned(vector, placed, frame)
-    return entries
-
-
-def _turned(vector: Vector, placed: Placed, frame: Frame) -> Vector:
-    if frame.seen_from is None or frame.seen_from == frame.number:
-        return vector
-    in_base = times(placed[frame.number][0], vector)
-    return times(transpose(placed[frame.seen_from][0]), in_base) if frame.seen_from else in_base
+def _refuse_without_joints(bound: Bound, model: str) -> None:
+    if not bound.machine.moving:
+        what = "no joint moves, so no frame has a Jacobian: ask for geometric_model, or free a joint"
+        raise InputError(bound.machine.source or bound.machine.name, model, what)
 
 
 GEOMETRIC = (
     Model("geometric_model", "placement of frames", "[1], [2]", ("q",), ("T",), _geometric_model, FRAMES),
     Model("velocities", "velocities of frames", "[3]", ("q", "qd"), ("V",), _velocities, FRAMES),
     Model("accelerations", "accelerations of frames", "[6], [7]", ("q", "qd", "qdd"), ("Vd",), _accelerations, FRAMES),
-    Model("jacobian", "basic Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, FRAMES),
+    Model("jacobian", "Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, FRAMES),
     Model(
         "jacobian_dot_qd",
-        "accelerations of frames at zero joint acceleration",
+        "accelerations of frames at zero joint acceleration on a base at rest",
         "[6], [7]",
         ("q", "qd"),
         ("Vd",),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from symoro_elastic.equations.inverse_geometry import (
@@ -13,8 +14,9 @@ from symoro_elastic.equations.inverse_geometry import (
 )
 from symoro_elastic.equations.inverse_geometry_points import Mover
 from symoro_elastic.equations.inverse_geometry_types import STILL, Functions, NoClosedForm, Pose
+from symoro_elastic.equations.kinematics import frames, jacobian
 from symoro_elastic.equations.mechanism import Axis
-from symoro_elastic.equations.spatial import Screw, Vector, X, Z
+from symoro_elastic.equations.spatial import Pair, Screw, Vector, X, Z
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -23,10 +25,12 @@ from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Re
 from symoro_elastic.models.naming_geometric import name_branches
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level, Scalar
+from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 
 SEED = 20260
-Solve = Callable[[Functions, Chain, Any], list[Branch]]
+POSE, POSITION = slice(0, 6), slice(0, 3)
+Solve = Callable[[Functions, Chain, Pose], list[Branch]]
 
 
 class InverseRefused(InputError):
@@ -39,11 +43,11 @@ class InverseRefused(InputError):
 
 
 def _inverse_geometric_model(bound: Bound, asked: Frames) -> Results:
-    return _solved(bound, asked, inverse_geometric_model, _target(bound))
+    return _solved(bound, asked, inverse_geometric_model, POSE)
 
 
 def _inverse_position_model(bound: Bound, asked: Frames) -> Results:
-    return _solved(bound, asked, inverse_position_model, _target(bound).origin)
+    return _solved(bound, asked, lambda f, chain, T: inverse_position_model(f, chain, T.origin), POSITION)
 
 
 def _target(bound: Bound) -> Pose:
@@ -51,14 +55,14 @@ def _target(bound: Bound) -> Pose:
     return Pose((entries[0:3], entries[4:7], entries[8:11]), (entries[3], entries[7], entries[11]))
 
 
-def _solved(bound: Bound, asked: Frames, solve: Solve, target: Any) -> Results:
+def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
     frame = _frame(bound.machine, asked)
     numbers = _path(bound.machine, frame)
-    f = _functions(bound)
+    _check_independent(bound, frame, rows)
     try:
-        branches = solve(f, _chain(bound, f, numbers), target)
+        branches = _branches(bound, numbers, solve)
     except NoClosedForm as error:
-        raise _refused(bound, frame, solve, target, error) from None
+        raise _refused(bound, numbers, solve, error) from None
     name_branches(bound, branches)
     variables = [{found.joint: found.variable for found in branch.found} for branch in branches]
     q = tuple(entries[j] for entries in variables for j in bound.machine.moving)
@@ -68,6 +72,11 @@ def _solved(bound: Bound, asked: Frames, solve: Solve, target: Any) -> Results:
         "q": Result(None, q, (size, len(bound.machine.moving))),
         "singularity": Result(None, measures, (size,)),
     }
+
+
+def _branches(bound: Bound, numbers: Sequence[int], solve: Solve) -> list[Branch]:
+    f = _functions(bound)
+    return solve(f, _chain(bound, f, numbers), _target(bound))
 
 
 # The chain
@@ -84,7 +93,8 @@ def _frame(machine: Machine, asked: Frames) -> Frame:
 
 def _path(machine: Machine, frame: Frame) -> list[int]:
     """Joints between the frame it is seen from and the frame to be placed; all that move must be there."""
-    path, j, start = [], frame.number, frame.seen_from or 0
+    path: list[int] = []
+    j, start = frame.number, frame.seen_from or 0
     while j > start:
         path.insert(0, j)
         j = machine.joints[j - 1].antecedent
@@ -99,6 +109,50 @@ def _path(machine: Machine, frame: Frame) -> list[int]:
             what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
             raise InverseRefused(machine, number, f"{what}; lock it in a scene")
     return path
+
+
+def _check_independent(bound: Bound, frame: Frame, rows: slice) -> None:
+    """Refuse joints that move against each other at every position, the frame (or its origin) being still."""
+    columns = _jacobian_modulo_prime(bound, frame)
+    dependent = first_dependent({j: _residues((*v, *w)[rows]) for j, (v, w) in columns.items()})
+    if dependent:
+        what = f"{_listed(dependent)} can move against each other at every position while the frame to be placed"
+        stays = "stays where it is" if rows == POSE else "keeps its origin"
+        raise InverseRefused(bound.machine, dependent[0], f"{what} {stays}: lock one of them in a scene")
+
+
+def _listed(joints: Sequence[int]) -> str:
+    numbers = list(map(str, joints))
+    return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
+
+
+def _jacobian_modulo_prime(bound: Bound, frame: Frame) -> dict[int, Pair]:
+    """The Jacobian of a frame at a random position, exactly; zero then means zero at every position."""
+    leaves: list[Any] = []
+    bound.mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
+    mechanism = bound.mechanism.map(ModularAngles(SEED).values(leaves))
+    return jacobian(mechanism, frames(mechanism), frame.number)
+
+
+def _residues(column: Sequence[Any]) -> list[Residue]:
+    return [x if isinstance(x, Residue) else Residue(x) for x in column]
+
+
+def first_dependent(columns: Mapping[int, Sequence[Residue]]) -> list[int]:
+    """Keys of the first columns of exact numbers that are linearly dependent, all of them needed; else none."""
+    basis: list[tuple[int, list[Residue], dict[int, Residue]]] = []
+    for key, column in columns.items():
+        rest, parts = list(column), {key: Residue(1)}
+        for pivot, reduced, made_of in basis:
+            factor = rest[pivot] / reduced[pivot]
+            rest = [x - factor * y for x, y in zip(rest, reduced, strict=True)]
+            for part, weight in made_of.items():
+                parts[part] = parts.get(part, Residue(0)) - factor * weight
+        pivots = [k for k, x in enumerate(rest) if x]
+        if not pivots:
+            return sorted(part for part, weight in parts.items() if weight)
+        basis.append((pivots[0], rest, parts))
+    return []
 
 
 def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
@@ -128,9 +182,13 @@ def _constant_screws(bound: Bound, joint: Joint) -> tuple[tuple[Screw, Screw], S
 
 
 def _exact(f: Functions, pose: Pose) -> Pose:
+    """Numbers as fractions, so that their quotients are exact, and zero for what is zero at all values."""
+
+    def number(x: Scalar) -> Scalar:
+        return Fraction(0) if f.is_zero(x) else x if isinstance(x, Expression) else Fraction(x)
+
     def vector(v: Vector) -> Vector:
-        x, y, z = (0 if f.is_zero(x) else x for x in v)
-        return (x, y, z)
+        return (number(v[0]), number(v[1]), number(v[2]))
 
     x, y, z = map(vector, pose.rotation)
     return Pose((x, y, z), vector(pose.origin))
@@ -155,43 +213,38 @@ def _functions(bound: Bound) -> Functions:
 # Refusals
 
 
-def _refused(bound: Bound, frame: Frame, solve: Solve, target: Any, error: NoClosedForm) -> InverseRefused:
+def _refused(bound: Bound, numbers: Sequence[int], solve: Solve, error: NoClosedForm) -> InverseRefused:
     cause = _cause(bound, error)
     what = f"no inverse geometric model in closed form: {error.reason}" + (f": {cause}" if cause else "")
-    zero = _zero_parameters(bound, frame, solve)
+    zero = _zero_parameters(bound, numbers, solve)
     if zero:
-        what += f"; with the values of the parameters there is one: make constants of {', '.join(zero)} (--fold)"
+        what += f"; there is one where {', '.join(zero)} are zero, as their values say: make them constants (--fold)"
     return InverseRefused(bound.machine, min(error.joints, default=0), what)
 
 
 def _cause(bound: Bound, error: NoClosedForm) -> str:
-    """The cells of the table that make it so; none where a fixed frame lies between."""
-    joints = bound.machine.joints
-    *_, last = error.joints or (0,)
-    if not error.condition or any(joints[j - 1].antecedent != i for i, j in zip(error.joints, error.joints[1:])):
+    """The cells of the table that make it so; none where fixed frames lie between the joints."""
+    if error.miss is None:
         return ""
-    if error.condition == "parallel":
-        return f"the sine of alpha{last} is zero"
-    if error.condition == "apart":
-        return f"d{last} is not zero"
-    middle = last - 1
-    offsets = [f"r{middle}"] + ([] if joints[last - 1].b.is_zero else [f"b{last}"])
-    return f"{' + '.join(offsets)} is not zero"
+    joints, (j, how) = bound.machine.joints, error.miss
+    if how == "elsewhere":
+        after = "" if joints[j].sigma == 2 or joints[j].b.is_zero else f" + b{j + 1}"
+        return f"r{j}{after} is not zero"
+    if joints[j - 1].antecedent not in error.joints:
+        return ""
+    return f"d{j} is not zero" if how == "apart" else f"the sine of alpha{j} is zero"
 
 
-def _zero_parameters(bound: Bound, frame: Frame, solve: Solve) -> list[str]:
-    """Parameters whose value is zero, if a closed form needs them to be."""
-    valued = [p.name for p in bound.machine.parameters if p.value is not None and p.value.value() == 0]
-    if not valued:
+def _zero_parameters(bound: Bound, numbers: Sequence[int], solve: Solve) -> list[str]:
+    """Parameters whose value is zero, if there is a closed form where they are."""
+    zero = [p.name for p in bound.machine.parameters if p.value is not None and p.value.value() == 0]
+    if not zero:
         return []
-    other = Bound(bound.machine, valued)
-    f = _functions(other)
     try:
-        target = _target(other)
-        solve(f, _chain(other, f, _path(bound.machine, frame)), target if solve is inverse_geometric_model else target.origin)
+        _branches(Bound(bound.machine, zero), numbers, solve)
     except (NoClosedForm, InputError):
         return []
-    return valued
+    return zero
 
 
 INVERSE_GEOMETRIC = (
@@ -214,4 +267,3 @@ INVERSE_GEOMETRIC = (
         FRAMES,
     ),
 )
-

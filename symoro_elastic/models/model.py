@@ -29,13 +29,15 @@ JOINTS, FRAMES = "joints", "frames"
 class Result:
     """A result of a model: the joints (or frames) along its first axis, its entries, its other axes.
 
-    `rows` is None where no axis follows joints; `seen_from` gives the frame in which each row is seen.
+    `rows` is None where no axis follows joints; `seen_from` gives the frame in which each row is seen,
+    `column_labels` the names along the last axis where they are parameters.
     """
 
     rows: Joints | None
     entries: tuple[Scalar, ...]
     columns: tuple[int, ...] = ()
     seen_from: tuple[int | None, ...] = ()
+    column_labels: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
+from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics, newton_euler
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
-from symoro_elastic.equations.regressor import INERTIAL, inertial_columns
-from symoro_elastic.equations.spatial import Screw, Vector, Z, is_zero, subtract
+from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
+from symoro_elastic.equations.spatial import Screw, Vector, Z, hat_plus_hat_squared, is_zero
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import KEPT, Grouping, ZeroPosition
 from symoro_elastic.numerics.values import parameter_values
@@ -30,9 +30,8 @@ Label = tuple[int, str]
 ROUNDING = 1e-9
 """Singular values of columns of length one that are smaller, compared with the largest, are zero."""
 TORQUES_AGREE = 1e-12
-FORMULA_ROUNDING = 1e-9
-STATES_PER_COLUMN = 1.0
 LEAST_STATES = 40
+ROWS_PER_COLUMN = 4
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,10 @@ class Motion:
 
     def torques(self) -> Array:
         """Gamma (states, joints): inertia, gravity and external wrenches."""
-        count = _states(self)
-        return np.stack([np.broadcast_to(x, count) for _, x in sorted(self.found.Gamma.items())], axis=-1)
+        rows = np.zeros((len(self.found.Gamma), _states(self)))
+        for k, (_, torque) in enumerate(sorted(self.found.Gamma.items())):
+            rows[k] = torque
+        return rows.T
 
 
 @dataclass(frozen=True)
@@ -163,25 +164,35 @@ def stacked_regressor(motion: Motion) -> Stacked:
     """All inertial parameters of all bodies, and the rotor inertias that are not zero."""
     links = motion.mechanism.links
     joints = [j for j, link in motion.mechanism.numbered() if link.axis is not Axis.NONE]
-    wanted = dict.fromkeys(range(1, len(links) + 1), INERTIAL)
-    columns = {(j, name): column for j, name, column in inertial_columns(motion.mechanism, motion.found, wanted)}
     rotors = [j for j in joints if not is_zero(links[j - 1].rotor_inertia)]
-    columns |= {(j, ROTOR): {j: motion.qdd[j]} for j in rotors}
-    W = np.zeros((len(columns), len(joints), _states(motion)))
-    for k, column in enumerate(columns.values()):
-        for row, j in enumerate(joints):
-            W[k, row] = column.get(j, 0.0)
-    return Stacked(W.reshape(len(columns), -1).T, tuple(columns))
+    W = np.zeros((len(links) * len(INERTIAL) + len(rotors), len(joints), _states(motion)))
+    for j, _ in motion.mechanism.numbered():
+        first = (j - 1) * len(INERTIAL)
+        for row, torque in _unit_torques(motion, j).items():
+            W[first : first + len(INERTIAL), joints.index(row)] = torque
+    for k, j in enumerate(rotors, start=len(links) * len(INERTIAL)):
+        W[k, joints.index(j)] = motion.qdd[j]
+    labels = [(j, name) for j, _ in motion.mechanism.numbered() for name in INERTIAL] + [(j, ROTOR) for j in rotors]
+    return Stacked(W.reshape(len(labels), -1).T, tuple(labels))
+
+
+def _unit_torques(motion: Motion, j: int) -> dict[int, Array]:
+    """Torques that a unit of each inertial parameter of body j asks for: (parameters, states) by joint."""
+    found = motion.found
+    units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
+    u = hat_plus_hat_squared(found.w[j], found.wd[j])
+    return torques(motion.mechanism, j, newton_euler(units, found.w[j], found.wd[j], found.vd[j], u))
 
 
 def enough_states(machine: Machine) -> int:
     """A number of random states at which the stacked regressor has the rank of the structure."""
-    return max(LEAST_STATES, math.ceil(STATES_PER_COLUMN * 11 * len(machine.joints)))
+    columns = 11 * len(machine.joints)
+    return max(LEAST_STATES, math.ceil(ROWS_PER_COLUMN * columns / max(1, len(machine.moving))))
 
 
 def numerical_rank(W: Array) -> int:
     """Rank of a matrix after its columns are scaled to length one."""
-    sizes = np.linalg.svd(_scaled(W)[0], compute_uv=False)
+    sizes = np.linalg.svd(_triangle(_scaled(W)[0]), compute_uv=False)
     return int(np.sum(sizes > ROUNDING * sizes[0])) if sizes.size and sizes[0] > 0 else 0
 
 
@@ -192,9 +203,14 @@ def _scaled(W: Array) -> tuple[Array, Array]:
     return W * np.where(lengths > 0, 1 / np.where(lengths > 0, lengths, 1.0), 0.0), lengths
 
 
+def _triangle(W: Array) -> Array:
+    """R of W = Q R."""
+    return np.asarray(np.linalg.qr(W, mode="r"), dtype=float)
+
+
 def pivoted_qr(W: Array) -> tuple[Array, list[int]]:
     """(R, order): W[:, order] = Q R by Householder reflections, the longest remaining column first."""
-    R = np.linalg.qr(W, mode="r")
+    R: Array = _triangle(W)
     order = list(range(R.shape[1]))
     for k in range(min(R.shape)):
         lengths = np.linalg.norm(R[k:, k:], axis=0)
@@ -227,9 +243,8 @@ def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
     """Conditioning of a base regressor, whose columns are independent."""
     if not names:
         return Conditioning(1.0, {})
-    scaled, _ = _scaled(W)
-    sizes = np.linalg.svd(scaled, compute_uv=False)
-    R = np.linalg.qr(scaled, mode="r")
+    R = _triangle(_scaled(W)[0])
+    sizes = np.linalg.svd(R, compute_uv=False)
     apart = 1 / np.linalg.norm(np.linalg.pinv(R), axis=1)
     weakest_first = sorted(zip(names, apart.tolist(), strict=True), key=lambda pair: pair[1])
     return Conditioning(float(sizes[0] / sizes[-1]) if sizes[-1] > 0 else math.inf, dict(weakest_first))

@@ -1,0 +1,209 @@
+"""Models that are linear in the parameters: regressors and base parameters, tau = Y X.
+
+Y has a column for every parameter of the machine that is not the number zero: inertial parameters,
+rotor inertia IA, friction FV and FS, stiffness K, damping DA, KQ = stiffness times neutral position,
+and external wrenches FX ... CZ. Those that no torque depends on are left out. A machine that has
+been grouped gives the base regressor. tau is zero where a joint is elastic or passive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.equations.base_parameters import ROTOR
+from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.regressor import (
+    INERTIAL,
+    WRENCH,
+    Column,
+    energies,
+    inertial_columns,
+    parameters_of,
+    wrench_columns,
+)
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.naming_identification import name_regressor
+from symoro_elastic.symbolic.arithmetic import ModularAngles
+from symoro_elastic.symbolic.expression import Expression, Level, Scalar
+
+SEED = 20262
+VISCOUS, COULOMB, STIFFNESS, DAMPING, NEUTRAL = "FV", "FS", "K", "DA", "KQ"
+
+
+@dataclass(frozen=True)
+class LinearParameter:
+    """A parameter on which torques depend linearly: its label, joint, entry (XX ... KQ) and value."""
+
+    label: str
+    joint: int
+    entry: str
+    value: Scalar
+
+
+def linear_parameters(bound: Bound) -> list[LinearParameter]:
+    """The parameters of a machine that are not the number zero, joint by joint.
+
+    A label is the parameter's own name where its cell is one that no other cell is, else XX3, FV2 ...
+    """
+    found = [(j, entry, x) for j in range(1, len(bound.machine.joints) + 1) for entry, x in _values(bound, j)]
+    found = [(j, entry, x) for j, entry, x in found if isinstance(x, Expression) or x != 0]
+    cells = [_cell_name(bound.machine.joints[j - 1], entry) for j, entry, _ in found]
+    return [
+        LinearParameter(name if name and cells.count(name) == 1 else f"{entry}{j}", j, entry, x)
+        for (j, entry, x), name in zip(found, cells, strict=True)
+    ]
+
+
+def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
+    """Every parameter of joint and body j, with its entry."""
+    link, joint = bound.mechanism.links[j - 1], bound.machine.joints[j - 1]
+    yield from parameters_of(link.body).items()
+    if joint.sigma != 2:
+        yield ROTOR, link.rotor_inertia
+        yield VISCOUS, bound.cell(joint.friction.viscous)
+        yield COULOMB, bound.cell(joint.friction.coulomb)
+    if joint.kind is Kind.ELASTIC:
+        stiffness = bound.cell(joint.spring.stiffness)
+        yield STIFFNESS, stiffness
+        yield DAMPING, bound.cell(joint.spring.damping)
+        yield NEUTRAL, stiffness * bound.cell(joint.spring.neutral)
+    yield from zip(WRENCH, (*link.wrench[0], *link.wrench[1]), strict=True)
+
+
+def _cell_name(joint: Joint, entry: str) -> str | None:
+    """The name that a cell consists of, if it does."""
+    body, wrench = joint.body, (*joint.wrench.force, *joint.wrench.moment)
+    cells = {
+        **({} if body.central else dict(zip(INERTIAL, (*body.inertia, *body.moments, body.mass), strict=True))),
+        **dict(zip(WRENCH, wrench, strict=True)),
+        ROTOR: joint.rotor_inertia,
+        VISCOUS: joint.friction.viscous,
+        COULOMB: joint.friction.coulomb,
+        STIFFNESS: joint.spring.stiffness,
+        DAMPING: joint.spring.damping,
+    }
+    formula = cells.get(entry)
+    return formula.tree[1] if formula is not None and formula.tree[0] == "name" else None
+
+
+def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> dict[int, list[str]]:
+    """For each link the parameters among some entries."""
+    found: dict[int, list[str]] = {}
+    for parameter in parameters:
+        if parameter.entry in entries:
+            found.setdefault(parameter.joint, []).append(parameter.entry)
+    return found
+
+
+def _regressor(bound: Bound, asked: Joints) -> Results:
+    parameters = linear_parameters(bound)
+    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    columns: dict[tuple[int, str], Column] = {}
+    for j, entry, column in inertial_columns(bound.mechanism, found, _wanted(parameters, INERTIAL)):
+        columns[j, entry] = column
+    for j, entry, column in wrench_columns(bound.mechanism, _wanted(parameters, WRENCH)):
+        columns[j, entry] = column
+    for parameter in parameters:
+        j, entry = parameter.joint, parameter.entry
+        if entry in JOINT_COLUMNS:
+            columns[j, entry] = {j: JOINT_COLUMNS[entry](bound, j)}
+    rows = _without_zeros([[columns[p.joint, p.entry].get(i, 0) for p in parameters] for i in asked])
+    felt = [k for k in range(len(parameters)) if any(_is_not_zero(row[k]) for row in rows)]
+    _check_any(bound, felt)
+    kept = [parameters[k] for k in felt]
+    rows = [[row[k] for k in felt] for row in rows]
+    named = (
+        (i, p.joint, p.entry, x) for i, row in zip(asked, rows, strict=True) for p, x in zip(kept, row, strict=True)
+    )
+    name_regressor(bound, found, named)
+    entries = tuple(x for row in rows for x in row)
+    return {"Y": Result(asked, entries, (len(kept),), column_labels=tuple(p.label for p in kept))}
+
+
+JOINT_COLUMNS: dict[str, Callable[[Bound, int], Scalar]] = {
+    ROTOR: lambda bound, j: bound.qdd[j],
+    VISCOUS: lambda bound, j: bound.qd[j],
+    COULOMB: lambda bound, j: bound.sign_of_velocity(j),
+    STIFFNESS: lambda bound, j: bound.q[j],
+    DAMPING: lambda bound, j: bound.qd[j],
+    NEUTRAL: lambda bound, j: -1,
+}
+"""What a unit of a joint's own parameter asks of the joint."""
+
+
+def _is_not_zero(x: Scalar) -> bool:
+    return isinstance(x, Expression) or x != 0
+
+
+def _without_zeros(rows: list[list[Scalar]]) -> list[list[Scalar]]:
+    """Entries that vanish at every state become the number zero; found modulo a prime."""
+    residue = ModularAngles(SEED).values([x for row in rows for x in row])
+    return [[x if residue(x) else 0 for x in row] for row in rows]
+
+
+def _check_any(bound: Bound, columns: Sequence[object]) -> None:
+    if not columns:
+        source = bound.machine.source or bound.machine.name
+        raise InputError(source, "bodies", "no torque depends on a parameter, so there is no regressor: give masses")
+
+
+def _energy_regressor(bound: Bound, _: Joints) -> Results:
+    parameters = linear_parameters(bound)
+    wanted = _wanted(parameters, INERTIAL)
+    found = {(j, name): x for j, name, x in energies(bound.mechanism, bound.rates(), bound.gravity, wanted)}
+    for parameter in parameters:
+        j, entry = parameter.joint, parameter.entry
+        if entry in JOINT_ENERGIES:
+            found[j, entry] = JOINT_ENERGIES[entry](bound, j)
+    felt = [(p.label, found[p.joint, p.entry]) for p in parameters if (p.joint, p.entry) in found]
+    felt = [(label, x) for label, x in felt if isinstance(x, Expression) and x.level is Level.STATE]
+    _check_any(bound, felt)
+    entries = tuple(x for _, x in felt)
+    return {"h": Result(None, entries, (len(felt),), column_labels=tuple(label for label, _ in felt))}
+
+
+JOINT_ENERGIES: dict[str, Callable[[Bound, int], Scalar]] = {
+    ROTOR: lambda bound, j: bound.qd[j] * bound.qd[j] / 2,
+    STIFFNESS: lambda bound, j: bound.q[j] * bound.q[j] / 2,
+    NEUTRAL: lambda bound, j: -bound.q[j],
+}
+"""Energy of a unit of a joint's own parameter, up to a constant."""
+
+
+def _base_parameters(bound: Bound, _: Joints) -> Results:
+    grouping = grouped(bound.machine)
+    names: dict[str, Scalar] = {"pi": bound.graph.pi}
+    names |= {parameter.name: bound.cell(Formula.parse(parameter.name)) for parameter in bound.machine.parameters}
+    for name, formula in grouping.composites.items():
+        names[name] = bound.cell(formula, names)
+    entries = tuple(bound.cell(parameter.formula, names) for parameter in grouping.parameters)
+    _check_any(bound, entries)
+    labels = tuple(parameter.name for parameter in grouping.parameters)
+    return {"X": Result(None, entries, (len(entries),), column_labels=labels)}
+
+
+IDENTIFICATION = (
+    Model(
+        "regressor",
+        "regressor: torques as a linear function of the parameters",
+        "[12], [15]",
+        ("q", "qd", "qdd"),
+        ("Y",),
+        _regressor,
+    ),
+    Model(
+        "energy_regressor",
+        "energy as a linear function of the parameters, up to a constant",
+        "[3], [13]",
+        ("q", "qd"),
+        ("h",),
+        _energy_regressor,
+    ),
+    Model("base_parameters", "base inertial parameters", "[13]", (), ("X",), _base_parameters),
+)
