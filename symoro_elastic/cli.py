@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 MACHINE = click.argument("machine", metavar="MACHINE", type=click.Path())
 MODEL = click.option("--model", "models", metavar="NAME", multiple=True, help="Model to make; may be repeated.")
 FOLD = click.option("--fold", metavar="NAME|all", multiple=True, help="Parameter to make a constant; may be repeated.")
+BASE = click.option("--base", is_flag=True, help="Group the inertial parameters first.")
 SCENE = click.option(
     "--scene", metavar="FILE", type=click.Path(), help="TOML file saying what is asked of the machine."
 )
@@ -42,6 +43,7 @@ def cli() -> None:
 @click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c; both unless said.")
 @click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
 @FOLD
+@BASE
 @SCENE
 @JSON
 def generate(
@@ -50,6 +52,7 @@ def generate(
     targets: tuple[str, ...],
     out: str,
     fold: tuple[str, ...],
+    base: bool,
     scene: str | None,
     as_json: bool,
 ) -> None:
@@ -61,7 +64,7 @@ def generate(
     chosen = _known(targets, TARGETS, "--target") or tuple(TARGETS)
     with _progress() as step:
         step("read")
-        found = _read(machine)
+        found = _read(machine, base)
         asked = _scene(found, scene, models, fold)
         made = generate(found, asked, chosen, Path(out), step)
     if as_json:
@@ -79,6 +82,7 @@ def generate(
 def show(machine: str, scene: str | None, as_json: bool) -> None:
     """Print the table of MACHINE, its parameters, and what is degenerate."""
     from symoro_elastic.generate import found_degeneracies
+    from symoro_elastic.grouping import checked_grouping
     from symoro_elastic.machine.machine import Kind
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.report.tables import machine_table
@@ -87,6 +91,7 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     asked = _scene(found, scene, (), ())
     kept = restricted(found, asked)
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
+    grouping, cross_check = checked_grouping(kept)
     if as_json:
         by_kind = {k: [joint.name for joint in kept.joints if joint.kind is k] for k in Kind}
         _print_json(
@@ -96,6 +101,8 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
                 "motors": by_kind[Kind.MOTOR],
                 "elastic": by_kind[Kind.ELASTIC],
                 "parameters": [p.name for p in kept.parameters],
+                "base_parameters": grouping.formulas,
+                "base_parameters_check": cross_check.message,
                 "degenerate": degenerate,
             }
         )
@@ -103,6 +110,9 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     _print_table(machine_table(kept), kept.name)
     for parameter in kept.parameters:
         click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
+    click.echo(f"\nbase inertial parameters: {cross_check.message}")
+    for name, formula in grouping.formulas.items():
+        click.echo(f"  {name} = {formula}")
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
 
@@ -110,11 +120,18 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
 @MACHINE
 @MODEL
 @FOLD
+@BASE
 @SCENE
 @click.option("--seed", default=0, show_default=True, help="Chooses the random states.")
 @JSON
 def check(
-    machine: str, models: tuple[str, ...], fold: tuple[str, ...], scene: str | None, seed: int, as_json: bool
+    machine: str,
+    models: tuple[str, ...],
+    fold: tuple[str, ...],
+    base: bool,
+    scene: str | None,
+    seed: int,
+    as_json: bool,
 ) -> None:
     """Compile the C, and compare C, numpy and the equations on floats with 50 digits.
 
@@ -126,7 +143,7 @@ def check(
     from symoro_elastic.numerics.verify import verify
     from symoro_elastic.report.tables import verification_json, verification_table
 
-    found = _read(machine)
+    found = _read(machine, base)
     asked = _scene(found, scene, models, fold)
     refuse_degenerate(found, asked)
     try:
@@ -202,13 +219,17 @@ def _usage(error: click.ClickException) -> str:
     return f"{command}: {error.format_message()} See {command} --help"
 
 
-def _read(path: str) -> Machine:
+def _read(path: str, base: bool = False) -> Machine:
     from symoro_elastic.machine.formats import read_machine
 
     machine, warnings = read_machine(path)
     for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
-    return machine
+    if not base:
+        return machine
+    from symoro_elastic.grouping import base_machine
+
+    return base_machine(machine)
 
 
 def _scene(machine: Machine, file: str | None, models: Sequence[str], fold: Sequence[str]) -> Scene:

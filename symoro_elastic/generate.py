@@ -24,6 +24,8 @@ ARGUMENTS = {
     "qdd": "joint accelerations, rad/s2 or m/s2",
     "tau": "motor torques or forces, N m or N",
     "qdd_motor": "motor accelerations, rad/s2 or m/s2",
+    "T": "placement of the frame, 4 x 4, row by row, lengths in m",
+    "P": "place of the origin of the frame, m",
 }
 RESULTS = {
     "qdd": "joint accelerations, rad/s2 or m/s2",
@@ -35,10 +37,12 @@ RESULTS = {
     "Vd": "acceleration of the origin (m/s2), angular one (rad/s2) of each frame, in its axes unless seen from another",
     "J": "Jacobian of each frame, in the axes of the base unless seen from another: V = J qd on a base at rest",
     "f": "force (N), then moment (N m) about its origin, that the antecedent exerts on each body, in its frame",
+    "q": "joint variables of each solution, rad or m; NaN where there is none",
+    "singularity": "zero where a solution is singular: product of the square roots and distances that vanish there",
     "E": "kinetic energy, gravity energy (zero at the origin of frame 0) and elastic energy, J",
 }
 PARTICULAR = {
-    ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, then rad/s2), in the axes of the base unless seen from another",
+    ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, rad/s2), in axes of the base unless seen from another",
     ("coriolis_forces", "H"): "Coriolis and centrifugal forces, and those of a moving base, N m or N",
     ("gravity_forces", "H"): "gravity forces, N m or N",
     ("friction_forces", "H"): "friction forces, N m or N",

@@ -90,12 +90,12 @@ def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]
     """Every position of the joints (rad, m) that places the end of the chain at T (m).
 
     `T` is 0T of the last frame. The measure is the product of the square roots and distances that vanish in
-    singular positions. Raises `NoClosedForm`.
+    singular positions (m^k). A solution that does not exist is NaN, its measure too. Raises `NoClosedForm`.
     """
     _check_number(chain)
     if len(chain.movers) == 6:
         T = _placement(f, T)
-    branches = [_branch(solution) for solution in _solutions(f, chain, T)]
+    branches = [_branch(f, solution) for solution in _solutions(f, chain, T)]
     return branches if len(chain.movers) == 6 else [_put_back(f, chain, T, branch) for branch in branches]
 
 
@@ -107,7 +107,7 @@ def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch
     if len(chain.movers) > 3:
         reason = f"a place in space determines three joints at most, and {len(chain.movers)} move"
         raise NoClosedForm(numbers_of(chain.movers), reason)
-    branches = [_branch(solution) for solution in _arms(f, chain, P)]
+    branches = [_branch(f, solution) for solution in _arms(f, chain, P)]
     if len(chain.movers) == 3:
         return branches
     return [_with_origin_put_back(f, chain, P, branch) for branch in branches]
@@ -155,8 +155,15 @@ def _reversed(solution: Solution) -> Solution:
     return tuple(found.reversed() for found in reversed(solution))
 
 
-def _branch(solution: Solution) -> Branch:
-    return Branch(solution, reduce(lambda a, b: a * b, (found.measure for found in solution), 1))
+def _branch(f: Functions, solution: Solution) -> Branch:
+    """A solution and its measure; no joint has a value where the measure has none."""
+    measure = reduce(lambda a, b: a * b, (found.measure for found in solution), 1)
+    return Branch(_divided(solution, f.sign(measure + 1)), measure)
+
+
+def _divided(solution: Solution, one: Scalar) -> Solution:
+    """The same solution where `one` is one, none where it is NaN; motions stay as they are."""
+    return tuple(found._replace(variable=found.variable / one) for found in solution)
 
 
 def _arms(f: Functions, chain: Chain, P: Vector) -> list[Solution]:
@@ -334,9 +341,9 @@ def _shifts_by_quotients(
     f: Functions, joints: Sequence[int], over: Sequence[Scalar], under: Scalar, squared_sine: Scalar
 ) -> list[Found]:
     """Quotients without a value where directions are so near to dependent that digits are lost."""
-    divisor = under * only_where(f, squared_sine - FLAT)
-    first, *others = (shifted_by(j, x / divisor) for j, x in zip(joints, over, strict=True))
-    return [first._replace(measure=f.square_root(squared_sine)), *others]
+    ok = only_where(f, squared_sine - FLAT)
+    first, *others = (shifted_by(j, x / (under * ok)) for j, x in zip(joints, over, strict=True))
+    return [first._replace(measure=f.square_root(squared_sine) / ok), *others]
 
 
 _SHIFTS = {0: lambda *_: [], 1: _one_shift, 2: _two_shifts, 3: _three_shifts}
@@ -426,8 +433,7 @@ def _placed(chain: Chain, solution: Solution) -> Pose:
 def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vector, P: Vector) -> Branch:
     size = 1 + dot(P, P)
     ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(list(shifts))))
-    found = tuple(x._replace(variable=x.variable / ok) for x in branch.found)
-    return Branch(found, branch.measure / ok)
+    return Branch(_divided(branch.found, ok), branch.measure / ok)
 
 
 def _squares(faults: list[Scalar]) -> Scalar:

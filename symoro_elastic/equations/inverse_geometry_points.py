@@ -170,7 +170,8 @@ def _shift_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list
     if all(f.is_zero(x) for x in surface.S[2]):
         return [shifted_by(mover.joint, -c / (2 * h))]
     size = dot(surface.S[2], surface.S[2]) * dot(W, W) + surface.b[2] * surface.b[2]
-    return [shifted_by(mover.joint, -c / (2 * h) / only_where(f, h * h - SMALL * size), h * f.sign(h))]
+    h = h / only_where(f, h * h - SMALL * size)
+    return [shifted_by(mover.joint, -c / (2 * h), h * f.sign(h))]
 
 
 def _undetermined(mover: Mover) -> NoClosedForm:

@@ -8,10 +8,9 @@ the relative standard deviation in per cent.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,7 +142,8 @@ def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Arr
     for lag in range(1, LAGS + 1):
         shifted = scores[lag:].T @ scores[:-lag]
         S += (1 - lag / (LAGS + 1)) * (shifted + shifted.T)
-    return inverse @ S @ inverse
+    covariance: Array = inverse @ S @ inverse
+    return covariance
 
 
 def _smallest(Y: Array, X: Array, tau: Array, found: Array) -> Array:
@@ -215,7 +215,12 @@ def estimate(
     found = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
     found |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
     found |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
-    notes = (*_consistency(found.values()), *_whiteness(solution, joints), *_standing(names))
+    notes = (
+        *_consistency(found.values()),
+        *_whiteness(solution, joints),
+        *_standing(names),
+        *_absorbed(found.values()),
+    )
     return Estimation(tuple(found[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
 
 
@@ -234,7 +239,13 @@ def _balanced(Y: Array) -> Array:
 
 
 def _judged(
-    k: int, c: int, grouping: Grouping, unknowns: Sequence[Unknown], solution: Solution, Y: Array, hidden: dict[int, str]
+    k: int,
+    c: int,
+    grouping: Grouping,
+    unknowns: Sequence[Unknown],
+    solution: Solution,
+    Y: Array,
+    hidden: dict[int, str],
 ) -> Estimate:
     value, std = float(solution.X[k]), float(solution.std[k])
     if k in hidden:
@@ -275,21 +286,23 @@ def _lost(unknown: Unknown, still: dict[int, str]) -> Estimate:
 
 
 def _inseparable(c: int, grouping: Grouping, unknowns: Sequence[Unknown], still: dict[int, str]) -> Estimate:
-    others = [unknowns[kept].label for k, kept in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]]
+    others = [
+        unknowns[kept].label for k, kept in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]
+    ]
     why = f"cannot be told from {', '.join(others)}"
     if unknowns[c].joint in still.values():
         why += f": {unknowns[c].joint} does not move"
     return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, why)
 
 
-def _consistency(found: Any) -> list[str]:
+def _consistency(found: Iterable[Estimate]) -> list[str]:
     """Values that no machine can have: what is positive by nature, found negative by more than two std."""
     notes = []
     for e in found:
         positive = e.unknown.quantity in ("M", "IA", "FV", "FS", "K", "DA")
         if positive and e.unknown.formula == e.unknown.label and e.value < -2 * e.std:
-            notes.append(f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations: "
-                         "no machine has that; something is missing in the model or in the data")  # fmt: skip
+            what = f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations"
+            notes.append(f"{what}: no machine has that; something is missing in the model or in the data")
     return notes
 
 
@@ -309,3 +322,8 @@ def _whiteness(solution: Solution, joints: Sequence[str]) -> list[str]:
 
 def _standing(still: dict[int, str]) -> list[str]:
     return [f"{name} does not move beyond the noise of its sensor: held still" for name in still.values()]
+
+
+def _absorbed(found: Iterable[Estimate]) -> list[str]:
+    lost = [e.unknown.label for e in found if e.verdict is Verdict.NOT]
+    return [f"not found: {', '.join(lost)}; what they exert is within the values of the others"] if lost else []

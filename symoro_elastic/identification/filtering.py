@@ -90,7 +90,10 @@ class Motion:
         white = smooth(sign * self.noise * rng.standard_normal((samples, self.q.shape[1])), chosen)
         white[:, list(self.still)] = 0.0
         velocity, acceleration = differentiate(white, 1 / chosen.sampling)
-        cut, inner = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2)), slice(chosen.trim, samples - chosen.trim)
+        cut, inner = (
+            slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2)),
+            slice(chosen.trim, samples - chosen.trim),
+        )
         return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
 
 
@@ -170,8 +173,9 @@ def reverses(qd: Array, chosen: Filter | None) -> NDArray[np.bool_]:
     if chosen is None or chosen.factor == 1:
         return slow
     reach = int(REACH * chosen.factor)
-    near = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    return thin(near[2 * reach + 1 :] > near[: -2 * reach - 1], chosen)
+    near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
+    within: NDArray[np.bool_] = thin(near[2 * reach + 1 :] > near[: -2 * reach - 1], chosen)
+    return within
 
 
 def thin(x: AnyArray, chosen: Filter) -> AnyArray:

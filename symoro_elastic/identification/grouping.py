@@ -37,7 +37,8 @@ class Grouping:
     def apply(self, X: Array) -> Array:
         """X_kept + beta X_dropped; where beta is zero an unknown (NaN) entry of X does not matter."""
         joined = np.where(self.beta != 0.0, self.beta * X[list(self.dropped)], 0.0)
-        return X[list(self.kept)] + joined.sum(axis=1)
+        grouped: Array = X[list(self.kept)] + joined.sum(axis=1)
+        return grouped
 
 
 def group(W: Array, tolerance: float) -> Grouping:
@@ -52,7 +53,7 @@ def group(W: Array, tolerance: float) -> Grouping:
     vanishing = tuple(int(c) for c in np.setdiff1d(np.arange(W.shape[1]), there))
     if not len(there):
         return Grouping((), (), vanishing, np.zeros((0, 0)))
-    R = np.linalg.qr(W[:, there] / lengths[there], mode="r")
+    R: Array = np.asarray(np.linalg.qr(W[:, there] / lengths[there], mode="r"))
     pivoted = _pivoted(R, tolerance)
     kept = _in_order(R, tolerance)
     kept = kept if len(kept) == len(pivoted) else sorted(pivoted)

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate
-from symoro_elastic.identification.filtering import Filter, Motion, as_measured, decimate, default_filter, motion_of, reverses, thin
+from symoro_elastic.identification.filtering import (
+    Filter,
+    Motion,
+    as_measured,
+    decimate,
+    default_filter,
+    motion_of,
+    reverses,
+    thin,
+)
 from symoro_elastic.identification.grouping import STRUCTURAL, Grouping, formula, group
 from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.identification.regression import Column, Regressor, regressor
@@ -28,7 +37,8 @@ EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
 @dataclass(frozen=True)
 class Identification:
-    """What was found: the estimation, the samples it used (t, tau measured, both decimated), the filter, notes."""
+    """What was found: the estimation, the samples it used (t, tau measured, both decimated), the filter, notes,
+    what springs and dampers exert by the estimates (samples, n), neutral positions and their standard deviations."""
 
     machine: Machine
     estimation: Estimation
@@ -36,6 +46,7 @@ class Identification:
     tau: Array
     filter: Filter | None
     notes: tuple[str, ...]
+    springs: Array
     neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
@@ -85,9 +96,16 @@ def identify(
     notes = [line for record in records for line in record.warnings]
     notes += chosen.described() if chosen else []
     notes += _without_effect(Y.columns, sought, structure)
+    springs = _springs(found, stacked[0], unknowns)
     return Identification(
-        machine, found, stacked[2], stacked[1], chosen, (*notes, *found.notes), _neutral(found, machine)
+        machine, found, stacked[2], stacked[1], chosen, (*notes, *found.notes), springs, _neutral(found, machine)
     )
+
+
+def _springs(found: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
+    """Columns of springs and dampers times what was estimated for them."""
+    kept = [(k, c) for k, c in enumerate(found.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
+    return Y[:, :, [c for _, c in kept]] @ found.solution.X[[k for k, _ in kept]]
 
 
 @dataclass(frozen=True)
@@ -136,8 +154,8 @@ def _stack(
         lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
     )
     used = ~_friction_reverses(Y, kept, motion, chosen)
-    draws = [(sign, seed) for seed in range(DRAWS) for sign in (1.0, -1.0)] if chosen else []
-    noisy = [motion.disturbed(chosen, sign, seed) for sign, seed in draws]
+    draws = [(sign, seed) for seed in range(DRAWS) for sign in (1.0, -1.0)]
+    noisy = [motion.disturbed(chosen, sign, seed) for sign, seed in draws] if chosen else []
     return _Stack(
         thin(motion.t, chosen) if chosen else motion.t,
         _columns(Y, motion, kept, chosen) * used[:, :, None],
@@ -160,7 +178,11 @@ def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter |
     columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
     if chosen is None:
         return columns
-    return np.stack([decimate(columns[:, :, k], chosen) for k in range(len(kept))], axis=2)
+    thinned = np.zeros((len(thin(motion.t, chosen)), columns.shape[1], len(kept)))
+    there: NDArray[np.bool_] = np.asarray(columns.any(axis=0))
+    for k in range(len(kept)):
+        thinned[:, there[:, k], k] = decimate(columns[:, there[:, k], k], chosen)
+    return thinned
 
 
 def _left_side(machine: Machine, motion: Motion) -> Array:
@@ -180,9 +202,7 @@ def _in_pieces(rows: Callable[..., Array], motion: Motion) -> Array:
     return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
 
-def _unknowns(
-    columns: Sequence[Column], sought: Sequence[int], structure: Grouping, machine: Machine
-) -> list[Unknown]:
+def _unknowns(columns: Sequence[Column], sought: Sequence[int], structure: Grouping, machine: Machine) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
     found = []
     for k, kept in enumerate(structure.kept):
@@ -223,8 +243,10 @@ def table(found: Identification, true: Mapping[str, float] | None = None) -> str
         verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
         rows.append([e.unknown.formula, *given, _number(e.value), _number(e.std), percent, e.unknown.unit, verdict])
     widths = [max(len(row[k]) for row in rows) for k in range(len(heads) - 1)]
-    lines = ["  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]]) for row in rows]  # fmt: skip
-    return "\n".join(lines)
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]])
+        for row in rows
+    )
 
 
 def _number(x: float) -> str:

@@ -145,7 +145,7 @@ def _read_csv(path: Path) -> Columns:
         raise InputError(str(path), "file", "holds no samples: a header line, then one line a sample")
     header = [name.strip() for name in lines[0][1]]
     if _is_number(header[0]):
-        what = f"the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
+        what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
         raise InputError(str(path), "line 1", what)
     if len(set(header)) < len(header):
         double = next(name for name in header if header.count(name) > 1)
@@ -199,7 +199,9 @@ def _read_npz(path: Path, machine: Machine) -> Columns:
     return columns
 
 
-def _named(columns: Mapping[str, Array], machine: Machine, source: str) -> tuple[dict[tuple[str, str], Array], list[str]]:
+def _named(
+    columns: Mapping[str, Array], machine: Machine, source: str
+) -> tuple[dict[tuple[str, str], Array], list[str]]:
     """Columns by (quantity, joint name) in SI units, and warnings about those that are passed over."""
     named: dict[tuple[str, str], Array] = {}
     warnings = []
@@ -293,7 +295,9 @@ def _check_numbers(found: Measurements, joints: Sequence[Joint], motors: Sequenc
             bad = ~np.isfinite(block[:, k])  # type: ignore[index]
             if bad.any():
                 first = _first(bad)
-                where = f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {found.t[first - 1]:g} s)"
+                where = (
+                    f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {found.t[first - 1]:g} s)"
+                )
                 raise InputError(found.source, f"{quantity}_{joint.name}", f"{where}: cut the record there")
 
 
@@ -332,7 +336,9 @@ def _check_range(found: Measurements, k: int, joint: Joint, trusted: bool) -> li
         what = f"moves over {span:.4g} m: these look like mm. Call the column {name} [mm] (or [m] if it is so)"
         raise InputError(found.source, name, what)
     if joint.sigma == 0 and span > 2 * math.pi * MOST_TURNS:
-        what = f"turns over {span:.4g} rad, {span / (2 * math.pi):.0f} turns: if these are degrees, call it {name} [deg]"
+        what = (
+            f"turns over {span:.4g} rad, {span / (2 * math.pi):.0f} turns: if these are degrees, call it {name} [deg]"
+        )
         return [f"{name}: {what}"]
     return []
 

@@ -100,8 +100,7 @@ def simulate(
                 progress(k // substeps, samples)
         q, qd = runge_kutta(rate, t, q, qd, h)
     q_all, qd_all, tau = (block[first:] for block in recorded)
-    t = np.arange(len(q_all)) / sampling
-    return Measurements(t, q_all, tau, qd=qd_all, source=f"simulated {machine.name}")
+    return Measurements(np.arange(len(q_all)) / sampling, q_all, tau, qd=qd_all, source=f"simulated {machine.name}")
 
 
 def runge_kutta(

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symoro_elastic.equations.inverse_geometry import Branch
+from symoro_elastic.equations.spatial import Screw
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.symbolic.expression import COS, Expression, Scalar
 from symoro_elastic.symbolic.program import Section
 
 
@@ -15,6 +17,13 @@ def name_branches(bound: Bound, branches: Sequence[Branch]) -> None:
         for found in branch.found:
             here = Section(f"Solution {number}", found.joint)
             bound.names.give(found.measure, f"root{found.joint}_{number}", here)
-            bound.names.give(found.variable, f"angle{found.joint}_{number}", here)
             bound.names.give(found.motion.cosine, f"cos{found.joint}_{number}", here)
             bound.names.give(found.motion.sine, f"sin{found.joint}_{number}", here)
+            bound.names.give(_angle(found.motion), f"angle{found.joint}_{number}", here)
+            bound.names.give(found.motion.shift, f"length{found.joint}_{number}", here)
+
+
+def _angle(motion: Screw) -> Scalar:
+    """The angle of which a motion holds the cosine."""
+    cosine = motion.cosine
+    return cosine.operands[0] if isinstance(cosine, Expression) and cosine.operation == COS else 0

@@ -1,0 +1,267 @@
+"""Exciting trajectories: periodic motions within the limits of the motors that keep the condition number low.
+
+Finite Fourier series (Swevers et al. 1997), joint i at time t, with w the pulsation of the slowest harmonic:
+q = q0 + sum_l (a_l sin(l w t) - b_l cos(l w t)) / (l w). The condition number is that of the stacked base
+regressor (Gautier and Khalil 1992), its columns in units in which they all have length 1 on the motion that
+the search starts from, so that more motion is better and units do not matter.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.grouping import group
+from symoro_elastic.identification.identify import structural_grouping
+from symoro_elastic.identification.optional import optional
+from symoro_elastic.identification.regression import Regressor, regressor
+from symoro_elastic.machine.machine import Kind, Machine
+
+Array = NDArray[np.float64]
+
+SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
+SEEN = 1e-4  # independence of columns that the search keeps
+AWAY = 0.05  # of the limits, where a search starts again
+PASSES = 3  # of the quasi-static response of springs
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2)."""
+
+    low: Array
+    high: Array
+    velocity: Array
+    acceleration: Array
+
+    @classmethod
+    def of(cls, low: Sequence[float], high: Sequence[float], velocity: Sequence[float],
+           acceleration: Sequence[float]) -> Limits:  # fmt: skip
+        """From sequences by motor; raises `InputError` for limits without room."""
+        arrays = [np.atleast_1d(np.array(x, dtype=float)) for x in (low, high, velocity, acceleration)]
+        if len({len(x) for x in arrays}) > 1:
+            raise InputError("limits", "motors", "give as many low, high, velocity and acceleration limits as motors")
+        for k, (a, b, v, d) in enumerate(zip(*arrays, strict=True)):
+            if not (a < b and v > 0 and d > 0):
+                what = f"no room: low {a:g}, high {b:g}, velocity {v:g}, acceleration {d:g}"
+                raise InputError("limits", f"motor {k + 1}", what)
+        return cls(*arrays)
+
+
+@dataclass(frozen=True)
+class FourierMotion:
+    """A periodic motion of motors: fundamental frequency (Hz), centre (m), a and b (m, harmonics), rad/s or m/s."""
+
+    frequency: float
+    centre: Array
+    a: Array
+    b: Array
+
+    @property
+    def period(self) -> float:
+        """Of the motion, s."""
+        return 1 / self.frequency
+
+    def at(self, t: float | Array) -> tuple[Array, Array, Array]:
+        """q, qd, qdd (..., m) of the motors at times t (...)."""
+        harmonics = np.arange(1, self.a.shape[1] + 1) * 2 * np.pi * self.frequency
+        phase = np.multiply.outer(np.asarray(t, dtype=float), harmonics)
+        sine, cosine = np.sin(phase), np.cos(phase)
+        q = self.centre + sine @ (self.a / harmonics).T - cosine @ (self.b / harmonics).T
+        qd = cosine @ self.a.T + sine @ self.b.T
+        qdd = cosine @ (self.b * harmonics).T - sine @ (self.a * harmonics).T
+        return q, qd, qdd
+
+    def times(self) -> Array:
+        """Samples of one period at which limits are checked."""
+        count = SAMPLES_PER_PERIOD * self.a.shape[1]
+        return np.arange(count) * self.period / count
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """An exciting motion, its condition number and that of the motion the search started from, parameters seen."""
+
+    motion: FourierMotion
+    condition: float
+    before: float
+    history: tuple[float, ...]
+    columns: tuple[str, ...]
+
+
+def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
+    """The same motion scaled and centred so that it keeps all limits; smaller motions stay as they are."""
+    fine = np.linspace(0.0, motion.period, 4 * len(motion.times()), endpoint=False)
+    q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(fine)
+    low, high = q.min(axis=0), q.max(axis=0)
+    ratios = ((high - low) / (limits.high - limits.low), np.abs(qd).max(axis=0) / limits.velocity,
+              np.abs(qdd).max(axis=0) / limits.acceleration)  # fmt: skip
+    scale = 1 / np.maximum(1.0, 1.002 * np.max(ratios, axis=0))
+    centre = np.clip(motion.centre, limits.low - scale * low, limits.high - scale * high)
+    return replace(motion, centre=centre, a=motion.a * scale[:, None], b=motion.b * scale[:, None])
+
+
+def random_motion(limits: Limits, frequency: float, harmonics: int, seed: int = 0) -> FourierMotion:
+    """A random motion that fills the limits."""
+    rng = np.random.default_rng(seed)
+    motors = len(limits.low)
+    a, b = rng.standard_normal((2, motors, harmonics)) * 10 * np.max(limits.velocity)
+    return within(FourierMotion(frequency, (limits.low + limits.high) / 2, a, b), limits)
+
+
+class Condition:
+    """Condition number of the base regressor along a motion of the motors, and the scales that make it one number.
+
+    Elastic joints follow quasi-statically: k (q - q0) balances their equation at the accelerations of the pass
+    before, which holds below the first natural frequency; passive joints stay at zero.
+    """
+
+    def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
+        self.machine, self.Y = machine, Y
+        self._motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+        sought = [c for c, column in enumerate(Y.columns) if column.label not in known]
+        structure = structural_grouping(Y, sought, len(machine.moving), machine)
+        self._kept = [sought[c] for c in structure.kept]
+        self._springs = self._stiffness()
+        W = self._stacked(reference)
+        self._rows = np.sqrt((W**2).mean(axis=(0, 2)))
+        self._rows[self._rows == 0.0] = 1.0
+        flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
+        seen = list(group(flat, SEEN).kept)
+        if not seen:
+            raise InputError(machine.source or machine.name, "limits", "no motion within them excites a parameter")
+        self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Parameters that the reference motion tells apart."""
+        return tuple(self.Y.columns[c].label for c in self._kept)
+
+    def __call__(self, motion: FourierMotion) -> float:
+        """The condition number of a motion."""
+        W = self._stacked(motion) / self._rows[:, None]
+        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths))
+
+    def _stacked(self, motion: FourierMotion) -> Array:
+        return self.Y.evaluate(*self.states(motion), self._kept)
+
+    def states(self, motion: FourierMotion) -> tuple[Array, Array, Array]:
+        """q, qd, qdd (samples, n) of all joints along one period."""
+        shape = (len(motion.times()), len(self.machine.moving))
+        q, qd, qdd = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        for x, given in zip((q, qd, qdd), motion.at(motion.times()), strict=True):
+            x[:, self._motors] = given
+        soft, stiffness, inertial, X = self._springs
+        for _ in range(PASSES if soft else 0):
+            load = self.Y.evaluate(q, qd, qdd, inertial) @ X + self.Y.loads(q)
+            deflection = -load[:, soft] / stiffness
+            q[:, soft] = deflection + self._neutral
+            qd[:, soft], qdd[:, soft] = _periodic(deflection, motion.period)
+        return q, qd, qdd
+
+    def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
+        """Elastic joints with known stiffness, and the inertial parameters that load them."""
+        columns = self.Y.columns
+        values = {(column.quantity, column.joint): column.value for column in columns}
+        inertial = [c for c, x in enumerate(columns) if x.quantity not in ("K", "DA", "KQ", "FV", "FS")]
+        X = np.array([columns[c].value for c in inertial])
+        soft = [k for (quantity, k), value in values.items() if quantity == "K" and value > 0]
+        if not np.isfinite(X).all():
+            soft = []
+        stiffness = np.array([values["K", k] for k in soft])
+        self._neutral = np.nan_to_num(np.array([values.get(("KQ", k), 0.0) for k in soft])) / stiffness
+        return soft, stiffness, inertial, X
+
+
+def _periodic(x: Array, period: float) -> tuple[Array, Array]:
+    """First and second derivatives of samples (N, ...) of one period, by its Fourier series."""
+    n = len(x)
+    series = np.fft.rfft(x, axis=0)
+    factor = 2j * np.pi * np.fft.rfftfreq(n, period / n)
+    factor[np.arange(len(factor)) > n // 3] = 0.0
+    return np.fft.irfft(series * factor[:, None], n, axis=0), np.fft.irfft(series * factor[:, None] ** 2, n, axis=0)
+
+
+def excite(
+    machine: Machine,
+    limits: Limits,
+    frequency: float,
+    harmonics: int = 5,
+    values: Mapping[str, float] | None = None,
+    known: Sequence[str] = (),
+    starts: int = 10,
+    evaluations: int = 1500,
+    seed: int = 0,
+    progress: Callable[[int, int, float], None] = lambda done, total, condition: None,
+) -> Excitation:
+    """An exciting trajectory: the best of random motions, then L-BFGS-B of scipy.optimize on its coefficients,
+    started again beside the best until the evaluations are used up.
+
+    Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
+    keeps them. `progress` is told evaluations done, their number, and the best condition number so far. `known`
+    are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
+    """
+    optimize = optional("scipy.optimize")
+    motors = sum(machine.joints[j - 1].kind is Kind.MOTOR for j in machine.moving)
+    if motors != len(limits.low):
+        what = f"{len(limits.low)} given, the machine has {motors} motors"
+        raise InputError(machine.source or machine.name, "limits", what)
+    tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, starts))]
+    condition = Condition(machine, regressor(machine, values), tried[0], known)
+    search = _Search(condition, limits, tried[0], evaluations, progress)
+    for motion in tried:
+        search(search.coefficients(motion))
+    first = search.history[0]
+    rng, start = np.random.default_rng(seed), search.coefficients(search.best)
+    with contextlib.suppress(_Enough):
+        while True:
+            optimize.minimize(search, start, method="L-BFGS-B")
+            start = search.coefficients(search.best)
+            start += AWAY * rng.standard_normal(len(start))
+    return Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)
+
+
+class _Enough(Exception):
+    """The evaluations are used up."""
+
+
+class _Search:
+    """Logarithm of the condition number as a function of coefficients; remembers the best motion."""
+
+    def __init__(self, condition: Condition, limits: Limits, like: FourierMotion, most: int,
+                 progress: Callable[[int, int, float], None]) -> None:  # fmt: skip
+        self._condition, self._limits, self._most, self._progress = condition, limits, most, progress
+        self._size = np.maximum(limits.velocity, 1e-300)[:, None]
+        self.best, self.lowest, self.done = like, np.inf, 0
+        self.history: list[float] = []
+
+    def coefficients(self, motion: FourierMotion) -> Array:
+        """Centre and series of a motion as one vector, in parts of the limits."""
+        room = self._limits.high - self._limits.low
+        middle = (motion.centre - self._limits.low) / room - 0.5
+        return np.concatenate([middle, (motion.a / self._size).ravel(), (motion.b / self._size).ravel()])
+
+    def motion(self, x: Array) -> FourierMotion:
+        """The motion of a vector, within the limits."""
+        m = len(self._limits.low)
+        centre = self._limits.low + (x[:m] + 0.5) * (self._limits.high - self._limits.low)
+        a, b = x[m:].reshape(2, m, -1) * self._size
+        return within(FourierMotion(self.best.frequency, centre, a, b), self._limits)
+
+    def __call__(self, x: Array) -> float:
+        if self.done >= self._most:
+            raise _Enough
+        motion = self.motion(x)
+        value = self._condition(motion)
+        value = value if np.isfinite(value) else 1e300
+        self.done += 1
+        if value < self.lowest:
+            self.best, self.lowest = motion, value
+        self.history.append(self.lowest)
+        self._progress(self.done, self._most, self.lowest)
+        return float(np.log(value))

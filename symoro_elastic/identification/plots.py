@@ -1,0 +1,143 @@
+"""Pictures of an identification: torques measured and predicted, residuals, relative standard deviations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.estimation import Verdict
+from symoro_elastic.identification.identify import Identification
+from symoro_elastic.identification.optional import optional
+from symoro_elastic.machine.machine import Joint, Kind
+
+FORMATS = ("png", "svg", "pdf")
+COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
+MEASURED, PREDICTED = "#9aa5b1", "#14365d"
+MOST_BARS = 80
+LARGEST = 1000.0  # per cent
+
+
+def plot(found: Identification, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write torques.<form>, residuals.<form> and parameters.<form> to a folder; returns their paths.
+
+    Raises `InputError` for an unknown format or a folder that cannot be written.
+    """
+    if form not in FORMATS:
+        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(FORMATS)}")
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return [
+            _saved(figure, folder / f"{name}.{form}")
+            for name, figure in (
+                ("torques", torques(found)),
+                ("residuals", residuals(found)),
+                ("parameters", parameters(found)),
+            )
+        ]
+    except OSError as error:
+        raise InputError(str(folder), "folder", f"cannot be written: {error.strerror or error}") from None
+
+
+def torques(found: Identification) -> Any:
+    """Measured against predicted torque of each motor; of other joints, spring torque against all else."""
+    joints = _joints(found)
+    figure, axes = _stacked_axes(len(joints))
+    for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
+        used = _used(found, k)
+        left, right = _sides(found, k, joint)
+        axis.plot(found.t[used], left[used], color=MEASURED, linewidth=2.2, label=_words(joint)[0])
+        axis.plot(found.t[used], right[used], color=PREDICTED, linewidth=0.8, label=_words(joint)[1])
+        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+        axis.legend(loc="upper right", fontsize="x-small", ncols=2)
+    axes[-1].set_xlabel("t, s")
+    figure.suptitle(f"{found.machine.name}: both sides of tau = Y X")
+    return figure
+
+
+def residuals(found: Identification) -> Any:
+    """tau - Y X of each joint, with two standard deviations."""
+    joints = _joints(found)
+    figure, axes = _stacked_axes(len(joints))
+    solution = found.estimation.solution
+    for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
+        used, sigma = _used(found, k), float(solution.sigma[k])
+        axis.axhspan(-2 * sigma, 2 * sigma, color=MEASURED, alpha=0.25, linewidth=0)
+        axis.plot(found.t[used], solution.residuals[used, k], ".", color=PREDICTED, markersize=1.5)
+        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+    axes[-1].set_xlabel("t, s")
+    figure.suptitle(f"{found.machine.name}: residuals, band of two standard deviations")
+    return figure
+
+
+def parameters(found: Identification) -> Any:
+    """Relative standard deviations as bars, coloured by verdict; what is not identifiable has an empty bar."""
+    shown = found.estimates[:MOST_BARS]
+    figure = _figure(8.0, 1.2 + 0.2 * len(shown))
+    axis = figure.add_subplot()
+    sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST for e in shown]
+    for verdict, colour in COLOURS.items():
+        rows = [k for k, e in enumerate(shown) if e.verdict is verdict]
+        empty = {"fill": False, "hatch": "///"} if verdict is Verdict.NOT else {}
+        axis.barh(
+            rows, [min(sizes[k], LARGEST) for k in rows], color=colour, edgecolor=colour, label=str(verdict), **empty
+        )
+    axis.set_yticks(range(len(shown)), [e.unknown.label for e in shown], fontsize="x-small")
+    axis.invert_yaxis()
+    axis.set_xscale("log")
+    axis.axvline(10.0, color="black", linewidth=0.6, linestyle=":")
+    axis.set_xlabel("relative standard deviation, %")
+    axis.set_title(f"{found.machine.name}: what the motion tells")
+    axis.legend(fontsize="x-small")
+    return figure
+
+
+def _joints(found: Identification) -> list[Joint]:
+    return [found.machine.joints[j - 1] for j in found.machine.moving]
+
+
+def _used(found: Identification, k: int) -> Any:
+    """Samples that were used for joint k."""
+    solution = found.estimation.solution
+    used = (solution.predicted[:, k] != 0.0) | (found.tau[:, k] != 0.0)
+    return np.flatnonzero(used if used.any() else np.ones_like(used))
+
+
+def _sides(found: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
+    """Both sides of the equation of joint k; without a motor, springs and dampers against all the rest."""
+    predicted = found.estimation.solution.predicted[:, k]
+    if joint.kind is Kind.MOTOR:
+        return found.tau[:, k], predicted
+    springs = found.springs[:, k]
+    return -springs, predicted - springs - found.tau[:, k]
+
+
+def _words(joint: Joint) -> tuple[str, str]:
+    return ("measured", "predicted") if joint.kind is Kind.MOTOR else ("springs", "inertia and gravity")
+
+
+def _unit(joint: Joint) -> str:
+    return "N" if joint.sigma == 1 else "N m"
+
+
+def _stacked_axes(count: int) -> tuple[Any, list[Any]]:
+    figure = _figure(8.0, 1.0 + 1.5 * count)
+    axes = figure.subplots(count, 1, sharex=True, squeeze=False)
+    return figure, list(axes[:, 0])
+
+
+def _figure(width: float, height: float) -> Any:
+    """A figure without a window."""
+    figure = optional("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
+    optional("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    return figure
+
+
+def _saved(figure: Any, path: Path) -> Path:
+    with optional("matplotlib").rc_context({"svg.hashsalt": "symoro_elastic"}):
+        dated = {"Date": None} if path.suffix == ".svg" else {"CreationDate": None} if path.suffix == ".pdf" else {}
+        figure.savefig(path, dpi=110, metadata=dated)
+    return path
