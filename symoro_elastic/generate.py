@@ -40,6 +40,9 @@ RESULTS = {
     "q": "joint variables of each solution, rad or m; NaN where there is none",
     "singularity": "zero where a solution is singular: product of the square roots and distances that vanish there",
     "E": "kinetic energy, gravity energy (zero at the origin of frame 0) and elastic energy, J",
+    "Y": "regressor: torques are Y times the parameters that its columns name",
+    "h": "energy regressor: energy is h times the parameters that its entries name, up to a constant",
+    "X": "base inertial parameters",
 }
 PARTICULAR = {
     ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, rad/s2), in axes of the base unless seen from another",
@@ -85,7 +88,6 @@ def generate(
 
 def described(machine: Machine, scene: Scene) -> Package:
     """The models that a scene asks of a machine, ready to be rendered. Raises `InputError`."""
-    refuse_taken_names(machine)
     refuse_degenerate(machine, scene)
     return package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene), describe(scene))
 
@@ -102,11 +104,12 @@ def render(described: Package, targets: Sequence[str], source: str) -> dict[str,
     return files
 
 
-def refuse_taken_names(machine: Machine) -> None:
+def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
     """Raise `InputError` for a parameter or joint variable called like a result or a macro of the header."""
     macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
+    taken = {name for model in traced for name in model.results}
     for name in [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]:
-        if name in RESULTS or name.startswith(macros):
+        if name in taken or name.startswith(macros):
             what = "generated code uses this name: choose another for the parameter or joint variable"
             raise InputError(machine.source or machine.name, name, what)
 
@@ -152,7 +155,7 @@ def describe(scene: Scene) -> str:
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
     """What the targets render for these models of a machine; raises `InputError` for names that are taken."""
-    refuse_taken_names(machine)
+    refuse_taken_names(machine, traced)
     moving = [machine.joints[j - 1] for j in machine.moving]
     return Package(
         name=machine.name,
@@ -188,6 +191,7 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
             o.shape,
             PARTICULAR.get((traced.model.name, o.name)) or RESULTS[o.name],
             _row_names(machine, traced.results[o.name]),
+            traced.results[o.name].column_labels,
         )
         for o in program.outputs
     )

@@ -13,7 +13,7 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring, Vector3
-from symoro_elastic.models.base_parameters import GROUPED, KEPT, MARK, NO_EFFECT, grouped
+from symoro_elastic.models.base_parameters import GROUPED, KEPT, NO_EFFECT, grouped
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
 from symoro_elastic.numerics.rank import (
@@ -191,7 +191,7 @@ def test_count_is_the_rank_and_torques_stay(machine: Machine) -> None:
 @pytest.mark.parametrize("machine", [example("rx90.par"), example("planar_2r.toml"), chain(6), two_children()])
 def test_regrouped_machine_is_written_and_read(machine: Machine, suffix: str, tmp_path: Path) -> None:
     regrouped = grouped(machine).machine
-    assert regrouped.extras[MARK] == "true"
+    assert regrouped.is_grouped
     path = tmp_path / f"machine.{suffix}"
     write_machine(regrouped, path)
     assert replace(read_machine(path)[0], source="") == replace(regrouped, source="")

@@ -28,7 +28,8 @@ ROOMS: dict[str, set[str]] = {
     "generate": {"machine", "symbolic", "models", "codegen", "output_folder"},
     "numerics": {"machine", "symbolic", "equations", "models", "codegen", "generate"},
     "report": {"machine", "symbolic", "models", "codegen", "generate", "numerics"},
-    "cli": {"machine", "symbolic", "models", "codegen", "generate", "numerics", "report"},
+    "grouping": {"machine", "models", "numerics"},
+    "cli": {"machine", "symbolic", "models", "codegen", "generate", "grouping", "identification", "numerics", "report"},
     "__main__": {"cli"},
     "__init__": set(),
 }

@@ -36,12 +36,13 @@ class Argument:
 
 @dataclass(frozen=True)
 class Result:
-    """An array that a function gives: shape, what it is, and the names its first axis follows."""
+    """An array that a function gives: shape, what it is, and the names its first and last axes follow."""
 
     name: str
     shape: tuple[int, ...]
     meaning: str
     rows: tuple[str, ...]
+    columns: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

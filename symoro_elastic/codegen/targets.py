@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
 from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Bodies, C, bodies, numbered
 from symoro_elastic.codegen.package import Function, Package
-from symoro_elastic.codegen.templates import Literal, in_brackets, render
+from symoro_elastic.codegen.templates import LINE, Literal, in_brackets, render
 from symoro_elastic.symbolic.program import OperationCount
 
 Files = dict[str, str]
@@ -86,8 +87,14 @@ def _described(function: Function) -> dict[str, Any]:
         "title": function.title,
         "equations": function.equations,
         "counts": counts,
-        "documented": [*arguments, *(f"-> {text}" for text in results)],
+        "documented": [*arguments, *(f"-> {text}" for text in results), *_columns(function)],
     }
+
+
+def _columns(function: Function) -> list[str]:
+    """Labels of columns, in lines."""
+    labels = [label for result in function.results for label in result.columns]
+    return textwrap.wrap("columns: " + ", ".join(labels), LINE) if labels else []
 
 
 def _shape(shape: tuple[int, ...]) -> str:
@@ -133,6 +140,7 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
         "sizes": function.arguments,
         "shapes": in_brackets("(", [Literal(_tuple(r.shape)) for r in function.results], ")"),
         "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],
+        "columns": next((r.columns for r in function.results if r.columns), ()),
         "prepare_body": "\n".join([*printed.once, f"    return {constants}"]),
         "body": "\n".join([*printed.lines, "", "    # Results.", returned]),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
@@ -61,6 +61,25 @@ def antecedent_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Ma
         position = subtract(position, scale(screw.shift, transpose(rotation)[screw.axis]))
         rotation = (turn(screw, rotation[0]), turn(screw, rotation[1]), turn(screw, rotation[2]))
     return rotation, position
+
+
+class View(NamedTuple):
+    """All frames as one of them, k, sees them: kAj and kPj, and the levers kPj - kPi from the antecedents i."""
+
+    placed: list[tuple[Matrix, Vector]]
+    levers: list[Vector]
+
+
+def view(mechanism: Mechanism, seen_from: int = 0) -> View:
+    """What frame k sees; only the variable of joint j enters the lever of link j, besides kAi or kAj."""
+    placed, between = frames(mechanism, seen_from), path(mechanism, seen_from)
+    levers: list[Vector] = [ZERO]
+    for j, link in mechanism.numbered():
+        if j in between:
+            levers.append(subtract(ZERO, antecedent_frame(link, placed[j][0], ZERO)[1]))
+        else:
+            levers.append(moved_frame(link, placed[link.antecedent][0], ZERO)[1])
+    return View(placed, levers)
 
 
 def carried_velocity(link: Link, w_i: Vector) -> Vector:
@@ -129,21 +148,20 @@ def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]
     return found
 
 
-def seen_motion(
-    mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], qd: Scalars, qdd: Scalars
-) -> tuple[list[Pair], list[Pair]]:
-    """V_j [3] and V'_j [6] of every frame, all components in the frame that `placed` are seen from.
+def seen_motion(mechanism: Mechanism, seen: View, qd: Scalars, qdd: Scalars) -> tuple[list[Pair], list[Pair]]:
+    """V_j [3] and V'_j [6] of every frame, all components in the one frame that sees them.
 
     What lies between two revolute joints turns alike: each frame there is a lever and a slide away from
     its anchor, the last revolute joint or the base. No angle enters that the motion does not depend on.
     """
-    V = [_turned(placed[0][0], mechanism.velocity)]
-    Vd = [_turned(placed[0][0], mechanism.acceleration)]
-    anchors, slides = [0], [(ZERO, ZERO)]
+    base = seen.placed[0][0]
+    V = [(times(base, mechanism.velocity[0]), times(base, mechanism.velocity[1]))]
+    Vd = [(times(base, mechanism.acceleration[0]), times(base, mechanism.acceleration[1]))]
+    anchors, slides = [0], [(ZERO, ZERO, ZERO)]
     for j, link in mechanism.numbered():
-        a, (speed, push) = anchors[link.antecedent], slides[link.antecedent]
+        a, (lever, speed, push) = anchors[link.antecedent], slides[link.antecedent]
         (v, w), (vd, wd) = V[a], Vd[a]
-        z, lever = transpose(placed[j][0])[2], subtract(placed[j][1], placed[a][1])
+        z, lever = transpose(seen.placed[j][0])[2], add(lever, seen.levers[j])
         rate, gain = scale(qd[j], z), scale(qdd[j], z)
         if link.axis is Axis.PRISMATIC:
             speed, push = add(speed, rate), add(push, gain)
@@ -151,16 +169,12 @@ def seen_motion(
         vd = add(add(vd, times(hat_plus_hat_squared(w, wd), lever)), add(cross(w, add(speed, speed)), push))
         if link.axis is Axis.REVOLUTE:
             w, wd = add(w, rate), add(wd, add(cross(w, rate), gain))
-            a, speed, push = j, ZERO, ZERO
+            a, lever, speed, push = j, ZERO, ZERO, ZERO
         V.append((v, w))
         Vd.append((vd, wd))
         anchors.append(a)
-        slides.append((speed, push))
+        slides.append((lever, speed, push))
     return V, Vd
-
-
-def _turned(rotation: Matrix, pair: Pair) -> Pair:
-    return times(rotation, pair[0]), times(rotation, pair[1])
 
 
 def path(mechanism: Mechanism, j: int) -> list[int]:
@@ -172,19 +186,20 @@ def path(mechanism: Mechanism, j: int) -> list[int]:
     return links[::-1]
 
 
-def jacobian(mechanism: Mechanism, placed: list[tuple[Matrix, Vector]], frame: int) -> dict[int, Pair]:
+def jacobian(mechanism: Mechanism, seen: View, frame: int) -> dict[int, Pair]:
     """Columns of the basic Jacobian of a frame, linear part first, by joint number.
 
     V_frame = sum of the columns times qd, on a base at rest. A revolute joint gives [z x (P - P_j); z],
     a prismatic joint [z; 0], for the joints on the path from the base. Components are in the frame
-    that `placed` are seen from.
+    that sees them.
     """
     columns: dict[int, Pair] = {}
-    for j in path(mechanism, frame):
-        rotation, position = placed[j]
-        z = transpose(rotation)[2]
+    lever = ZERO
+    for j in reversed(path(mechanism, frame)):
+        z = transpose(seen.placed[j][0])[2]
         if mechanism.links[j - 1].axis is Axis.REVOLUTE:
-            columns[j] = cross(z, subtract(placed[frame][1], position)), z
+            columns[j] = cross(z, lever), z
         elif mechanism.links[j - 1].axis is Axis.PRISMATIC:
-            columns[j] = z, (0, 0, 0)
+            columns[j] = z, ZERO
+        lever = add(lever, seen.levers[j])
     return columns

@@ -15,6 +15,8 @@ from symoro_elastic.machine.scene import Scene
 Vector3 = tuple[Formula, Formula, Formula]
 Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
+BASE_PARAMETERS = "base_parameters"
+"""Key of the extras of a machine whose inertial parameters have been grouped."""
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
 
@@ -132,6 +134,11 @@ class Machine:
     notes: tuple[str, ...] = ()
     extras: dict[str, str] = field(default_factory=dict)
     source: str = ""
+
+    @property
+    def is_grouped(self) -> bool:
+        """Whether its inertial parameters are base parameters, which no real body need have."""
+        return self.extras.get(BASE_PARAMETERS) == "true"
 
     @property
     def moving(self) -> tuple[int, ...]:

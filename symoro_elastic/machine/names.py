@@ -32,6 +32,7 @@ MODELS = (
     "inverse_geometric_model",
     "base_parameters",
     "regressor",
+    "energy_regressor",
     "linearization",
 )
 
@@ -41,7 +42,7 @@ SEEN_FROM_FRAMES = ("geometric_model", "velocities", "accelerations", "jacobian"
 # `<letters><joint number>_<component>`, and `<prefix><anything>`.
 QUANTITIES: dict[str, Collection[str]] = {
     "scalars": _words("H Hinv Gamma Gb qd qdd tau rho"),
-    "components": _words("A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd"),
+    "components": _words("A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y"),
     "prefixes": ("sin_", "cos_", "sign_", "result_"),
 }
 

@@ -18,7 +18,8 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     """What is probably not meant, a line each; formulas over names without value are passed over."""
     lines = []
     for j, joint in enumerate(machine.joints, start=1):
-        found = (*_angles(joint, values), *_inertia(joint.body, values), *_without_effect(joint))
+        inertia = () if machine.is_grouped else _inertia(joint.body, values)
+        found = (*_angles(joint, values), *inertia, *_without_effect(joint))
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
     return lines
 

@@ -20,7 +20,17 @@ from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.machine.checks import formulas as formulas_of
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Body, Inertia6, Joint, Kind, Machine, Parameter, Spring, Vector3
+from symoro_elastic.machine.machine import (
+    BASE_PARAMETERS,
+    Body,
+    Inertia6,
+    Joint,
+    Kind,
+    Machine,
+    Parameter,
+    Spring,
+    Vector3,
+)
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
@@ -31,8 +41,6 @@ SEED = 20261
 KEPT, GROUPED, NO_EFFECT = "kept", "grouped", "without effect"
 LONGEST_SUMS = (1000, 400, 120, 40)
 """Characters beyond which a sum on its way to the base gets a name of its own; the next where a formula is too long."""
-MARK = "base_parameters"
-"""Key of a machine's extras: its inertial parameters are base parameters, and no body has them."""
 
 
 @dataclass(frozen=True)
@@ -260,7 +268,7 @@ def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites
     """The machine that has the base parameters only, as parameters of its own where they are sums."""
     cells, new = _cells(parameters, machine, composites)
     joints = tuple(_with_cells(joint, j, cells) for j, joint in enumerate(machine.joints, start=1))
-    bare = replace(machine, joints=joints, extras={**machine.extras, MARK: "true"})
+    bare = replace(machine, joints=joints, extras={**machine.extras, BASE_PARAMETERS: "true"})
     used = {name for _, formula in formulas_of(bare) for name in formula.names}
     gone = _inertial_names(machine) - used
     kept = tuple(parameter for parameter in machine.parameters if parameter.name not in gone)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -43,7 +43,7 @@ class Bound:
         self.graph = Graph()
         self.names = Names()
         self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
-        self._functions = {
+        self._functions: dict[str, Callable[..., Any]] = {
             "sin": lambda x: _exact(cosine_sine(self.graph, x)[1]),
             "cos": lambda x: _exact(cosine_sine(self.graph, x)[0]),
             "tan": self._tangent,

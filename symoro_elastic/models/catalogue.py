@@ -11,12 +11,13 @@ from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.geometric import GEOMETRIC
+from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
 from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC)}
+MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC, *IDENTIFICATION)}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
 
@@ -47,6 +48,9 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     for what such a machine cannot give.
     """
     kept, constants = restricted(machine, scene), _constants(machine, scene)
+    if kept.is_grouped and "reaction_wrenches" in scene.models:
+        what = "base inertial parameters keep the torques, not the reaction wrenches: leave out --base"
+        raise InputError(kept.source or kept.name, "reaction_wrenches", what)
     return [trace(kept, name, _asked(kept, scene, name), constants) for name in scene.models or DEFAULT_MODELS]
 
 

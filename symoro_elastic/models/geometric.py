@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.equations.kinematics import Scalars, accelerations, frames, jacobian, seen_motion, velocities
+from symoro_elastic.equations.kinematics import Scalars, View, accelerations, jacobian, seen_motion, velocities, view
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import ZERO, Matrix, Pair, Vector
+from symoro_elastic.equations.spatial import ZERO, Pair
 from symoro_elastic.errors import InputError
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_screws
 from symoro_elastic.symbolic.expression import Scalar
 
-Placed = list[tuple[Matrix, Vector]]
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
 
 
@@ -21,7 +20,7 @@ def _geometric_model(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        for row, x in zip(*views[frame.seen_from or 0][frame.number], strict=True):
+        for row, x in zip(*views[frame.seen_from or 0].placed[frame.number], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
@@ -60,19 +59,19 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
 
 
-def _views(bound: Bound, asked: Frames) -> dict[int, Placed]:
+def _views(bound: Bound, asked: Frames) -> dict[int, View]:
     """All frames as seen from frame 0, named, and from every other that is asked for."""
     seen_from = dict.fromkeys((0, *(frame.seen_from or 0 for frame in asked)))
-    views = {k: frames(bound.mechanism, k) for k in seen_from}
-    name_frames(bound, views[0])
+    views = {k: view(bound.mechanism, k) for k in seen_from}
+    name_frames(bound, views[0].placed)
     return views
 
 
 def _screws(bound: Bound, asked: Frames, quantity: str, own: list[Pair], mechanism: Mechanism, qdd: Scalars) -> Result:
     """V or Vd of each frame: `own` in the frame itself, or with components in the frame it is seen from."""
     views = _views(bound, asked)
-    name_screws(bound, own, views[0], quantity, EQUATIONS[quantity])
-    seen = {k: seen_motion(mechanism, view, bound.rates(), qdd)[quantity == "Vd"] for k, view in views.items()}
+    name_screws(bound, own, views[0].placed, quantity, EQUATIONS[quantity])
+    seen = {k: seen_motion(mechanism, seen_by, bound.rates(), qdd)[quantity == "Vd"] for k, seen_by in views.items()}
     screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[f.number] for f in asked]
     return _of_frames(asked, [x for screw in screws for part in screw for x in part], (6,))
 

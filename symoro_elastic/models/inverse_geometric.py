@@ -6,14 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.equations.inverse_geometry import (
-    Branch,
-    Chain,
-    inverse_geometric_model,
-    inverse_position_model,
-)
+from symoro_elastic.equations.inverse_geometry import Branch, inverse_geometric_model, inverse_position_model
 from symoro_elastic.equations.inverse_geometry_points import Mover
 from symoro_elastic.equations.inverse_geometry_types import STILL, Functions, NoClosedForm, Pose
+from symoro_elastic.equations.inverse_geometry_ways import Chain
 from symoro_elastic.equations.kinematics import frames, jacobian
 from symoro_elastic.equations.mechanism import Axis
 from symoro_elastic.equations.spatial import Pair, Screw, Vector, X, Z
@@ -93,6 +89,8 @@ def _frame(machine: Machine, asked: Frames) -> Frame:
 
 def _path(machine: Machine, frame: Frame) -> list[int]:
     """Joints between the frame it is seen from and the frame to be placed; all that move must be there."""
+    if not machine.moving:
+        raise InverseRefused(machine, 0, "no joint moves")
     path: list[int] = []
     j, start = frame.number, frame.seen_from or 0
     while j > start:
@@ -218,7 +216,8 @@ def _refused(bound: Bound, numbers: Sequence[int], solve: Solve, error: NoClosed
     what = f"no inverse geometric model in closed form: {error.reason}" + (f": {cause}" if cause else "")
     zero = _zero_parameters(bound, numbers, solve)
     if zero:
-        what += f"; there is one where {', '.join(zero)} are zero, as their values say: make them constants (--fold)"
+        say = "is zero, as its value says" if len(zero) == 1 else "are zero, as their values say"
+        what += f"; there is one where {', '.join(zero)} {say}: fold {', '.join(zero)} into the code (--fold)"
     return InverseRefused(bound.machine, min(error.joints, default=0), what)
 
 
