@@ -140,12 +140,13 @@ def check(
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.generate import refuse_degenerate
     from symoro_elastic.numerics.values import NoValues
-    from symoro_elastic.numerics.verify import verify
+    from symoro_elastic.numerics.verify import refuse_unverifiable, verify
     from symoro_elastic.report.tables import verification_json, verification_table
 
     found = _read(machine, base)
     asked = _scene(found, scene, models, fold)
     refuse_degenerate(found, asked)
+    refuse_unverifiable(found, asked)
     try:
         with _counted("verify") as progress:
             result = verify(found, asked, seed=seed, progress=progress)

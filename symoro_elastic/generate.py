@@ -107,7 +107,7 @@ def render(described: Package, targets: Sequence[str], source: str) -> dict[str,
 def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
     """Raise `InputError` for a parameter or joint variable called like a result or a macro of the header."""
     macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
-    taken = {name for model in traced for name in model.results}
+    taken = {name for model in traced for name in (*model.results, *model.model.arguments)}
     for name in [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]:
         if name in taken or name.startswith(macros):
             what = "generated code uses this name: choose another for the parameter or joint variable"

@@ -24,9 +24,11 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
+from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.symbolic.program import OperationCount
 
-ALL_MODELS = tuple(MODELS)
+ALL_MODELS = tuple(name for name, model in MODELS.items() if model not in INVERSE_GEOMETRIC)
+"""The models that every machine has."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 RESULTS = {

@@ -290,7 +290,6 @@ def test_refused_outputs(run: Run, tmp_path: Path) -> None:
         ('name = "planar_2r"', 'name = "/tmp/x"', "name", "'/tmp/x' cannot be used"),
         ('name = "planar_2r"', 'name = "two words"', "name", "'two words' cannot be used"),
         ("l2  =", "PLANAR_2R_P_l1 = 1\nl2  =", "PLANAR_2R_P_l1", "generated code uses this name"),
-        ("l2  =", "A = 1\nl2  =", "A", "generated code uses this name"),
     ],
 )
 def test_refused_machines(old: str, new: str, place: str, said: str, run: Run, tmp_path: Path) -> None:
@@ -502,3 +501,10 @@ def test_equations_are_latex_unless_said(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "a.tex").read_text(encoding="utf-8").startswith(r"\documentclass")
     assert "choose from latex, html, pdf" in refused(run, "equations", TWO_R, "--format", "docx")
     assert "cannot be written" in refused(run, "equations", TWO_R, "--out", "none/a.tex")
+
+
+def test_a_parameter_called_like_a_result_is_refused_where_that_result_is_asked_for(run: Run, tmp_path: Path) -> None:
+    machine = edited(TWO_R, tmp_path, "l2  =", "A = 1\nl2  =")
+    assert run("generate", machine, "--out", tmp_path / "out").code == 0
+    line = refused(run, "generate", machine, "--model", "inertia_matrix", "--out", tmp_path / "other")
+    assert line.startswith(f"{machine}: A: ") and "generated code uses this name" in line

@@ -18,12 +18,13 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine, toml
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
+from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.report.mathml import mathml, pieces
 from symoro_elastic.report.page import html_page, latex_document
 from symoro_elastic.report.pdf import ENGINES, pdf
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Expression
+from tests.generated_code import ALL_MODELS
 from tests.printed import Page, Reader
 
 ASKED = ("geometric_model", "inertia_matrix")
@@ -59,7 +60,7 @@ base_turn = { coulomb = "mu_1", viscous = 3 }
 ONE_JOINT = """
 name = "pendulum"
 gravity = [0, "-g", 0]
-joints = [{ name = "pivot", antecedent = 0, kind = "motor", sigma = 0, theta = "q" }]
+joints = [{ name = "pivot", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" }]
 [parameters]
 g = {}
 I = {}
@@ -81,7 +82,7 @@ def made(name, model):
     return found, found.functions[0]
 
 
-CASES = [("odd", model) for model in MODELS] + [
+CASES = [("odd", model) for model in ALL_MODELS] + [
     ("rx90.par", "direct_dynamics"),
     ("rx90.par", "inertia_matrix"),
     ("rx90.par", "jacobian"),
@@ -195,7 +196,7 @@ def test_results_are_numbered_by_what_was_asked_for():
 
 def test_a_pendulum_in_one_line():
     assert written_out("one_joint", "direct_dynamics") == {
-        r"\ddot{q}_{1}": r"\frac{\Gamma_{1} - \mathit{MX}\,g\,\cos q}{I}"
+        r"\ddot{q}_{1}": r"\frac{\Gamma_{1} - \mathit{MX}\,g\,\cos q_{1}}{I}"
     }
 
 

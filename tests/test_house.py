@@ -29,6 +29,7 @@ ROOMS: dict[str, set[str]] = {
     "numerics": {"machine", "symbolic", "equations", "models", "codegen", "generate"},
     "report": {"machine", "symbolic", "models", "codegen", "generate", "numerics"},
     "grouping": {"machine", "models", "numerics"},
+    "identification": {"machine", "symbolic", "equations", "models", "codegen", "generate", "numerics"},
     "cli": {"machine", "symbolic", "models", "codegen", "generate", "grouping", "identification", "numerics", "report"},
     "__main__": {"cli"},
     "__init__": set(),

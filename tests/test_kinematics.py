@@ -528,7 +528,7 @@ def test_operations_of_long_machines(model: str) -> None:
     (few, some), (many, more) = ((count.products, count.add) for count in chains)
     growth = 4.1 if model == "jacobian" else 2.3
     assert many <= growth * few and more <= growth * some
-    assert tree.products <= many and tree.add <= more or model in ("friction_forces", "external_forces")
+    assert (tree.products <= many and tree.add <= more) or model in ("friction_forces", "external_forces")
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ COMPONENTS = {
     "c": ("_c", ""),
     "c axis": ("_c_(?P<c>[xyz])", "x"),
     "c moment": ("_c(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "parameter": (r"_(?P<c>[A-Z]+\d+)", "X"),
     "theta": ("_theta", ""),
     "r": ("_r", ""),
 }
@@ -74,6 +75,12 @@ TABLE = (
     Quantity("P", "axis", "P", "", "@#", "{}^{0}P_{j}", "[2]", "origin of frame j, in frame 0"),
     Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "A"),
     Quantity("A", "entry", "A", "", "@,#", "{}^{0}A_{j}", "[2]", "orientation of frame j, in frame 0"),
+    Quantity("Y", "parameter", "Y", "", r"@,\mathit{#}", "", "[15]", "entry of the regressor: joint j, parameter X"),
+    Quantity("root", "number", r"\Delta", "", "@,#", "", "", "vanishes where solution i of joint j is singular"),
+    Quantity("cos", "number", r"\mathrm{C}", "", "@,#", r"\cos\theta_{j}", "[1]", "cosine of solution i of joint j"),
+    Quantity("sin", "number", r"\mathrm{S}", "", "@,#", r"\sin\theta_{j}", "[1]", "sine of solution i of joint j"),
+    Quantity("angle", "number", r"\theta", "", "@,#", "", "[1]", "angle of joint j in solution i"),
+    Quantity("length", "number", "r", "", "@,#", "", "[1]", "shift of joint j in solution i"),
     Quantity("w", "axis", r"\omega", "", "@#", r"{}^{j}\omega_{j}", "[3]", "angular velocity of body j"),
     Quantity("ww", "square", r"\overline{\omega_{@<}^{2}}", "", "", "", "[7], [14]", "square of an angular velocity"),
     Quantity("ww", "product", r"\overline{\omega_{@<}\,\omega_{@>}}", "", "", "", "[7], [14]",
@@ -129,6 +136,11 @@ RESULTS = {
     "J": "J",
     "f": "f",
     "E": "E",
+    "Y": "Y",
+    "h": "h",
+    "X": "X",
+    "q": "q",
+    "singularity": r"\Delta",
 }
 # Models whose results are seen from the base where nothing else is said, unlike what they are made of.
 FROM_BASE = ("geometric_model", "jacobian_dot_qd")

@@ -136,7 +136,8 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     constants = in_brackets("(", [Literal(name) for name in printed.constants], ")").replace("\n", "\n    ")
     return _described(function) | {
         "module": f"_{function.name}",
-        "arguments": [a.name for a in function.arguments],
+        "signature": ", ".join([*(a.name for a in function.arguments), "p=DEFAULTS"]),
+        "program_signature": ", ".join(["_f", *(a.name for a in function.arguments), "p", "c"]),
         "sizes": function.arguments,
         "shapes": in_brackets("(", [Literal(_tuple(r.shape)) for r in function.results], ")"),
         "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],

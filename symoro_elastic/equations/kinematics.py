@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
@@ -63,23 +64,32 @@ def antecedent_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Ma
     return rotation, position
 
 
-class View(NamedTuple):
-    """All frames as one of them, k, sees them: kAj and kPj, and the levers kPj - kPi from the antecedents i."""
+@dataclass(frozen=True)
+class View:
+    """All frames as one of them, k, sees them: kAj and kPj, and how far they are from their anchors.
+
+    The anchor of frame j is the last revolute joint before it, or the base: what lies between turns
+    alike. `levers[j]` is kPj less that of the anchor; only joints between the two enter.
+    """
 
     placed: list[tuple[Matrix, Vector]]
+    anchors: list[int]
     levers: list[Vector]
 
 
 def view(mechanism: Mechanism, seen_from: int = 0) -> View:
-    """What frame k sees; only the variable of joint j enters the lever of link j, besides kAi or kAj."""
-    placed, between = frames(mechanism, seen_from), path(mechanism, seen_from)
-    levers: list[Vector] = [ZERO]
+    """What frame k sees."""
+    seen, between = View(frames(mechanism, seen_from), [0], [ZERO]), path(mechanism, seen_from)
     for j, link in mechanism.numbered():
+        i = link.antecedent
         if j in between:
-            levers.append(subtract(ZERO, antecedent_frame(link, placed[j][0], ZERO)[1]))
+            lever = subtract(ZERO, antecedent_frame(link, seen.placed[j][0], ZERO)[1])
         else:
-            levers.append(moved_frame(link, placed[link.antecedent][0], ZERO)[1])
-    return View(placed, levers)
+            lever = moved_frame(link, seen.placed[i][0], ZERO)[1]
+        anchored = not i or mechanism.links[i - 1].axis is Axis.REVOLUTE
+        seen.anchors.append(i if anchored else seen.anchors[i])
+        seen.levers.append(lever if anchored else add(seen.levers[i], lever))
+    return seen
 
 
 def carried_velocity(link: Link, w_i: Vector) -> Vector:
@@ -151,29 +161,31 @@ def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]
 def seen_motion(mechanism: Mechanism, seen: View, qd: Scalars, qdd: Scalars) -> tuple[list[Pair], list[Pair]]:
     """V_j [3] and V'_j [6] of every frame, all components in the one frame that sees them.
 
-    What lies between two revolute joints turns alike: each frame there is a lever and a slide away from
-    its anchor, the last revolute joint or the base. No angle enters that the motion does not depend on.
+    No angle enters that the motion does not depend on. Base as in `accelerations`.
     """
-    base = seen.placed[0][0]
-    V = [(times(base, mechanism.velocity[0]), times(base, mechanism.velocity[1]))]
-    Vd = [(times(base, mechanism.acceleration[0]), times(base, mechanism.acceleration[1]))]
-    anchors, slides = [0], [(ZERO, ZERO, ZERO)]
+    rotation = seen.placed[0][0]
+    V = [(times(rotation, mechanism.velocity[0]), times(rotation, mechanism.velocity[1]))]
+    Vd = [(times(rotation, mechanism.acceleration[0]), times(rotation, mechanism.acceleration[1]))]
+    slides: list[Pair] = [(ZERO, ZERO)]
+    tilts = [(ZERO, V[0][1])]  # the axis that a frame turns about, and w but for the turns about it
     for j, link in mechanism.numbered():
-        a, (lever, speed, push) = anchors[link.antecedent], slides[link.antecedent]
-        (v, w), (vd, wd) = V[a], Vd[a]
-        z, lever = transpose(seen.placed[j][0])[2], add(lever, seen.levers[j])
+        (v, w), (vd, wd), lever = V[seen.anchors[j]], Vd[seen.anchors[j]], seen.levers[j]
+        axis, tilting = tilts[seen.anchors[j]]
+        speed, push = slides[link.antecedent]
+        z = transpose(seen.placed[j][0])[2]
         rate, gain = scale(qd[j], z), scale(qdd[j], z)
         if link.axis is Axis.PRISMATIC:
             speed, push = add(speed, rate), add(push, gain)
         v = add(add(v, cross(w, lever)), speed)
         vd = add(add(vd, times(hat_plus_hat_squared(w, wd), lever)), add(cross(w, add(speed, speed)), push))
         if link.axis is Axis.REVOLUTE:
-            w, wd = add(w, rate), add(wd, add(cross(w, rate), gain))
-            a, lever, speed, push = j, ZERO, ZERO, ZERO
+            axis, tilting = z, tilting if axis == z else w
+            w, wd = add(w, rate), add(wd, add(cross(tilting, rate), gain))
+            speed, push = ZERO, ZERO
         V.append((v, w))
         Vd.append((vd, wd))
-        anchors.append(a)
-        slides.append((lever, speed, push))
+        slides.append((speed, push))
+        tilts.append((axis, tilting))
     return V, Vd
 
 
@@ -194,12 +206,13 @@ def jacobian(mechanism: Mechanism, seen: View, frame: int) -> dict[int, Pair]:
     that sees them.
     """
     columns: dict[int, Pair] = {}
-    lever = ZERO
+    anchor, lever = frame, ZERO
     for j in reversed(path(mechanism, frame)):
         z = transpose(seen.placed[j][0])[2]
-        if mechanism.links[j - 1].axis is Axis.REVOLUTE:
-            columns[j] = cross(z, lever), z
-        elif mechanism.links[j - 1].axis is Axis.PRISMATIC:
+        if mechanism.links[j - 1].axis is Axis.PRISMATIC:
             columns[j] = z, ZERO
-        lever = add(lever, seen.levers[j])
+        elif mechanism.links[j - 1].axis is Axis.REVOLUTE:
+            if j != anchor:
+                anchor, lever = j, add(lever, seen.levers[anchor])
+            columns[j] = cross(z, lever), z
     return columns

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
 SEEN = 1e-4  # independence of columns that the search keeps
+STEP = 1e-4  # of differences, of the limits
 AWAY = 0.05  # of the limits, where a search starts again
 PASSES = 3  # of the quasi-static response of springs
 
@@ -80,7 +81,8 @@ class FourierMotion:
     def times(self) -> Array:
         """Samples of one period at which limits are checked."""
         count = SAMPLES_PER_PERIOD * self.a.shape[1]
-        return np.arange(count) * self.period / count
+        times: Array = np.arange(count) * self.period / count
+        return times
 
 
 @dataclass(frozen=True)
@@ -220,7 +222,7 @@ def excite(
     rng, start = np.random.default_rng(seed), search.coefficients(search.best)
     with contextlib.suppress(_Enough):
         while True:
-            optimize.minimize(search, start, method="L-BFGS-B")
+            optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
     return Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)

@@ -169,13 +169,13 @@ def reverses(qd: Array, chosen: Filter | None) -> NDArray[np.bool_]:
 
     Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
     """
-    slow = np.abs(qd) <= SLOW * np.abs(qd).max(axis=0)
+    slow: NDArray[np.bool_] = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
     if chosen is None or chosen.factor == 1:
         return slow
     reach = int(REACH * chosen.factor)
     near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    within: NDArray[np.bool_] = thin(near[2 * reach + 1 :] > near[: -2 * reach - 1], chosen)
-    return within
+    found: NDArray[np.bool_] = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
+    return thin(found, chosen)
 
 
 def thin(x: AnyArray, chosen: Filter) -> AnyArray:

@@ -58,7 +58,7 @@ def group(W: Array, tolerance: float) -> Grouping:
     kept = _in_order(R, tolerance)
     kept = kept if len(kept) == len(pivoted) else sorted(pivoted)
     dropped = [c for c in range(len(there)) if c not in set(kept)]
-    beta = np.linalg.lstsq(R[:, kept], R[:, dropped], rcond=None)[0]
+    beta = np.linalg.lstsq(R[:, kept], R[:, dropped], rcond=None)[0].astype(np.float64)
     beta[np.abs(beta) < max(NEGLIGIBLE, 10 * tolerance)] = 0.0
     beta *= lengths[there[dropped]] / lengths[there[kept]][:, None]
     return Grouping(tuple(map(int, there[kept])), tuple(map(int, there[dropped])), vanishing, _round(beta))

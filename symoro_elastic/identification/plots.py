@@ -15,7 +15,9 @@ from symoro_elastic.machine.machine import Joint, Kind
 
 FORMATS = ("png", "svg", "pdf")
 COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
-MEASURED, PREDICTED = "#9aa5b1", "#14365d"
+DARK, LIGHT = "#14365d", "#9aa5b1"
+MEASURED = {"color": "#e3b261", "linewidth": 3.0}
+PREDICTED = {"color": DARK, "linewidth": 0.8}
 MOST_BARS = 80
 LARGEST = 1000.0  # per cent
 
@@ -49,10 +51,10 @@ def torques(found: Identification) -> Any:
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used = _used(found, k)
         left, right = _sides(found, k, joint)
-        axis.plot(found.t[used], left[used], color=MEASURED, linewidth=2.2, label=_words(joint)[0])
-        axis.plot(found.t[used], right[used], color=PREDICTED, linewidth=0.8, label=_words(joint)[1])
+        for side, label, style in zip((left, right), _words(joint), (MEASURED, PREDICTED), strict=True):
+            axis.plot(found.t, np.where(used, side, np.nan), label=label, **style)
         axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
-        axis.legend(loc="upper right", fontsize="x-small", ncols=2)
+        axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="x-small", frameon=False)
     axes[-1].set_xlabel("t, s")
     figure.suptitle(f"{found.machine.name}: both sides of tau = Y X")
     return figure
@@ -65,8 +67,8 @@ def residuals(found: Identification) -> Any:
     solution = found.estimation.solution
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used, sigma = _used(found, k), float(solution.sigma[k])
-        axis.axhspan(-2 * sigma, 2 * sigma, color=MEASURED, alpha=0.25, linewidth=0)
-        axis.plot(found.t[used], solution.residuals[used, k], ".", color=PREDICTED, markersize=1.5)
+        axis.axhspan(-2 * sigma, 2 * sigma, color=LIGHT, alpha=0.25, linewidth=0)
+        axis.plot(found.t[used], solution.residuals[used, k], ".", color=DARK, markersize=1.5)
         axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
     axes[-1].set_xlabel("t, s")
     figure.suptitle(f"{found.machine.name}: residuals, band of two standard deviations")
@@ -81,6 +83,8 @@ def parameters(found: Identification) -> Any:
     sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST for e in shown]
     for verdict, colour in COLOURS.items():
         rows = [k for k, e in enumerate(shown) if e.verdict is verdict]
+        if not rows:
+            continue
         empty = {"fill": False, "hatch": "///"} if verdict is Verdict.NOT else {}
         axis.barh(
             rows, [min(sizes[k], LARGEST) for k in rows], color=colour, edgecolor=colour, label=str(verdict), **empty
@@ -103,7 +107,7 @@ def _used(found: Identification, k: int) -> Any:
     """Samples that were used for joint k."""
     solution = found.estimation.solution
     used = (solution.predicted[:, k] != 0.0) | (found.tau[:, k] != 0.0)
-    return np.flatnonzero(used if used.any() else np.ones_like(used))
+    return used if used.any() else np.ones_like(used)
 
 
 def _sides(found: Identification, k: int, joint: Joint) -> tuple[Any, Any]:

@@ -30,19 +30,30 @@ MODELS = (
     "friction_forces",
     "external_forces",
     "inverse_geometric_model",
+    "inverse_position_model",
     "base_parameters",
     "regressor",
     "energy_regressor",
     "linearization",
 )
 
-SEEN_FROM_FRAMES = ("geometric_model", "velocities", "accelerations", "jacobian", "jacobian_dot_qd")
+SEEN_FROM_FRAMES = (
+    "geometric_model",
+    "velocities",
+    "accelerations",
+    "jacobian",
+    "jacobian_dot_qd",
+    "inverse_geometric_model",
+    "inverse_position_model",
+)
 
 # Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
 # `<letters><joint number>_<component>`, and `<prefix><anything>`.
 QUANTITIES: dict[str, Collection[str]] = {
     "scalars": _words("H Hinv Gamma Gb qd qdd tau rho"),
-    "components": _words("A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y"),
+    "components": _words(
+        "A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root length"
+    ),
     "prefixes": ("sin_", "cos_", "sign_", "result_"),
 }
 

@@ -12,12 +12,13 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
+from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
 from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC, *IDENTIFICATION)}
+MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC, *INVERSE_GEOMETRIC, *IDENTIFICATION)}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
 

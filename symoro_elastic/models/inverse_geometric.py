@@ -10,9 +10,9 @@ from symoro_elastic.equations.inverse_geometry import Branch, inverse_geometric_
 from symoro_elastic.equations.inverse_geometry_points import Mover
 from symoro_elastic.equations.inverse_geometry_types import STILL, Functions, NoClosedForm, Pose
 from symoro_elastic.equations.inverse_geometry_ways import Chain
-from symoro_elastic.equations.kinematics import frames, jacobian
+from symoro_elastic.equations.kinematics import frames
 from symoro_elastic.equations.mechanism import Axis
-from symoro_elastic.equations.spatial import Pair, Screw, Vector, X, Z
+from symoro_elastic.equations.spatial import ZERO, Pair, Screw, Vector, X, Z, cross, subtract, transpose
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -125,11 +125,16 @@ def _listed(joints: Sequence[int]) -> str:
 
 
 def _jacobian_modulo_prime(bound: Bound, frame: Frame) -> dict[int, Pair]:
-    """The Jacobian of a frame at a random position, exactly; zero then means zero at every position."""
+    """Columns [z x P; z] or [z; 0] of a frame at a random position, exactly: zero means zero at every position."""
     leaves: list[Any] = []
     bound.mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
     mechanism = bound.mechanism.map(ModularAngles(SEED).values(leaves))
-    return jacobian(mechanism, frames(mechanism), frame.number)
+    placed = frames(mechanism)
+    columns: dict[int, Pair] = {}
+    for j in bound.machine.moving:
+        z, arm = transpose(placed[j][0])[2], subtract(placed[frame.number][1], placed[j][1])
+        columns[j] = (cross(z, arm), z) if mechanism.links[j - 1].axis is Axis.REVOLUTE else (z, ZERO)
+    return columns
 
 
 def _residues(column: Sequence[Any]) -> list[Residue]:

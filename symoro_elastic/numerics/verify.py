@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets import render_c, render_numpy
+from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import TracedModel, trace_scene
+from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
 from symoro_elastic.numerics.candidates import (
     Candidate,
     Results,
@@ -34,7 +35,7 @@ from symoro_elastic.numerics.candidates import (
     numpy_code,
 )
 from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
-from symoro_elastic.numerics.states import States, extreme_states, moderate_states
+from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 
 Array = NDArray[np.float64]
@@ -268,3 +269,11 @@ def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: S
         wanted = solving.model(model)
         found = max(found, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
     return found
+
+
+def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
+    """Raise `InputError` for a model whose arguments are no state: a placement has to be put back instead."""
+    for name in scene.models:
+        if not set(MODELS[name].arguments) <= set(ARGUMENTS):
+            what = "there is no reference for it: put its solutions back into geometric_model"
+            raise InputError(machine.source or machine.name, f"check, {name}", what)

@@ -203,13 +203,14 @@ class _Plan:
         while stack:
             current = stack.pop()
             uses += self.asked[current.id]
+            hoisted |= node.level == Level.PARAMETER and current.id in self.asked
             for user in self.users[current.id]:
                 if user.operation == NEGATE:
                     stack.append(user)
                 else:
                     uses += 1
                 hoisted |= user.level > node.level
-        return uses > 1 or hoisted or (node.level == Level.PARAMETER and node.id in self.asked)
+        return uses > 1 or hoisted
 
     def statements(self) -> list[Statement]:
         scheduled = sorted((n for n in self.nodes if n.id in self.assigned), key=lambda n: (self.rank[n.id], n.id))
