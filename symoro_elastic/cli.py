@@ -1,4 +1,4 @@
-"""The command line: generate, check, show, equations. Heavy imports wait until they are needed."""
+"""The command line: generate, check, show, equations, identify. Heavy imports wait until they are needed."""
 
 from __future__ import annotations
 
@@ -195,6 +195,45 @@ def equations(machine: str, model: str, form: str, out: str | None, fold: tuple[
     click.echo(f"wrote {out}", err=True)
 
 
+@cli.command()
+@MACHINE
+@click.argument("data", metavar="DATA...", nargs=-1, required=True, type=click.Path())
+@click.option("--value", "values", metavar="NAME=X", multiple=True, help="Value of a parameter, lengths say.")
+@click.option("--known", metavar="LABEL=X", multiple=True, help="Value of a column that is not to be estimated.")
+@click.option("--bandwidth", type=float, metavar="HZ", help="Of the motion, where its spectrum is not to decide.")
+@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw measured and predicted torques there.")
+@JSON
+def identify(
+    machine: str,
+    data: tuple[str, ...],
+    values: tuple[str, ...],
+    known: tuple[str, ...],
+    bandwidth: float | None,
+    plots: str | None,
+    as_json: bool,
+) -> None:
+    """Estimate the parameters of MACHINE from measurements: CSV or NPZ with t, q_<joint>, tau_<motor>."""
+    from symoro_elastic.identification import identify as identification
+    from symoro_elastic.identification.measurements import read_measurements
+    from symoro_elastic.identification.plots import plot
+
+    found = _read(machine)
+    with _progress() as step:
+        step("read")
+        records = [read_measurements(path, found) for path in data]
+        result = identification.identify(
+            found, records, _numbers(values, "--value"), _numbers(known, "--known"), bandwidth, step=step
+        )
+    if as_json:
+        _print_json(identification.as_json(result))
+    else:
+        click.echo(identification.table(result))
+        click.echo("\n".join(result.notes))
+    if plots:
+        written = plot(result, plots)
+        click.echo(f"wrote {plots}: {', '.join(path.name for path in written)}", err=True)
+
+
 def main() -> None:
     """Run the command line; whatever a user can mend ends in one line on stderr and exit code 2."""
     try:
@@ -256,6 +295,18 @@ def _known(names: Sequence[str], known: Sequence[str] | dict[str, Any], option: 
         if name not in known:
             raise InputError("symoro-elastic", option, f"there is no {name!r}: choose from {', '.join(known)}")
     return tuple(dict.fromkeys(names))
+
+
+def _numbers(given: Sequence[str], option: str) -> dict[str, float]:
+    """`NAME=X` by name."""
+    found = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        try:
+            found[name.strip()] = float(number)
+        except ValueError:
+            raise InputError("symoro-elastic", option, f"{text!r} is not NAME=NUMBER") from None
+    return found
 
 
 def _print_json(figures: dict[str, Any]) -> None:
