@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "generated"))
-import two_axis  # noqa: E402
+import two_axis
 
 X, Y = two_axis.MOTORS
 ELASTIC = list(two_axis.ELASTIC)
@@ -52,9 +52,9 @@ def main() -> None:
     q = at_rest()
     qd = np.zeros_like(q)
     tau, _ = two_axis.inverse_dynamics(q, qd, acceleration(0.0))
-    print(f"holding force of motor Y {tau[1]:.1f} N, sag of the ram {1e6 * q[list(two_axis.JOINTS).index('ram')]:.2f} um")
-    print("  t ms   motor X mm   force X N   bed um   cart um")
     names = list(two_axis.JOINTS)
+    print(f"holding force of motor Y {tau[1]:.1f} N, sag of the ram {1e6 * q[names.index('ram')]:.2f} um")
+    print("  t ms   motor X mm   force X N   bed um   cart um")
     for k in range(int(1.2 * DURATION / STEP) + 1):
         t = k * STEP
         if k % 300 == 0:

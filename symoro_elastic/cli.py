@@ -82,7 +82,7 @@ def generate(
 def show(machine: str, scene: str | None, as_json: bool) -> None:
     """Print the table of MACHINE, its parameters, and what is degenerate."""
     from symoro_elastic.generate import found_degeneracies
-    from symoro_elastic.grouping import checked_grouping
+    from symoro_elastic.grouping import base_formulas, checked_grouping, conditioning_text
     from symoro_elastic.machine.machine import Kind
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.report.tables import machine_table
@@ -101,8 +101,9 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
                 "motors": by_kind[Kind.MOTOR],
                 "elastic": by_kind[Kind.ELASTIC],
                 "parameters": [p.name for p in kept.parameters],
-                "base_parameters": grouping.formulas,
+                "base_parameters": base_formulas(grouping, cross_check),
                 "base_parameters_check": cross_check.message,
+                "base_parameters_condition": cross_check.conditioning.condition,
                 "degenerate": degenerate,
             }
         )
@@ -111,9 +112,37 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     for parameter in kept.parameters:
         click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
     click.echo(f"\nbase inertial parameters: {cross_check.message}")
-    for name, formula in grouping.formulas.items():
+    for name, formula in base_formulas(grouping, cross_check).items():
         click.echo(f"  {name} = {formula}")
+    click.echo(conditioning_text(cross_check))
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
+
+
+@cli.command()
+@MACHINE
+@click.argument("file", metavar="FILE", type=click.Path())
+@BASE
+def convert(machine: str, file: str, base: bool) -> None:
+    """Write MACHINE to FILE, a .toml or a .par, with its base inertial parameters only if asked."""
+    from symoro_elastic.machine.formats import write_machine
+
+    if Path(file).exists():
+        raise InputError(file, "FILE", "exists already: choose another name, or remove it")
+    write_machine(_read(machine, base), file)
+    click.echo(f"wrote {file}")
+
+
+@cli.command()
+@JSON
+def models(as_json: bool) -> None:
+    """List the models with their arguments, results, shapes, units and equations."""
+    from symoro_elastic.report.tables import catalogue_json, catalogue_table
+
+    if as_json:
+        _print_json(catalogue_json())
+    else:
+        _print_table(catalogue_table())
+        click.echo("n joints that move, m motors, frames all rows of the table or those a scene asks for")
 
 
 @cli.command()

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.generate import ARGUMENTS, PARTICULAR, RESULTS
 from symoro_elastic.machine.machine import Joint, Machine
-from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.symbolic.program import OperationCount, saved
 
 if TYPE_CHECKING:
@@ -131,3 +132,57 @@ def verification_json(result: Verification) -> dict[str, Any]:
     }
     found: dict[str, Any] = {"ok": result.ok and not result.missing, "states": result.states, "models": models}
     return found | ({"missing": result.missing} if result.missing else {})
+
+
+def catalogue_json() -> dict[str, Any]:
+    """Every model: arguments and results with shape and meaning, equations."""
+    return {
+        "models": {
+            model.name: {
+                "title": model.title,
+                "equations": model.equations,
+                "arguments": {name: [SHAPES.get(name, "n"), ARGUMENTS[name]] for name in model.arguments},
+                "results": {name: [_result_shape(name), _meaning(model, name)] for name in model.results},
+            }
+            for model in MODELS.values()
+        }
+    }
+
+
+def catalogue_table() -> Any:
+    """Every model in a line or two."""
+    from rich.table import Table
+
+    table = Table("model", "of", "gives", "shape", "meaning", "equations")
+    for model in MODELS.values():
+        for k, name in enumerate(model.results):
+            head = (model.name, ", ".join(model.arguments) or "p") if k == 0 else ("", "")
+            equations = model.equations if k == 0 else ""
+            table.add_row(*head, name, _result_shape(name), _meaning(model, name), equations)
+    return table
+
+
+SHAPES = {"tau": "m", "qdd_motor": "m", "T": "16", "P": "3"}
+RESULT_SHAPES = {
+    "A": "n x n",
+    "T": "frames x 4 x 4",
+    "V": "frames x 6",
+    "Vd": "frames x 6",
+    "J": "frames x 6 x n",
+    "f": "frames x 6",
+    "tau": "m",
+    "E": "3",
+    "Y": "n x columns",
+    "h": "columns",
+    "X": "parameters",
+    "singularity": "solutions",
+    "q": "solutions x n",
+}
+
+
+def _result_shape(name: str) -> str:
+    return RESULT_SHAPES.get(name, "n")
+
+
+def _meaning(model: Model, name: str) -> str:
+    return PARTICULAR.get((model.name, name)) or RESULTS[name]
