@@ -161,7 +161,8 @@ def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]
 def seen_motion(mechanism: Mechanism, seen: View, qd: Scalars, qdd: Scalars) -> tuple[list[Pair], list[Pair]]:
     """V_j [3] and V'_j [6] of every frame, all components in the one frame that sees them.
 
-    No angle enters that the motion does not depend on. Base as in `accelerations`.
+    Unlike components in frame j that are turned back, these are free of the angle of a revolute joint j.
+    Base as in `accelerations`.
     """
     rotation = seen.placed[0][0]
     V = [(times(rotation, mechanism.velocity[0]), times(rotation, mechanism.velocity[1]))]
