@@ -15,6 +15,8 @@ from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.names import MODELS as NAMES
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.catalogue import MODELS, trace
+from symoro_elastic.symbolic.expression import Graph
+from symoro_elastic.symbolic.program import Names, Output, Section, build
 from tests.generated_code import imported
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -131,3 +133,32 @@ def test_identify_names_a_missing_column(tmp_path: Path) -> None:
     data = tmp_path / "short.csv"
     data.write_text("t,q_shoulder,q_elbow,tau_shoulder\n0,0,0,0\n")
     assert "tau_elbow: missing" in refused("identify", TWO_R, data)
+
+
+def scene_file(folder: Path, text: str) -> Path:
+    file = folder / "scene.toml"
+    file.write_text(text)
+    return file
+
+
+def test_check_knows_frames_seen_from_others(tmp_path: Path) -> None:
+    frames = '"tool in bed_x", "ram", "base in tool"'
+    scene = scene_file(tmp_path, f'models = ["geometric_model"]\noutputs = {{ geometric_model = [{frames}] }}\n')
+    found = json.loads(run("check", EXAMPLES / "two_axis.toml", "--scene", scene, "--json").stdout)
+    assert found["ok"] and found["models"]["geometric_model"]["numpy"] < 1e-14
+
+
+def test_a_result_of_the_whole_machine_has_no_part_for_a_joint(tmp_path: Path) -> None:
+    scene = scene_file(tmp_path, 'models = ["energy"]\noutputs = { energy = ["ram"] }\n')
+    assert "leave it out" in refused(
+        "generate", EXAMPLES / "two_axis.toml", "--scene", scene, "--out", tmp_path / "out"
+    )
+
+
+def test_one_name_for_two_quantities_is_no_program() -> None:
+    graph, names, here = Graph(), Names(), Section("here")
+    x, y = graph.symbol("x"), graph.symbol("y")
+    names.give(x * y, "H1", here)
+    names.give(x + y, "H1", here)
+    with pytest.raises(ValueError, match="H1"):
+        build((), (Output("f", (2,), (x * y, x + y)),), names)

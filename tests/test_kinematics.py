@@ -140,7 +140,7 @@ class Wanted:
         still, zero = on_still_base(machine), [0.0] * len(q)
         units = np.eye(len(q)).tolist()
         self.T = [np.eye(4), *np.array(reference.geometric_model(machine, q), dtype=float)]
-        self.own = {
+        self.own: dict[str, Any] = {
             "velocities": reference.velocities(machine, q, qd),
             "accelerations": reference.accelerations(machine, q, qd, qdd),
             "jacobian_dot_qd": reference.accelerations(still, q, qd, zero),

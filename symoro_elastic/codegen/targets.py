@@ -84,7 +84,7 @@ def _described(function: Function) -> dict[str, Any]:
     results = [f"{r.name} {_shape(r.shape)}: {r.meaning}" for r in function.results]
     return {
         "name": function.name,
-        "title": function.title,
+        "title": function.title[:1].upper() + function.title[1:],
         "equations": function.equations,
         "counts": counts,
         "documented": [*arguments, *(f"-> {text}" for text in results), *_columns(function)],

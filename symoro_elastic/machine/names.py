@@ -46,6 +46,8 @@ SEEN_FROM_FRAMES = (
     "inverse_geometric_model",
     "inverse_position_model",
 )
+# Models whose results belong to the machine as a whole.
+WHOLE = ("energy", "energy_regressor", "base_parameters")
 
 # Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
 # `<letters><joint number>_<component>`, and `<prefix><anything>`.

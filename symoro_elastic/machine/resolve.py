@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import MODELS, SEEN_FROM_FRAMES, did_you_mean, quoted
+from symoro_elastic.machine.names import MODELS, SEEN_FROM_FRAMES, WHOLE, did_you_mean, quoted
 from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
 
 
@@ -38,8 +38,11 @@ def _output(name: str, model: str, joints: dict[str, str], source: str) -> str:
     if seen_from and model not in SEEN_FROM_FRAMES:
         what = f"{quoted(name)}: only {', '.join(SEEN_FROM_FRAMES)} can be asked for as seen from a frame"
         raise InputError(source, f"scene, outputs, {model}", what)
+    if model in WHOLE:
+        raise InputError(source, f"scene, outputs, {model}", "it has no part for a joint or frame: leave it out")
     places = {**joints, BASE: BASE}
-    found = [joints[_known(first.strip(), joints, "joint", source, f"outputs, {model}")]]
+    known = places if seen_from else joints
+    found = [known[_known(first.strip(), known, "joint", source, f"outputs, {model}")]]
     found += [places[_known(place.strip(), places, "frame", source, f"outputs, {model}")] for place in seen_from]
     if len(found) > 2:
         raise InputError(source, f"scene, outputs, {model}", f"{quoted(name)}: write one frame in one other")

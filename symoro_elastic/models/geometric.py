@@ -12,6 +12,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_screws
 from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.symbolic.program import Section
 
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
 
@@ -71,9 +72,21 @@ def _screws(bound: Bound, asked: Frames, quantity: str, own: list[Pair], mechani
     """V or Vd of each frame: `own` in the frame itself, or with components in the frame it is seen from."""
     views = _views(bound, asked)
     name_screws(bound, own, views[0].placed, quantity, EQUATIONS[quantity])
-    seen = {k: seen_motion(mechanism, seen_by, bound.rates(), qdd)[quantity == "Vd"] for k, seen_by in views.items()}
+    motions = {k: seen_motion(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
+    _name_seen(bound, *motions[0], EQUATIONS[quantity])
+    seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
     screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[f.number] for f in asked]
     return _of_frames(asked, [x for screw in screws for part in screw for x in part], (6,))
+
+
+def _name_seen(bound: Bound, V: list[Pair], Vd: list[Pair], equations: str) -> None:
+    """Name angular velocities and accelerations in frame 0."""
+    for j, _ in bound.mechanism.numbered():
+        here = Section("Forward recursion, in frame 0", j, equations)
+        for axis, x in zip("xyz", V[j][1], strict=True):
+            bound.names.give(x, f"W{j}_{axis}", here)
+        for k, x in enumerate((*Vd[j][0], *Vd[j][1]), start=1):
+            bound.names.give(x, f"Ac{j}_{k}", here)
 
 
 def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -> Result:

@@ -225,7 +225,9 @@ class Point:
         variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
         for j, joint in enumerate(self.reference.machine.joints, start=1):
             placed.append(product(placed[joint.antecedent], self._placement(joint, variables.get(j, zero))))
-        return {"T": [x for j in traced.rows["T"] for row in placed[j] for x in row]}
+        seen_from = traced.results["T"].seen_from or [None] * len(traced.rows["T"])
+        seen = [product(inverse(placed[k or 0]), placed[j]) for j, k in zip(traced.rows["T"], seen_from, strict=True)]
+        return {"T": [x for placement in seen for row in placement for x in row]}
 
     def _placement(self, joint: Joint, q: Any) -> Matrix:
         """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
@@ -271,6 +273,13 @@ def product(first: Matrix, second: Matrix) -> Matrix:
     """Matrix product."""
     columns = list(zip(*second, strict=True))
     return [[dot(row, column) for column in columns] for row in first]
+
+
+def inverse(placement: Matrix) -> Matrix:
+    """The inverse of a 4x4 placement: A^T, -A^T P."""
+    rotation = [[placement[n][m] for n in range(3)] for m in range(3)]
+    position = [placement[m][3] for m in range(3)]
+    return [*([*row, -dot(row, position)] for row in rotation), placement[3]]
 
 
 def solve(matrix: Matrix, right: Numbers) -> Numbers:

@@ -222,6 +222,9 @@ class _Plan:
             label, negative = self.names.labels.get(node.id, (None, False))
             name = label.name if label else _part_name(home[node.id], letters)
             result.append(Statement(name, node, negative, sections[self.rank[node.id]]))
+        twice = [name for name, times in Counter(s.name for s in result).items() if times > 1]
+        if twice:
+            raise ValueError(f"one name for two quantities: {', '.join(twice)}")
         return result
 
     def _homes(self, scheduled: Sequence[Expression]) -> dict[int, str]:
