@@ -142,7 +142,10 @@ def models(as_json: bool) -> None:
         _print_json(catalogue_json())
     else:
         _print_table(catalogue_table())
-        click.echo("n joints that move, m motors, frames all rows of the table or those a scene asks for")
+        click.echo(
+            "n joints that move, m motors; frames: all rows of the table, or those a scene asks for "
+            "('tool in ram' is seen from ram); a point of a body is a fixed row of the table"
+        )
 
 
 @cli.command()
