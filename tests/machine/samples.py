@@ -16,7 +16,7 @@ from symoro_elastic.machine.machine import (
     Spring,
     Wrench,
 )
-from symoro_elastic.machine.names import MODELS
+from symoro_elastic.machine.names import MODELS, WHOLE
 from symoro_elastic.machine.scene import ALL, Scene
 
 TOML = """
@@ -121,7 +121,8 @@ def joints(draw: st.DrawFn, j: int) -> Joint:
 @st.composite
 def scenes(draw: st.DrawFn, moving: list[str]) -> Scene:
     some = st.lists(st.sampled_from(moving), unique=True) if moving else st.just([])
-    outputs = {model: tuple(draw(some)) for model in draw(st.lists(st.sampled_from(MODELS), unique=True, max_size=2))}
+    divided = st.sampled_from([model for model in MODELS if model not in WHOLE])
+    outputs = {model: tuple(draw(some)) for model in draw(st.lists(divided, unique=True, max_size=2))}
     return Scene(
         models=tuple(draw(st.lists(st.sampled_from(MODELS), unique=True, max_size=3))),
         outputs=outputs,
