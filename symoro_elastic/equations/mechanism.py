@@ -63,10 +63,6 @@ class Mechanism:
         """(j, link j) from the base to the tips."""
         return enumerate(self.links, start=1)
 
-    def children(self, j: int) -> list[int]:
-        """Numbers of the links whose antecedent is j."""
-        return [k for k, link in self.numbered() if link.antecedent == j]
-
     def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
         """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
 
