@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
-from symoro_elastic.codegen.targets import render_c, render_numpy
+from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formula import ZERO

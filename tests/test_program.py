@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from symoro_elastic.codegen.body import C, bodies
+from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.package import Function
-from symoro_elastic.codegen.targets import render_c
 from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine

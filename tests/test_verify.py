@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen import compile as compiling
+from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_package, find_compiler
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.targets import render_c, render_numpy
+from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula

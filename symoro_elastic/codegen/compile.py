@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.package import Function, Package
-from symoro_elastic.codegen.targets import render_c
 
 Array: TypeAlias = NDArray[np.float64]
 

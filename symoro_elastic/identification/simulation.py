@@ -11,7 +11,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.codegen.targets import render_numpy
+from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.generate import package
 from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.machine.machine import Kind, Machine

@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.targets import render_c, render_numpy
+from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine

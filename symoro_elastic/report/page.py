@@ -12,11 +12,11 @@ from itertools import groupby
 from typing import Any
 
 from symoro_elastic.codegen.closed_form import closed_equations
+from symoro_elastic.codegen.described import count_text
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
 from symoro_elastic.codegen.notation import RESULTS as RESULT_SYMBOLS
 from symoro_elastic.codegen.notation import literal
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
-from symoro_elastic.codegen.targets import count_text
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.report.mathml import mathml, pieces
 from symoro_elastic.symbolic.program import Section

@@ -1,0 +1,58 @@
+"""What a command prints: tables, figures as JSON, progress."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+
+def print_json(figures: dict[str, Any]) -> None:
+    """One line of JSON on standard output."""
+    click.echo(json.dumps(figures))
+
+
+def print_table(table: Any, title: str = "") -> None:
+    """A table of rich on standard output."""
+    from rich import box
+    from rich.console import Console
+
+    table.box, table.title = box.SIMPLE_HEAD, title or None
+    Console(highlight=False, width=None if sys.stdout.isatty() else 160).print(table)
+
+
+def write_text(text: str, out: str) -> None:
+    """Save a text; raises `InputError` where the file cannot be written."""
+    from symoro_elastic.machine.formats.files import save_text
+
+    save_text(text, out)
+
+
+@contextmanager
+def counted(step: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal's stderr, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(step)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def steps() -> Iterator[Callable[[str], None]]:
+    """Shows the current step on a terminal's stderr, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("read") as status:
+        yield status.update

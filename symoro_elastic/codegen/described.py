@@ -1,0 +1,56 @@
+"""What every target says of a package and of its functions."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.templates import LINE
+from symoro_elastic.symbolic.program import OperationCount
+
+Files = dict[str, str]
+
+
+def count_text(count: OperationCount) -> str:
+    """Operations in words: `292x 277+, 10 sin/cos`."""
+    return f"{count.products}x {count.add}+, {count.sincos} sin/cos"
+
+
+def shared(package: Package) -> dict[str, Any]:
+    """What the templates of a whole package are told."""
+    return {
+        "name": package.name,
+        "summary": package.scene,
+        "joints": package.axes,
+        "motors": package.motors,
+        "elastic": package.elastic,
+        "frames": package.frames,
+    }
+
+
+def described(function: Function) -> dict[str, Any]:
+    """What the templates are told of a function."""
+    program = function.program
+    counts = f"{count_text(program.count)} a call"
+    if program.once:
+        counts += f"; {count_text(program.count_once)} once for each parameter set"
+    arguments = [f"{a.name} ({a.size}): {a.meaning}" for a in function.arguments]
+    results = [f"{r.name} {_shape(r.shape)}: {r.meaning}" for r in function.results]
+    return {
+        "name": function.name,
+        "title": function.title[:1].upper() + function.title[1:],
+        "equations": function.equations,
+        "counts": counts,
+        "documented": [*arguments, *(f"-> {text}" for text in results), *_columns(function)],
+    }
+
+
+def _columns(function: Function) -> list[str]:
+    """Labels of columns, in lines."""
+    labels = [label for result in function.results for label in result.columns]
+    return textwrap.wrap("columns: " + ", ".join(labels), LINE) if labels else []
+
+
+def _shape(shape: tuple[int, ...]) -> str:
+    return "(" + " x ".join(map(str, shape)) + ")"
