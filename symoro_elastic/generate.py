@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
-from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
+from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
 from symoro_elastic.models.model import Result as TracedResult
@@ -43,6 +44,15 @@ RESULTS = {
     "Y": "regressor: torques are Y times the parameters that its columns name",
     "h": "energy regressor: energy is h times the parameters that its entries name, up to a constant",
     "X": "base inertial parameters",
+    "dtau_dq": "derivatives of motor torques by q, springs and friction included",
+    "dtau_dqd": "derivatives of motor torques by qd",
+    "dtau_dqdd_motor": "derivatives of motor torques by qdd_motor: the inertia matrix where every joint has a motor",
+    "dtau_dp": "derivatives of motor torques by the parameters that its columns name",
+    "dqdd_dq": "derivatives of joint accelerations by q",
+    "dqdd_dqd": "derivatives of joint accelerations by qd",
+    "dqdd_dqdd_motor": "derivatives of joint accelerations by qdd_motor",
+    "dqdd_dtau": "derivatives of joint accelerations by tau: columns of the inverse of the inertia matrix",
+    "dqdd_dp": "derivatives of joint accelerations by the parameters that its columns name",
 }
 PARTICULAR = {
     ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, rad/s2), in axes of the base unless seen from another",
@@ -68,9 +78,14 @@ def nothing(_: str) -> None:
 
 
 def generate(
-    machine: Machine, scene: Scene, targets: Sequence[str], out: Path, step: Callable[[str], None] = nothing
+    machine: Machine,
+    scene: Scene,
+    targets: Sequence[str],
+    out: Path,
+    step: Callable[[str], None] = nothing,
+    precisions: Sequence[Precision] = (DOUBLE,),
 ) -> Generated:
-    """Write the models that a scene asks of a machine to `out/<machine name>/`.
+    """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
     `step` is told each step of the journey by its verb. Raises `InputError`; nothing is written then.
     """
@@ -80,8 +95,8 @@ def generate(
     models = trace_scene(machine, scene)
     whole = trace_scene(machine, whole_machine(scene)) if is_part(scene) else models
     step("render")
-    described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene))
-    files = render(described, targets, machine.source)
+    described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
+    files = render(described, targets, machine.source, precisions)
     step("write")
     return Generated(write_files(out / machine.name, files), models, whole)
 
@@ -89,19 +104,19 @@ def generate(
 def described(machine: Machine, scene: Scene) -> Package:
     """The models that a scene asks of a machine, ready to be rendered. Raises `InputError`."""
     refuse_degenerate(machine, scene)
-    return package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene), describe(scene))
+    models = trace_scene(machine, scene)
+    return package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
 
 
-def render(described: Package, targets: Sequence[str], source: str) -> dict[str, str]:
+def render(
+    described: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)
+) -> dict[str, str]:
     """File names and texts; raises `InputError` for constants that no double holds."""
-    files: dict[str, str] = {}
     try:
-        for target in targets:
-            files |= TARGETS[target](described)
+        return render_targets(described, targets, precisions)
     except OverflowError:
         what = "their products are out of the range of double precision: check the units"
         raise InputError(source or described.name, "numbers of the table", what) from None
-    return files
 
 
 def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
@@ -129,7 +144,7 @@ def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
     models = scene.models or DEFAULT_MODELS
     found: dict[int, Degeneracy] = {}
     for name, known_motors in (("direct_dynamics", False), ("inverse_dynamics", True)):
-        if name in models:
+        if any(model.startswith(name) for model in models):
             for degeneracy in degeneracies(kept, known_motors, constants):
                 found.setdefault(degeneracy.joint, degeneracy)
     ordered = [found[j] for j in sorted(found)]
@@ -146,10 +161,12 @@ def whole_machine(scene: Scene) -> Scene:
     return Scene(models=scene.models)
 
 
-def describe(scene: Scene) -> str:
-    """A scene in a few words; empty for the whole machine."""
+def describe(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
+    """A scene and its models in a few words; empty for the whole machine."""
     parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
     parts += ["without gravity"] if not scene.gravity else []
+    if any(model.merged for model in models):
+        parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
     return ", ".join(parts)
 
 
@@ -164,7 +181,7 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
         motors=_of_kind(moving, "motor"),
         elastic=_of_kind(moving, "elastic"),
         frames=tuple(joint.name for joint in machine.joints),
-        joint_names=tuple(joint.name for joint in machine.joints),
+        joint_names=(*(joint.name for joint in machine.joints), *_point_names(machine, traced)),
         parameters=tuple(
             ParameterValue(p.name, math.nan if p.value is None else p.value.value(), p.unit)
             for p in machine.parameters
@@ -192,6 +209,7 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
             PARTICULAR.get((traced.model.name, o.name)) or RESULTS[o.name],
             _row_names(machine, traced.results[o.name]),
             traced.results[o.name].column_labels,
+            traced.whole,
         )
         for o in program.outputs
     )
@@ -199,10 +217,16 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
 
 
 def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
-    """What the first axis of a result follows: `tool`, or `tool in bed_x`."""
+    """What the first axis of a result follows: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
     names = [BASE, *(joint.name for joint in machine.joints)]
-    places = result.seen_from or [None] * len(result.rows or ())
+    if not result.frames:
+        return tuple(names[j] for j in result.rows or ())
     return tuple(
-        names[j] if place is None else f"{names[j]}{SEEN_FROM}{names[place]}"
-        for j, place in zip(result.rows or (), places, strict=True)
+        str(Asked(names[f.number], f.at, None if f.seen_from is None else names[f.seen_from])) for f in result.frames
     )
+
+
+def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, ...]:
+    """Points of frames that have equations, in the order of their numbers."""
+    names = [BASE, *(joint.name for joint in machine.joints)]
+    return tuple(str(Asked(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=()))

@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import place_of
+from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import Grouping, grouped
-from symoro_elastic.numerics.rank import CrossCheck, cross_check
+from symoro_elastic.models.base_parameters import Grouping, Label, ZeroPosition, grouped, joined
+from symoro_elastic.numerics.rank import CrossCheck, cross_check, numerical_relations
+from symoro_elastic.numerics.values import parameter_values
+
+NOTE = "inertial parameters grouped by QR, for this geometry only"
+SAME, ROUNDING = 1e-9, 1e-13
+MOST_NAMED = 6
+FRESH = 1
+"""Seed of the states at which relations are tried; they are found at those of seed 0."""
 
 
 def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
-    """The grouping by the rules, and what the numerical rank of the regressor says of it."""
+    """The grouping to use, and what the numerical rank of the regressor says of it.
+
+    That of the rules or, where numbers contradict them, the one found by QR: it holds for one geometry, whose
+    parameters are constants in the regrouped machine. Without their values that of the rules comes back, refused.
+    """
     grouping = grouped(machine)
-    return grouping, cross_check(machine, grouping)
+    check = cross_check(machine, grouping)
+    return (grouping, check) if check.agrees else _by_numbers(machine, grouping, check)
 
 
-def base_machine(machine: Machine) -> Machine:
-    """The machine with base inertial parameters: fewer operations, the same torques.
+def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
+    """The machine with base inertial parameters, fewer operations, the same torques; and warnings, a line each.
 
-    Raises `InputError` where the rules and the rank of the regressor disagree.
+    Raises `InputError` where the rules and the rank of the regressor disagree and values are missing for another
+    grouping.
     """
     grouping, check = checked_grouping(machine)
-    if not check.agrees:
-        what = f"{check.message}; generate without --base, and identify with the base regressor instead"
-        raise InputError(machine.source or machine.name, "--base", what)
-    return grouping.machine
+    source = machine.source or machine.name
+    if check.refused:
+        raise InputError(source, "--base", check.message)
+    return grouping.machine, () if check.agrees else (f"{source}: --base: {check.message}",)
 
 
 def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
-    """Formulas of the base inertial parameters: those of the rules or, where they fail, of QR."""
-    return dict(grouping.formulas if check.numerical is None else check.numerical.formulas)
+    """Formulas of the base inertial parameters; none where no grouping can be used."""
+    return {} if check.refused else dict(grouping.formulas)
 
 
 def conditioning_text(check: CrossCheck) -> str:
@@ -41,3 +60,49 @@ def conditioning_text(check: CrossCheck) -> str:
         f"condition number of the base regressor at random states {found.condition:.3g}; "
         f"hardest to tell apart (1 is easy, 0 impossible): {weakest}"
     )
+
+
+def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[Grouping, CrossCheck]:
+    """The grouping by QR, kept as near to that of the rules as the numbers allow."""
+    geometry = ZeroPosition(machine).geometry
+    missing = [p.name for p in machine.parameters if p.name in geometry and p.value is None]
+    if missing:
+        what = f"the QR grouping holds for one geometry only: give values to {_some(missing)}"
+        return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=True)
+    fixed = with_constants(machine, geometry)
+    fixed = replace(fixed, notes=tuple(dict.fromkeys((*fixed.notes, NOTE))))
+    found = joined(fixed, numerical_relations(fixed, rules.kept))
+    tried = cross_check(fixed, found, FRESH)
+    if not tried.torques_stay:
+        what = f"the QR grouping changes torques by {tried.torque_error:.2g}"
+        what += ", that of the rules is used" if check.torques_stay else ", write or generate without --base"
+        return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not check.torques_stay)
+    what = "the QR grouping is used, which holds for this geometry only"
+    what += f" ({_some(geometry)} became constants)" if geometry else ""
+    return found, replace(tried, doubt=f"{check.doubt}; {what}; it differs in {_differences(machine, rules, found)}")
+
+
+def _differences(machine: Machine, rules: Grouping, found: Grouping) -> str:
+    """The parameters, by joint, that only one of two groupings keeps or, where there is none, that get other sums."""
+    labels = sorted({*rules.kept} ^ {*found.kept}) or _other_sums(_values(machine, rules), _values(machine, found))
+    by_joint: dict[int, list[str]] = {}
+    for j, entry in labels:
+        by_joint.setdefault(j, []).append(entry)
+    return _some([f"{place_of(j, machine.joints[j - 1])} {' '.join(entries)}" for j, entries in by_joint.items()])
+
+
+def _other_sums(one: Mapping[Label, float], other: Mapping[Label, float]) -> list[Label]:
+    rounding = ROUNDING * max(map(abs, (*one.values(), *other.values())), default=0.0)
+    pairs = {label: (one.get(label, 0.0), other.get(label, 0.0)) for label in sorted({*one, *other})}
+    return [label for label, (a, b) in pairs.items() if not math.isclose(a, b, rel_tol=SAME, abs_tol=rounding)]
+
+
+def _values(machine: Machine, grouping: Grouping) -> dict[Label, float]:
+    values = grouping.values(parameter_values(machine))
+    return {(p.joint, p.entry): values[p.name] for p in grouping.parameters if p.name in values}
+
+
+def _some(names: list[str]) -> str:
+    """The first names of a list that may be long."""
+    rest = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")

@@ -18,17 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
+from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.symbolic.program import OperationCount
 
-ALL_MODELS = tuple(name for name, model in MODELS.items() if model not in INVERSE_GEOMETRIC)
-"""The models that every machine has."""
+ALL_MODELS = tuple(name for name, model in MODELS.items() if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES))
+"""The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 RESULTS = {
@@ -47,10 +48,7 @@ def rendered(machine: Machine, scene: Scene | None = None, targets: Sequence[str
     """File names and texts; all models unless the scene names some."""
     scene = _with_models(scene)
     described = package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene))
-    files: dict[str, str] = {}
-    for target in targets:
-        files |= TARGETS[target](described)
-    return files
+    return render_targets(described, targets)
 
 
 def _with_models(scene: Scene | None) -> Scene:
@@ -128,10 +126,20 @@ def imported(folder: Path) -> ModuleType:
 
 
 def compiled(folder: Path, build: Path, compiler: str, name: str = "") -> ctypes.CDLL:
-    """The C of a folder as a library, without a warning."""
+    """The C of a folder as a library, without a warning; sines and cosines are the library's, as Python's are."""
     name = name or folder.name
     library = build / f"{name}_{compiler}_{next(_unique)}.so"
-    command = [compiler, *STRICT, "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o", str(library)]
+    command = [
+        compiler,
+        *STRICT,
+        "-O1",
+        "-ffp-contract=off",
+        "-DLARGEST_ANGLE=0",
+        "-shared",
+        "-fPIC",
+        "-o",
+        str(library),
+    ]
     run = subprocess.run([*command, str(folder / f"{name}.c"), "-lm"], capture_output=True, text=True, check=False)
     assert run.returncode == 0 and not run.stderr, run.stderr
     return ctypes.CDLL(str(library))

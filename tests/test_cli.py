@@ -24,7 +24,7 @@ EXAMPLES = ROOT / "examples"
 TWO_R = EXAMPLES / "planar_2r.toml"
 FLEX4 = EXAMPLES / "flex4.par"
 PRINTED = EXAMPLES / "two_axis_printed.par"
-PACKAGE = {"__init__.py", "_run.py", "_direct_dynamics.py", "_inverse_dynamics.py"}
+PACKAGE = {"__init__.py", "_run.py", "_notes.py", "_buffers.py", "_direct_dynamics.py", "_inverse_dynamics.py"}
 COUNTS = {"mul", "add", "div", "sincos"}
 
 
@@ -110,7 +110,7 @@ def test_generate_writes_both_targets_and_says_so(run: Run) -> None:
 def test_generate_json(run: Run) -> None:
     found = run("generate", FLEX4, "--json").figures
     assert found.keys() == {"written", "models"}
-    assert all(Path(path).is_file() for path in found["written"]) and len(found["written"]) == 7
+    assert all(Path(path).is_file() for path in found["written"]) and len(found["written"]) == 9
     assert found["models"].keys() == {"direct_dynamics", "inverse_dynamics"}
     for figures in found["models"].values():
         assert figures.keys() == COUNTS | {"once"} and figures["once"].keys() == COUNTS

@@ -234,18 +234,19 @@ def test_names_become_the_symbols_of_the_paper():
     assert symbols["H6"] == "H_{6}"
     assert symbols["Hinv6"] == "H^{-1}_{6}"
     assert symbols["Js4_33"] == "J^{*}_{4,33}"
-    assert symbols["Js5_14a"] == r"J^{*\mathrm{a}}_{5,14}"
+    assert symbols["K5_14a"] == r"K^{\mathrm{a}}_{5,14}"
     assert symbols["bs5_1"] == r"\beta^{*}_{5,1}"
     assert symbols["al6_1"] == r"\boldsymbol{\alpha}_{6,1}"
     assert symbols["w3_x"] == r"\omega_{3x}"
     assert symbols["wd3_x"] == r"\dot{\omega}_{3x}"
-    assert symbols["ww3_xy"] == r"\overline{\omega_{3x}\,\omega_{3y}}"
-    assert symbols["ww3_xx"] == r"\overline{\omega_{3x}^{2}}"
     assert symbols["qd5"] == r"\dot{q}_{5}"
     assert symbols["tau5"] == r"\Gamma_{5}"
     assert symbols["sin_th2"] == r"\mathrm{S}_{\mathit{th}_{2}}"
     assert symbols["RL4"] == r"\mathit{RL}_{4}"
     assert symbols["XX3"] == r"\mathit{XX}_{3}"
+    symbols = Notation(made("rx90.par", "inverse_dynamics")[1].program).symbols
+    assert symbols["ww3_xy"] == r"\overline{\omega_{3x}\,\omega_{3y}}"
+    assert symbols["ww3_xx"] == r"\overline{\omega_{3x}^{2}}"
 
 
 @pytest.mark.parametrize(

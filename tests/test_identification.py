@@ -24,7 +24,6 @@ from symoro_elastic.identification.filtering import (
     smooth,
     thin,
 )
-from symoro_elastic.identification.grouping import group
 from symoro_elastic.identification.identify import Identification, as_json, identify, table
 from symoro_elastic.identification.measurements import (
     Measurements,
@@ -38,6 +37,7 @@ from symoro_elastic.identification.simulation import Controller, Sensors, measur
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
+from symoro_elastic.numerics.independence import independent_columns
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LIMITS = Limits.of([-1.5, -1.5], [1.5, 1.5], [3, 4], [15, 25])
@@ -117,7 +117,7 @@ def test_base_parameters_are_as_many_as_known(name: str, inertial: int) -> None:
     Y = regressor(machine, values)
     q, qd, qdd = np.random.default_rng(0).uniform(-2, 2, (3, 60, len(machine.moving)))
     W = Y.evaluate(q, qd, qdd, range(len(Y.columns))).reshape(-1, len(Y.columns))
-    kept = [Y.columns[c].quantity for c in group(W, 1e-8).kept]
+    kept = [Y.columns[c].quantity for c in independent_columns(W, 1e-8).kept]
     assert sum(quantity not in ("FV", "FS") for quantity in kept) == inertial
 
 

@@ -108,7 +108,8 @@ def test_friction_opposes_motion(velocity: float, force: float, tmp_path: Path) 
     """Fs sign(qd) + Fv qd, none at rest."""
     code = built(slide(friction=Friction(viscous=cell(0.5), coulomb=cell(0.25))), tmp_path)
     for run in code.both():
-        assert run("direct_dynamics", q=[0], qd=[velocity], tau=[50])[0] == [(50 - 20 - force) / 3]
+        qdd = run("direct_dynamics", q=[0], qd=[velocity], tau=[50])[0]
+        assert qdd == pytest.approx([(50 - 20 - force) / 3], rel=1e-15)
         assert run("inverse_dynamics", q=[0], qd=[velocity], qdd_motor=[4])[0] == [12 + 20 + force]
         assert run("bias_forces", q=[0], qd=[velocity])[0] == [20 + force]
 
@@ -116,7 +117,7 @@ def test_friction_opposes_motion(velocity: float, force: float, tmp_path: Path) 
 def test_wrench_is_exerted_on_the_surroundings(tmp_path: Path) -> None:
     code = built(slide(wrench=Wrench(force=vector(0, 0, 7))), tmp_path)
     for run in code.both():
-        assert run("direct_dynamics", q=[0], qd=[0], tau=[33])[0] == [2]
+        assert run("direct_dynamics", q=[0], qd=[0], tau=[33])[0] == pytest.approx([2], rel=1e-15)
         assert run("inverse_dynamics", q=[0], qd=[0], qdd_motor=[2])[0] == [33]
 
 

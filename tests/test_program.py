@@ -25,6 +25,7 @@ from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
+from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import COSPI, Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.program import (
@@ -182,6 +183,45 @@ def program_of(*results: Any, names: Names | None = None) -> Program:
     return build([Input("q", ("x", "y", "z"))], [Output("r", (len(results),), results)], names or Names())
 
 
+def test_products_by_hand() -> None:
+    """Pairs of factors shared, common factors taken out of sums, a reciprocal used once a division."""
+    graph = Graph()
+    w, x, y, z = (graph.symbol(name) for name in "wxyz")
+    a, b = (graph.symbol(name, Level.PARAMETER) for name in "ab")
+    cases: list[tuple[tuple[Any, ...], OperationCount, OperationCount]] = [
+        ((x * y * w, x * z * w, x * w), OperationCount(mul=3), OperationCount()),
+        ((2 * w * x, 2 * w * y, 2 * w * z), OperationCount(mul=4), OperationCount()),
+        ((a * x * b,), OperationCount(mul=1), OperationCount(mul=1)),
+        ((x * w + y + z * w,), OperationCount(mul=1, add=2), OperationCount()),
+        ((y - x * w - z * w,), OperationCount(mul=1, add=2), OperationCount()),
+        ((x * w + z * w, z * w), OperationCount(mul=2, add=1), OperationCount()),
+        ((x * (1 / y),), OperationCount(div=1), OperationCount()),
+        ((x * (1 / y), z * (1 / y)), OperationCount(mul=2, div=1), OperationCount()),
+    ]
+    values = {
+        "w": Fraction(3),
+        "x": Fraction(5),
+        "y": Fraction(7),
+        "z": Fraction(11),
+        "a": Fraction(2),
+        "b": Fraction(13),
+    }
+    for entries, each, once in cases:
+        program = build([], [Output("result", (len(entries),), entries)], Names())
+        assert (program.count, program.count_once) == (each, once), entries
+        rational = Arithmetic(Fraction, RATIONAL)
+        before, after = (evaluate(found, values, rational) for found in (entries, program.outputs[0].entries))
+        assert list(map(before, entries)) == list(map(after, program.outputs[0].entries))
+
+
+def test_quantities_with_a_name_stay_whole() -> None:
+    graph, names = Graph(), Names()
+    w, x, y = (graph.symbol(name) for name in "wxy")
+    names.give(-(x * y), "xy", Section("Section"))
+    program = build([], [Output("result", (2,), (w * (x * y), w * x))], names)
+    assert [(s.name, s.negative) for s in program.statements if s.name == "xy"] == [("xy", True)]
+
+
 def test_counts_by_hand() -> None:
     graph = Graph()
     x, y = graph.symbol("x"), graph.symbol("y")
@@ -197,7 +237,7 @@ def test_counts_by_hand() -> None:
         (1 / x + x / y, OperationCount(div=2, add=1), OperationCount()),
         (x / 4, OperationCount(mul=1), OperationCount()),
         (x * 2 * 3, OperationCount(mul=1), OperationCount()),
-        (x * fifth * fifth, OperationCount(mul=2), OperationCount()),
+        (x * fifth * fifth, OperationCount(mul=1), OperationCount()),
         (a * b * x, OperationCount(mul=1), OperationCount(mul=1)),
         ((a / b - 1) * (x + a), OperationCount(mul=1, add=1), OperationCount(div=1, add=1)),
         (cosine, OperationCount(mul=2, add=1, sincos=4), OperationCount()),

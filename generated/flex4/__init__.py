@@ -2,11 +2,15 @@
 
 SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
 stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+
+Results are new arrays and share no memory with the arguments, which are read only: one array may
+serve as several of them. Results are float32 where all states are (more than a few states are
+computed in it, too), float64 otherwise.
 """
 
 import numpy as np
 
-from . import _run, _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics
 
 JOINTS = ("j1", "j2", "j3", "j4")
 MOTORS = (0, 2)
@@ -53,27 +57,23 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    133x 125+, 4 sin/cos a call; 23x 17+, 0 sin/cos once for each parameter set.
+    132x 114+, 4 sin/cos a call; 26x 11+, 0 sin/cos once for each parameter set.
     q (4): joint variables, rad or m
     qd (4): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (4): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 4), ("qd", qd, 4), ("tau", tau, 2), )
-    results = _run.run(_direct_dynamics, arguments, p, 46, ((4,),))
-    return results[0]
+    return _direct_dynamics.model(q, qd, tau, p=p)
 
 
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
 
-    137x 124+, 4 sin/cos a call; 12x 15+, 0 sin/cos once for each parameter set.
+    142x 113+, 4 sin/cos a call; 14x 9+, 0 sin/cos once for each parameter set.
     q (4): joint variables, rad or m
     qd (4): joint velocities, rad/s or m/s
     qdd_motor (2): motor accelerations, rad/s2 or m/s2
     -> tau (2): motor torques or forces, N m or N
     -> qdd (4): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 4), ("qd", qd, 4), ("qdd_motor", qdd_motor, 2), )
-    results = _run.run(_inverse_dynamics, arguments, p, 46, ((2,), (4,)))
-    return results
+    return _inverse_dynamics.model(q, qd, qdd_motor, p=p)

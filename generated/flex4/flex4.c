@@ -1,7 +1,23 @@
-/* flex4: generated models. Equation numbers are those of Khalil and Gautier. */
+/* flex4: generated models in double precision. Equation numbers are those of Khalil and Gautier.
+ *
+ * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
+ * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
+ * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ */
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "flex4.h"
+
+#ifdef __GNUC__
+#define INLINE static inline __attribute__((always_inline, unused))
+#define APART static __attribute__((noinline, unused))
+#else
+#define INLINE static inline
+#define APART static
+#endif
+#define LANES 8
 
 const double flex4_defaults[FLEX4_PARAMETERS] = {
     NAN, /* XX1 */
@@ -52,14 +68,77 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
     NAN /* G3 */
 };
 
-void flex4_direct_dynamics_prepare(const double *p, double *c)
+/* Angles up to this size, in rad, take the branch-free way; larger ones, infinities and NaN the library's. */
+#ifdef __FAST_MATH__ /* takes the rounding of k apart */
+#undef LARGEST_ANGLE
+#define LARGEST_ANGLE -1.0
+#endif
+#ifndef LARGEST_ANGLE
+#define LARGEST_ANGLE 1048576.0
+#endif
+
+/* Sines and cosines of n angles, within 1.5 units in the last place up to LARGEST_ANGLE.
+ *
+ * x = k pi/2 + r with pi/2 in three parts, of which k times the first two are exact; polynomials in r; the last two
+ * bits of k, read from the sum that rounds it, choose sine or cosine and the signs.
+ */
+INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
+{
+    int large = 0;
+    for (size_t i = 0; i < n; i++)
+        large |= !(fabs(x[i]) <= LARGEST_ANGLE);
+    if (large) {
+        for (size_t i = 0; i < n; i++) {
+            sine[i] = sin(x[i]);
+            cosine[i] = cos(x[i]);
+        }
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const double rounder = 0x1.8p52;
+        const double rounded = x[i]*0x1.45f306dc9c883p-1 + rounder;
+        const double k = rounded - rounder;
+        const double t = x[i] - k*0x1.921fb544p+0, u = k*0x1.0b4611a6p-34, v = t - u;
+        const double r = v + (((t - v) - u) - k*0x1.3198a2e037073p-69);
+        const double z = r*r;
+        const double s = r + r*z*(-0x1.5555555555555p-3 + z*(0x1.1111111110bb2p-7 + z*(-0x1.a01a019e83900p-13
+            + z*(0x1.71de37965e0e8p-19 + z*(-0x1.ae600acd78df1p-26 + z*0x1.5e0b04aa9e9dbp-33)))));
+        const double c = 1.0 - (0.5*z - z*z*(0x1.5555555555555p-5 + z*(-0x1.6c16c16c16967p-10 + z*(0x1.a01a019f4e9f7p-16
+            + z*(-0x1.27e4fa17c076bp-22 + z*(0x1.1eeb68cb4c486p-29 + z*-0x1.907d8bf27a69cp-37))))));
+        uint64_t quarter, bits_s, bits_c;
+        memcpy(&quarter, &rounded, sizeof quarter);
+        memcpy(&bits_s, &s, sizeof bits_s);
+        memcpy(&bits_c, &c, sizeof bits_c);
+        const uint64_t exchange = (0 - (quarter & 1)) & (bits_s ^ bits_c);
+        bits_s ^= exchange ^ ((quarter & 2) << 62);
+        bits_c ^= exchange ^ (((quarter + 1) & 2) << 62);
+        memcpy(&sine[i], &bits_s, sizeof bits_s);
+        memcpy(&cosine[i], &bits_c, sizeof bits_c);
+    }
+}
+
+/* The last states of a batch, fewer than LANES, the last one repeated. */
+INLINE void load(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+{
+    for (size_t k = 0; k < entries; k++)
+        for (size_t l = 0; l < LANES; l++)
+            to[k*LANES + l] = from[k*states + (l < count ? l : count - 1)];
+}
+
+/* Results of `count` states, LANES or fewer, put in their places. */
+INLINE void store(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+{
+    for (size_t k = 0; k < entries; k++)
+        for (size_t l = 0; l < count; l++)
+            to[k*states + l] = from[k*LANES + l];
+}
+
+INLINE void flex4_direct_dynamics_constants(const double *restrict p, double *restrict c)
 {
     const double ZZ1 = p[FLEX4_P_ZZ1];
     const double IA1 = p[FLEX4_P_IA1];
     const double L2 = p[FLEX4_P_L2];
-    const double XX3 = p[FLEX4_P_XX3];
     const double XZ3 = p[FLEX4_P_XZ3];
-    const double YY3 = p[FLEX4_P_YY3];
     const double YZ3 = p[FLEX4_P_YZ3];
     const double ZZ3 = p[FLEX4_P_ZZ3];
     const double MX3 = p[FLEX4_P_MX3];
@@ -77,98 +156,102 @@ void flex4_direct_dynamics_prepare(const double *p, double *c)
     const double MZ4 = p[FLEX4_P_MZ4];
     const double M4 = p[FLEX4_P_M4];
 
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double dJ3_yz = YY3 - ZZ3;
-    const double dJ3_xz = XX3 - ZZ3;
-    const double dJ3_xy = XX3 - YY3;
-
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double dJ4_yz = YY4 - ZZ4;
-    const double dJ4_xz = XX4 - ZZ4;
-    const double dJ4_xy = XX4 - YY4;
-
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
     const double Hinv4 = 1.0/ZZ4;
+    const double UH4_1 = -MY4*Hinv4;
+    const double UH4_2 = MX4*Hinv4;
     const double UH4_4 = XZ4*Hinv4;
     const double UH4_5 = YZ4*Hinv4;
-    const double K4_14 = MY4*UH4_4;
-    const double K4_44 = XX4 - XZ4*UH4_4;
-    const double K4_15 = MZ4 + MY4*UH4_5;
-    const double K4_45 = XY4 - XZ4*UH4_5;
-    const double K4_24 = -(MZ4 + MX4*UH4_4);
-    const double K4_25 = -MX4*UH4_5;
-    const double K4_55 = YY4 - YZ4*UH4_5;
+    const double K4_14a = MY4*UH4_4;
+    const double K4_44a = XX4 - XZ4*UH4_4;
+    const double K4_14b = MZ4 + MY4*UH4_5;
+    const double K4_44b = XY4 - XZ4*UH4_5;
+    const double K4_14c = MZ4 + MX4*UH4_4;
+    const double K4_14d = MX4*UH4_5;
+    const double K4_44c = YY4 - YZ4*UH4_5;
+    const double K4_14e = K4_14a + K4_14d;
+    const double K4_14f = K4_14b - K4_14c;
+    const double K4_44d = K4_44a - K4_44c;
+    const double K4_44e = 2.0*K4_44b;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
-    const double Js3_14a = K4_14 - K4_25;
-    const double Js3_14b = K4_15 + K4_24;
-    const double Js3_44a = K4_44 - K4_55;
-    const double Js3_44b = 2.0*K4_45;
     const double Js3_33 = M3 + M4;
     const double H3 = ZZ3 + IA3;
     const double Hinv3 = 1.0/H3;
+    const double UH3_1 = -MY3*Hinv3;
+    const double UH3_2 = MX3*Hinv3;
     const double UH3_4 = XZ3*Hinv3;
     const double UH3_5 = YZ3*Hinv3;
-    const double K3_14a = MY3*UH3_4;
-    const double K3_44a = XZ3*UH3_4;
-    const double K3_15a = MY3*UH3_5;
-    const double K3_45a = XZ3*UH3_5;
-    const double K3_24a = MX3*UH3_4;
-    const double K3_25a = MX3*UH3_5;
-    const double K3_55a = YZ3*UH3_5;
+    const double K3_15a = MY3*UH3_4;
+    const double K3_45a = XZ3*UH3_4;
+    const double K3_15b = MY3*UH3_5;
+    const double K3_45b = XZ3*UH3_5;
+    const double K3_15c = MX3*UH3_4;
+    const double K3_15e = MX3*UH3_5;
+    const double K3_45c = YZ3*UH3_5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
-    const double Js2_66b = L2*Js3_33;
+    const double Js2_66a = L2*Js3_33;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
     const double H1 = ZZ1 + IA1;
-    const double Hinv1 = 1.0/H1;
 
-    c[0] = dJ3_yz;
-    c[1] = dJ3_xz;
-    c[2] = dJ3_xy;
-    c[3] = dJ4_yz;
-    c[4] = dJ4_xz;
-    c[5] = dJ4_xy;
-    c[6] = Hinv4;
-    c[7] = UH4_4;
-    c[8] = UH4_5;
-    c[9] = K4_14;
-    c[10] = K4_44;
-    c[11] = K4_15;
-    c[12] = K4_45;
-    c[13] = K4_24;
-    c[14] = K4_25;
-    c[15] = K4_55;
-    c[16] = Js3_14a;
-    c[17] = Js3_14b;
-    c[18] = Js3_44a;
-    c[19] = Js3_44b;
-    c[20] = Hinv3;
-    c[21] = UH3_4;
-    c[22] = UH3_5;
-    c[23] = K3_14a;
-    c[24] = K3_44a;
-    c[25] = K3_15a;
-    c[26] = K3_45a;
-    c[27] = K3_24a;
-    c[28] = K3_25a;
-    c[29] = K3_55a;
-    c[30] = Js2_66b;
-    c[31] = Hinv1;
+    c[0] = Hinv4;
+    c[1] = UH4_1;
+    c[2] = UH4_2;
+    c[3] = UH4_4;
+    c[4] = UH4_5;
+    c[5] = K4_14a;
+    c[6] = K4_44a;
+    c[7] = K4_14b;
+    c[8] = K4_44b;
+    c[9] = K4_14c;
+    c[10] = K4_14d;
+    c[11] = K4_44c;
+    c[12] = K4_14e;
+    c[13] = K4_14f;
+    c[14] = K4_44d;
+    c[15] = K4_44e;
+    c[16] = Hinv3;
+    c[17] = UH3_1;
+    c[18] = UH3_2;
+    c[19] = UH3_4;
+    c[20] = UH3_5;
+    c[21] = K3_15a;
+    c[22] = K3_45a;
+    c[23] = K3_15b;
+    c[24] = K3_45b;
+    c[25] = K3_15c;
+    c[26] = K3_15e;
+    c[27] = K3_45c;
+    c[28] = Js2_66a;
+    c[29] = H1;
 }
 
-void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+void flex4_direct_dynamics_prepare(const double *p, double *c)
 {
-    const double th2 = q[1];
-    const double th3 = q[2];
-    const double th4 = q[3];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double qd3 = qd[2];
-    const double qd4 = qd[3];
-    const double tau1 = tau[0];
-    const double tau3 = tau[1];
+    flex4_direct_dynamics_constants(p, c);
+}
+
+INLINE void flex4_direct_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
+{
+    const double th3 = q[2*stride];
+    const double th4 = q[3*stride];
+    angle[0*lanes] = th3;
+    angle[1*lanes] = th4;
+}
+
+INLINE void flex4_direct_dynamics_state(size_t stride, size_t lanes, const double *restrict q, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
+{
+    (void)stride, (void)lanes;
+    const double th2 = q[1*stride];
+    const double th4 = q[3*stride];
+    const double qd1 = qd[0*stride];
+    const double qd2 = qd[1*stride];
+    const double qd3 = qd[2*stride];
+    const double qd4 = qd[3*stride];
+    const double tau1 = tau[0*stride];
+    const double tau3 = tau[1*stride];
     const double ZZ2 = p[FLEX4_P_ZZ2];
     const double k2 = p[FLEX4_P_k2];
     const double L2 = p[FLEX4_P_L2];
@@ -177,11 +260,14 @@ void flex4_direct_dynamics_prepared(const double *q, const double *qd, const dou
     const double XZ3 = p[FLEX4_P_XZ3];
     const double YY3 = p[FLEX4_P_YY3];
     const double YZ3 = p[FLEX4_P_YZ3];
+    const double ZZ3 = p[FLEX4_P_ZZ3];
     const double MX3 = p[FLEX4_P_MX3];
     const double MY3 = p[FLEX4_P_MY3];
     const double MZ3 = p[FLEX4_P_MZ3];
+    const double XX4 = p[FLEX4_P_XX4];
     const double XY4 = p[FLEX4_P_XY4];
     const double XZ4 = p[FLEX4_P_XZ4];
+    const double YY4 = p[FLEX4_P_YY4];
     const double YZ4 = p[FLEX4_P_YZ4];
     const double ZZ4 = p[FLEX4_P_ZZ4];
     const double MX4 = p[FLEX4_P_MX4];
@@ -189,158 +275,171 @@ void flex4_direct_dynamics_prepared(const double *q, const double *qd, const dou
     const double MZ4 = p[FLEX4_P_MZ4];
     const double k4 = p[FLEX4_P_k4];
     const double G3 = p[FLEX4_P_G3];
-    const double dJ3_yz = c[0];
-    const double dJ3_xz = c[1];
-    const double dJ3_xy = c[2];
-    const double dJ4_yz = c[3];
-    const double dJ4_xz = c[4];
-    const double dJ4_xy = c[5];
-    const double Hinv4 = c[6];
-    const double UH4_4 = c[7];
-    const double UH4_5 = c[8];
-    const double K4_14 = c[9];
-    const double K4_44 = c[10];
-    const double K4_15 = c[11];
-    const double K4_45 = c[12];
-    const double K4_24 = c[13];
-    const double K4_25 = c[14];
-    const double K4_55 = c[15];
-    const double Js3_14a = c[16];
-    const double Js3_14b = c[17];
-    const double Js3_44a = c[18];
-    const double Js3_44b = c[19];
-    const double Hinv3 = c[20];
-    const double UH3_4 = c[21];
-    const double UH3_5 = c[22];
-    const double K3_14a = c[23];
-    const double K3_44a = c[24];
-    const double K3_15a = c[25];
-    const double K3_45a = c[26];
-    const double K3_24a = c[27];
-    const double K3_25a = c[28];
-    const double K3_55a = c[29];
-    const double Js2_66b = c[30];
-    const double Hinv1 = c[31];
+    const double Hinv4 = c[0];
+    const double UH4_1 = c[1];
+    const double UH4_2 = c[2];
+    const double UH4_4 = c[3];
+    const double UH4_5 = c[4];
+    const double K4_14a = c[5];
+    const double K4_44a = c[6];
+    const double K4_14b = c[7];
+    const double K4_44b = c[8];
+    const double K4_14c = c[9];
+    const double K4_14d = c[10];
+    const double K4_44c = c[11];
+    const double K4_14e = c[12];
+    const double K4_14f = c[13];
+    const double K4_44d = c[14];
+    const double K4_44e = c[15];
+    const double Hinv3 = c[16];
+    const double UH3_1 = c[17];
+    const double UH3_2 = c[18];
+    const double UH3_4 = c[19];
+    const double UH3_5 = c[20];
+    const double K3_15a = c[21];
+    const double K3_45a = c[22];
+    const double K3_15b = c[23];
+    const double K3_45b = c[24];
+    const double K3_15c = c[25];
+    const double K3_15e = c[26];
+    const double K3_45c = c[27];
+    const double Js2_66a = c[28];
+    const double H1 = c[29];
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
     const double w2_z = qd1 + qd2;
-    const double ww2_zz = w2_z*w2_z;
 
     /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sin(th3);
-    const double cos_th3 = cos(th3);
+    const double sin_th3 = sine[0*lanes];
+    const double cos_th3 = cosine[0*lanes];
     const double w3_x = sin_th3*w2_z;
     const double w3_y = cos_th3*w2_z;
-    const double ww3_xx = w3_x*w3_x;
-    const double ww3_yy = w3_y*w3_y;
-    const double ww3_zz = qd3*qd3;
-    const double ww3_xy = w3_x*w3_y;
-    const double ww3_xz = qd3*w3_x;
-    const double ww3_yz = qd3*w3_y;
-    const double g3_1a = L2*ww2_zz;
-    const double g3_1 = -cos_th3*g3_1a;
-    const double g3_2 = sin_th3*g3_1a;
-    const double b3_3 = MZ3*(ww3_xx + ww3_yy) - (MX3*ww3_xz + MY3*ww3_yz);
-    const double b3_4 = XY3*ww3_xz - (YZ3*(ww3_yy - ww3_zz) - ww3_yz*dJ3_yz + XZ3*ww3_xy);
-    const double b3_5 = XZ3*(ww3_xx - ww3_zz) - ww3_xz*dJ3_xz + YZ3*ww3_xy - XY3*ww3_yz;
-    const double b3_6 = XZ3*ww3_yz - (XY3*(ww3_xx - ww3_yy) - ww3_xy*dJ3_xy + YZ3*ww3_xz);
+    const double g3_1 = -w2_z*(L2*w2_z);
+    const double g3_4 = qd3*w2_z;
+    const double b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
+    const double b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
+    const double b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
+    const double b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
+    const double b3_4 = qd3*b3_4a - w3_y*b3_4b;
+    const double b3_5 = w3_x*b3_4b - qd3*b3_5a;
+    const double b3_6 = w3_y*b3_5a - w3_x*b3_4a;
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sin(th4);
-    const double cos_th4 = cos(th4);
+    const double sin_th4 = sine[1*lanes];
+    const double cos_th4 = cosine[1*lanes];
     const double w4_x = cos_th4*w3_x + sin_th4*w3_y;
     const double w4_y = cos_th4*w3_y - sin_th4*w3_x;
     const double w4_z = qd3 + qd4;
-    const double ww4_xx = w4_x*w4_x;
-    const double ww4_yy = w4_y*w4_y;
-    const double ww4_zz = w4_z*w4_z;
-    const double ww4_xy = w4_x*w4_y;
-    const double ww4_xz = w4_x*w4_z;
-    const double ww4_yz = w4_y*w4_z;
-    const double g4_4 = qd4*w4_y;
-    const double g4_5 = -qd4*w4_x;
-    const double b4_3 = MZ4*(ww4_xx + ww4_yy) - (MX4*ww4_xz + MY4*ww4_yz);
-    const double b4_4 = XY4*ww4_xz - (YZ4*(ww4_yy - ww4_zz) - ww4_yz*dJ4_yz + XZ4*ww4_xy);
-    const double b4_5 = XZ4*(ww4_xx - ww4_zz) - ww4_xz*dJ4_xz + YZ4*ww4_xy - XY4*ww4_yz;
-    const double b4_6 = XZ4*ww4_yz - (XY4*(ww4_xx - ww4_yy) - ww4_xy*dJ4_xy + YZ4*ww4_xz);
+    const double g4_4 = qd4*w3_y;
+    const double g4_5 = -qd4*w3_x;
+    const double b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
+    const double b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
+    const double b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
+    const double b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
+    const double b4_4 = w4_z*b4_4a - w4_y*b4_4b;
+    const double b4_5 = w4_x*b4_4b - w4_z*b4_5a;
+    const double b4_6 = w4_y*b4_5a - w4_x*b4_4a;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
     const double Gamma4 = -k4*th4;
+    const double K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
+    const double K4_14h = sin_th4*K4_14g;
+    const double K4_14 = K4_14a - K4_14h;
+    const double K4_15a = cos_th4*K4_14g;
+    const double K4_15 = K4_14c + K4_15a;
+    const double K4_24 = K4_15a - K4_14b;
+    const double K4_25 = K4_14h - K4_14d;
+    const double K4_34 = MY4*cos_th4 + MX4*sin_th4;
+    const double K4_35 = MY4*sin_th4 - MX4*cos_th4;
     const double Gb4 = Gamma4 + b4_6;
-    const double al4_3 = -(b4_3 + MX4*g4_5 - MY4*g4_4);
-    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 + UH4_4*Gb4 - b4_4;
-    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 + UH4_5*Gb4 - b4_5;
+    const double qdf4 = Hinv4*Gb4;
+    const double al4_4a = b4_4 - XZ4*qdf4;
+    const double al4_4b = YZ4*qdf4 - b4_5;
+    const double al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
+    const double K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
+    const double K4_44g = sin_th4*K4_44f;
+    const double K4_44 = K4_44a - K4_44g;
+    const double K4_45 = cos_th4*K4_44f - K4_44b;
+    const double K4_55 = K4_44c + K4_44g;
+    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
+    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
-    const double Js3_14c = sin_th4*Js3_14a + cos_th4*Js3_14b;
-    const double Js3_14d = sin_th4*Js3_14c;
-    const double Js3_14 = K4_14 - Js3_14d;
-    const double Js3_15a = cos_th4*Js3_14c;
-    const double Js3_25 = K4_25 + Js3_14d;
-    const double Js3_44c = sin_th4*Js3_44a + cos_th4*Js3_44b;
-    const double Js3_44d = sin_th4*Js3_44c;
-    const double Js3_15 = MZ3 + Js3_15a - K4_24;
-    const double Js3_24 = -(MZ3 + K4_15 - Js3_15a);
-    const double Js3_34 = MY3 + MY4*cos_th4 + MX4*sin_th4;
-    const double Js3_35 = MY4*sin_th4 - MX4*cos_th4 - MX3;
-    const double Js3_44 = XX3 + K4_44 - Js3_44d;
-    const double Js3_45 = XY3 - (K4_45 - cos_th4*Js3_44c);
-    const double Js3_55 = YY3 + K4_55 + Js3_44d;
+    const double Js3_15 = MZ3 + K4_15;
+    const double Js3_24 = K4_24 - MZ3;
+    const double Js3_34 = MY3 + K4_34;
+    const double Js3_35 = K4_35 - MX3;
     const double bs3_3 = b3_3 - al4_3;
-    const double bs3_4 = b3_4 - (cos_th4*al4_4 - sin_th4*al4_5);
-    const double bs3_5 = b3_5 - (sin_th4*al4_4 + cos_th4*al4_5);
     const double bs3_6 = b3_6 - Gamma4;
-    const double K3_14 = Js3_14 + K3_14a;
-    const double K3_44 = Js3_44 - K3_44a;
-    const double K3_15 = Js3_15 + K3_15a;
-    const double K3_45 = Js3_45 - K3_45a;
-    const double K3_24 = Js3_24 - K3_24a;
-    const double K3_25 = Js3_25 - K3_25a;
-    const double K3_55 = Js3_55 - K3_55a;
+    const double K3_15d = K3_15c - Js3_24;
+    const double K3_15f = K3_15e - K4_25;
+    const double K3_15g = sin_th3*(K4_14 + K3_15a + K3_15f) + cos_th3*(Js3_15 + K3_15b - K3_15d);
+    const double K3_15 = K3_15d + cos_th3*K3_15g;
+    const double K3_25 = sin_th3*K3_15g - K3_15f;
+    const double K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
+    const double K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
     const double Gb3 = tau3 + bs3_6;
-    const double al3_3 = ww3_yz*Js3_34 - ww3_xz*Js3_35 - bs3_3;
-    const double al3_4 = g3_1*K3_14 + g3_2*K3_24 + ww3_yz*K3_44 - ww3_xz*K3_45 + UH3_4*Gb3 - bs3_4;
-    const double al3_5 = g3_1*K3_15 + g3_2*K3_25 + ww3_yz*K3_45 - ww3_xz*K3_55 + UH3_5*Gb3 - bs3_5;
+    const double qdf3 = Hinv3*Gb3;
+    const double al3_3 = g3_4*K3_34 - bs3_3;
+    const double Js3_44 = XX3 + K4_44;
+    const double Js3_45 = XY3 + K4_45;
+    const double Js3_55 = YY3 + K4_55;
+    const double bs3_4 = b3_4 - al4_4;
+    const double bs3_5 = b3_5 - al4_5;
+    const double K3_45d = K3_45b - Js3_45;
+    const double K3_45e = K3_45c - Js3_55;
+    const double K3_45f = sin_th3*(K3_45a - Js3_44 - K3_45e) + 2.0*cos_th3*K3_45d;
+    const double K3_45 = K3_45d - cos_th3*K3_45f;
+    const double K3_55 = -(K3_45e + sin_th3*K3_45f);
+    const double al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdf3 - bs3_4) + cos_th3*(YZ3*qdf3 - bs3_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
     const double Gamma2 = -k2*th2;
-    const double Js2_36 = K3_25 + sin_th3*(sin_th3*(K3_14 - K3_25) + cos_th3*(K3_15 + K3_24));
-    const double Js2_66a = sin_th3*Js3_34 + cos_th3*Js3_35;
-    const double Js2_66 = ZZ2 + K3_55 + sin_th3*(sin_th3*(K3_44 - K3_55) + 2.0*K3_45*cos_th3) - L2*(Js2_66a
-        + Js2_66a - Js2_66b);
-    const double bs2_6 = L2*al3_3 - (sin_th3*al3_4 + cos_th3*al3_5);
+    const double Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
+    const double bs2_6 = L2*al3_3 - al3_5;
     const double Hinv2 = 1.0/Js2_66;
+    const double UH2_3 = K3_25*Hinv2;
     const double Gb2 = Gamma2 + bs2_6;
+    const double qdf2 = Hinv2*Gb2;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
     const double Gb1 = tau1 - Gamma2;
-
-    /* Forward recursion: accelerations and torques, joint 1 (j1) [33]-[36]. */
-    const double qdd1 = Hinv1*Gb1;
+    const double qdf1 = Gb1/H1;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36]. */
-    const double qdd2 = -Hinv2*(Js2_66*qdd1 - (Gb2 + G3*Js2_36));
-    const double wd2_z = qdd1 + qdd2;
+    const double wd2_z = qdf2 + G3*UH2_3;
+    const double qdd2 = wd2_z - qdf1;
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36]. */
-    const double vd3_x = g3_1 - G3*sin_th3;
-    const double vd3_y = g3_2 - G3*cos_th3;
-    const double wd3_x = ww3_yz + sin_th3*wd2_z;
-    const double wd3_y = cos_th3*wd2_z - ww3_xz;
-    const double qdd3 = Hinv3*(Gb3 - (MX3*vd3_y - MY3*vd3_x) - (XZ3*wd3_x + YZ3*wd3_y));
+    const double vd3_x = cos_th3*g3_1 - G3*sin_th3;
+    const double vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
+    const double wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
+    const double wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
+    const double qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y) - (UH3_4*wd3_x + UH3_5*wd3_y);
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36]. */
     const double vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
     const double vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const double wd4_x = g4_4 + cos_th4*wd3_x + sin_th4*wd3_y;
-    const double wd4_y = g4_5 - (sin_th4*wd3_x - cos_th4*wd3_y);
-    const double qdd4 = -Hinv4*(MX4*vd4_y - MY4*vd4_x - Gb4 + XZ4*wd4_x + YZ4*wd4_y + ZZ4*qdd3);
+    const double wd4_xa = g4_4 + wd3_x;
+    const double wd4_xb = -(g4_5 + wd3_y);
+    const double wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
+    const double wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
+    const double wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const double qdd4 = wd4_z - qdd3;
 
     /* Results. */
-    qdd[0] = qdd1;
-    qdd[1] = qdd2;
-    qdd[2] = qdd3;
-    qdd[3] = qdd4;
+    qdd[0*lanes] = qdf1;
+    qdd[1*lanes] = qdd2;
+    qdd[2*lanes] = qdd3;
+    qdd[3*lanes] = qdd4;
+}
+
+void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+{
+    double angle[2], sine[2], cosine[2];
+    flex4_direct_dynamics_angles(1, 1, q, angle);
+    circles(2, angle, sine, cosine);
+    flex4_direct_dynamics_state(1, 1, q, qd, tau, p, c, sine, cosine, qdd);
 }
 
 void flex4_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd)
@@ -350,12 +449,47 @@ void flex4_direct_dynamics(const double *q, const double *qd, const double *tau,
     flex4_direct_dynamics_prepared(q, qd, tau, p, c, qdd);
 }
 
-void flex4_inverse_dynamics_prepare(const double *p, double *c)
+APART void flex4_direct_dynamics_state_lanes(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
+{
+    for (size_t l = 0; l < LANES; l++)
+        flex4_direct_dynamics_state(stride, LANES, q + l, qd + l, tau + l, p, c, sine + l, cosine + l, qdd + l);
+}
+
+static void flex4_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+{
+    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    for (size_t l = 0; l < LANES; l++)
+        flex4_direct_dynamics_angles(stride, LANES, q + l, angle + l);
+    circles(2*LANES, angle, sine, cosine);
+    flex4_direct_dynamics_state_lanes(stride, q, qd, tau, p, c, sine, cosine, qdd);
+}
+
+void flex4_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
+{
+    double c[FLEX4_DIRECT_DYNAMICS_CONSTANTS];
+    flex4_direct_dynamics_prepare(p, c);
+    double found_qdd[4*LANES];
+    const size_t count = states%LANES;
+    size_t first = 0;
+    for (; first + LANES <= states; first += LANES) {
+        flex4_direct_dynamics_lanes(states, q + first, qd + first, tau + first, p, c, found_qdd);
+        store(4, states, LANES, found_qdd, qdd + first);
+    }
+    if (count) {
+        double last_q[4*LANES];
+        load(4, states, count, q + first, last_q);
+        double last_qd[4*LANES];
+        load(4, states, count, qd + first, last_qd);
+        double last_tau[2*LANES];
+        load(2, states, count, tau + first, last_tau);
+        flex4_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
+        store(4, states, count, found_qdd, qdd + first);
+    }
+}
+
+INLINE void flex4_inverse_dynamics_constants(const double *restrict p, double *restrict c)
 {
     const double L2 = p[FLEX4_P_L2];
-    const double XX3 = p[FLEX4_P_XX3];
-    const double YY3 = p[FLEX4_P_YY3];
-    const double ZZ3 = p[FLEX4_P_ZZ3];
     const double M3 = p[FLEX4_P_M3];
     const double XX4 = p[FLEX4_P_XX4];
     const double XY4 = p[FLEX4_P_XY4];
@@ -368,72 +502,73 @@ void flex4_inverse_dynamics_prepare(const double *p, double *c)
     const double MZ4 = p[FLEX4_P_MZ4];
     const double M4 = p[FLEX4_P_M4];
 
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double dJ3_yz = YY3 - ZZ3;
-    const double dJ3_xz = XX3 - ZZ3;
-    const double dJ3_xy = XX3 - YY3;
-
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double dJ4_yz = YY4 - ZZ4;
-    const double dJ4_xz = XX4 - ZZ4;
-    const double dJ4_xy = XX4 - YY4;
-
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
     const double Hinv4 = 1.0/ZZ4;
+    const double UH4_1 = -MY4*Hinv4;
+    const double UH4_2 = MX4*Hinv4;
     const double UH4_4 = XZ4*Hinv4;
     const double UH4_5 = YZ4*Hinv4;
-    const double K4_14 = MY4*UH4_4;
-    const double K4_44 = XX4 - XZ4*UH4_4;
-    const double K4_15 = MZ4 + MY4*UH4_5;
-    const double K4_45 = XY4 - XZ4*UH4_5;
-    const double K4_24 = -(MZ4 + MX4*UH4_4);
-    const double K4_25 = -MX4*UH4_5;
-    const double K4_55 = YY4 - YZ4*UH4_5;
+    const double K4_14a = MY4*UH4_4;
+    const double K4_44a = XX4 - XZ4*UH4_4;
+    const double K4_14b = MZ4 + MY4*UH4_5;
+    const double K4_44b = XY4 - XZ4*UH4_5;
+    const double K4_14c = MZ4 + MX4*UH4_4;
+    const double K4_14d = MX4*UH4_5;
+    const double K4_44c = YY4 - YZ4*UH4_5;
+    const double K4_14e = K4_14a + K4_14d;
+    const double K4_14f = K4_14b - K4_14c;
+    const double K4_44d = K4_44a - K4_44c;
+    const double K4_44e = 2.0*K4_44b;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
-    const double Js3_14a = K4_14 - K4_25;
-    const double Js3_14b = K4_15 + K4_24;
-    const double Js3_44a = K4_44 - K4_55;
-    const double Js3_44b = 2.0*K4_45;
     const double Js3_33 = M3 + M4;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
-    const double Js2_66b = L2*Js3_33;
+    const double Js2_66a = L2*Js3_33;
 
-    c[0] = dJ3_yz;
-    c[1] = dJ3_xz;
-    c[2] = dJ3_xy;
-    c[3] = dJ4_yz;
-    c[4] = dJ4_xz;
-    c[5] = dJ4_xy;
-    c[6] = Hinv4;
-    c[7] = UH4_4;
-    c[8] = UH4_5;
-    c[9] = K4_14;
-    c[10] = K4_44;
-    c[11] = K4_15;
-    c[12] = K4_45;
-    c[13] = K4_24;
-    c[14] = K4_25;
-    c[15] = K4_55;
-    c[16] = Js3_14a;
-    c[17] = Js3_14b;
-    c[18] = Js3_44a;
-    c[19] = Js3_44b;
-    c[20] = Js2_66b;
+    c[0] = Hinv4;
+    c[1] = UH4_1;
+    c[2] = UH4_2;
+    c[3] = UH4_4;
+    c[4] = UH4_5;
+    c[5] = K4_14a;
+    c[6] = K4_44a;
+    c[7] = K4_14b;
+    c[8] = K4_44b;
+    c[9] = K4_14c;
+    c[10] = K4_14d;
+    c[11] = K4_44c;
+    c[12] = K4_14e;
+    c[13] = K4_14f;
+    c[14] = K4_44d;
+    c[15] = K4_44e;
+    c[16] = Js2_66a;
 }
 
-void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+void flex4_inverse_dynamics_prepare(const double *p, double *c)
 {
-    const double th2 = q[1];
-    const double th3 = q[2];
-    const double th4 = q[3];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double qd3 = qd[2];
-    const double qd4 = qd[3];
-    const double qdd1 = qdd_motor[0];
-    const double qdd3 = qdd_motor[1];
+    flex4_inverse_dynamics_constants(p, c);
+}
+
+INLINE void flex4_inverse_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
+{
+    const double th3 = q[2*stride];
+    const double th4 = q[3*stride];
+    angle[0*lanes] = th3;
+    angle[1*lanes] = th4;
+}
+
+INLINE void flex4_inverse_dynamics_state(size_t stride, size_t lanes, const double *restrict q, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
+{
+    (void)stride, (void)lanes;
+    const double th2 = q[1*stride];
+    const double th4 = q[3*stride];
+    const double qd1 = qd[0*stride];
+    const double qd2 = qd[1*stride];
+    const double qd3 = qd[2*stride];
+    const double qd4 = qd[3*stride];
+    const double qdd1 = qdd_motor[0*stride];
+    const double qdd3 = qdd_motor[1*stride];
     const double ZZ1 = p[FLEX4_P_ZZ1];
     const double IA1 = p[FLEX4_P_IA1];
     const double ZZ2 = p[FLEX4_P_ZZ2];
@@ -449,8 +584,10 @@ void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const do
     const double MY3 = p[FLEX4_P_MY3];
     const double MZ3 = p[FLEX4_P_MZ3];
     const double IA3 = p[FLEX4_P_IA3];
+    const double XX4 = p[FLEX4_P_XX4];
     const double XY4 = p[FLEX4_P_XY4];
     const double XZ4 = p[FLEX4_P_XZ4];
+    const double YY4 = p[FLEX4_P_YY4];
     const double YZ4 = p[FLEX4_P_YZ4];
     const double ZZ4 = p[FLEX4_P_ZZ4];
     const double MX4 = p[FLEX4_P_MX4];
@@ -458,112 +595,118 @@ void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const do
     const double MZ4 = p[FLEX4_P_MZ4];
     const double k4 = p[FLEX4_P_k4];
     const double G3 = p[FLEX4_P_G3];
-    const double dJ3_yz = c[0];
-    const double dJ3_xz = c[1];
-    const double dJ3_xy = c[2];
-    const double dJ4_yz = c[3];
-    const double dJ4_xz = c[4];
-    const double dJ4_xy = c[5];
-    const double Hinv4 = c[6];
-    const double UH4_4 = c[7];
-    const double UH4_5 = c[8];
-    const double K4_14 = c[9];
-    const double K4_44 = c[10];
-    const double K4_15 = c[11];
-    const double K4_45 = c[12];
-    const double K4_24 = c[13];
-    const double K4_25 = c[14];
-    const double K4_55 = c[15];
-    const double Js3_14a = c[16];
-    const double Js3_14b = c[17];
-    const double Js3_44a = c[18];
-    const double Js3_44b = c[19];
-    const double Js2_66b = c[20];
+    const double Hinv4 = c[0];
+    const double UH4_1 = c[1];
+    const double UH4_2 = c[2];
+    const double UH4_4 = c[3];
+    const double UH4_5 = c[4];
+    const double K4_14a = c[5];
+    const double K4_44a = c[6];
+    const double K4_14b = c[7];
+    const double K4_44b = c[8];
+    const double K4_14c = c[9];
+    const double K4_14d = c[10];
+    const double K4_44c = c[11];
+    const double K4_14e = c[12];
+    const double K4_14f = c[13];
+    const double K4_44d = c[14];
+    const double K4_44e = c[15];
+    const double Js2_66a = c[16];
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
     const double w2_z = qd1 + qd2;
-    const double ww2_zz = w2_z*w2_z;
 
     /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sin(th3);
-    const double cos_th3 = cos(th3);
+    const double sin_th3 = sine[0*lanes];
+    const double cos_th3 = cosine[0*lanes];
     const double w3_x = sin_th3*w2_z;
     const double w3_y = cos_th3*w2_z;
-    const double ww3_xx = w3_x*w3_x;
-    const double ww3_yy = w3_y*w3_y;
-    const double ww3_zz = qd3*qd3;
-    const double ww3_xy = w3_x*w3_y;
-    const double ww3_xz = qd3*w3_x;
-    const double ww3_yz = qd3*w3_y;
-    const double g3_1a = L2*ww2_zz;
-    const double g3_1 = -cos_th3*g3_1a;
-    const double g3_2 = sin_th3*g3_1a;
-    const double b3_3 = MZ3*(ww3_xx + ww3_yy) - (MX3*ww3_xz + MY3*ww3_yz);
-    const double b3_4 = XY3*ww3_xz - (YZ3*(ww3_yy - ww3_zz) - ww3_yz*dJ3_yz + XZ3*ww3_xy);
-    const double b3_5 = XZ3*(ww3_xx - ww3_zz) - ww3_xz*dJ3_xz + YZ3*ww3_xy - XY3*ww3_yz;
-    const double b3_6a = YZ3*ww3_xz;
-    const double b3_6b = XZ3*ww3_yz;
-    const double b3_6 = b3_6b - (XY3*(ww3_xx - ww3_yy) - ww3_xy*dJ3_xy + b3_6a);
+    const double g3_1 = -w2_z*(L2*w2_z);
+    const double g3_4 = qd3*w2_z;
+    const double b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
+    const double b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
+    const double b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
+    const double b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
+    const double b3_4 = qd3*b3_4a - w3_y*b3_4b;
+    const double b3_5 = w3_x*b3_4b - qd3*b3_5a;
+    const double b3_6 = w3_y*b3_5a - w3_x*b3_4a;
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sin(th4);
-    const double cos_th4 = cos(th4);
+    const double sin_th4 = sine[1*lanes];
+    const double cos_th4 = cosine[1*lanes];
     const double w4_x = cos_th4*w3_x + sin_th4*w3_y;
     const double w4_y = cos_th4*w3_y - sin_th4*w3_x;
     const double w4_z = qd3 + qd4;
-    const double ww4_xx = w4_x*w4_x;
-    const double ww4_yy = w4_y*w4_y;
-    const double ww4_zz = w4_z*w4_z;
-    const double ww4_xy = w4_x*w4_y;
-    const double ww4_xz = w4_x*w4_z;
-    const double ww4_yz = w4_y*w4_z;
-    const double g4_4 = qd4*w4_y;
-    const double g4_5 = -qd4*w4_x;
-    const double b4_3 = MZ4*(ww4_xx + ww4_yy) - (MX4*ww4_xz + MY4*ww4_yz);
-    const double b4_4 = XY4*ww4_xz - (YZ4*(ww4_yy - ww4_zz) - ww4_yz*dJ4_yz + XZ4*ww4_xy);
-    const double b4_5 = XZ4*(ww4_xx - ww4_zz) - ww4_xz*dJ4_xz + YZ4*ww4_xy - XY4*ww4_yz;
-    const double b4_6 = XZ4*ww4_yz - (XY4*(ww4_xx - ww4_yy) - ww4_xy*dJ4_xy + YZ4*ww4_xz);
+    const double g4_4 = qd4*w3_y;
+    const double g4_5 = -qd4*w3_x;
+    const double b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
+    const double b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
+    const double b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
+    const double b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
+    const double b4_4 = w4_z*b4_4a - w4_y*b4_4b;
+    const double b4_5 = w4_x*b4_4b - w4_z*b4_5a;
+    const double b4_6 = w4_y*b4_5a - w4_x*b4_4a;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
     const double Gamma4 = -k4*th4;
+    const double K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
+    const double K4_14h = sin_th4*K4_14g;
+    const double K4_14 = K4_14a - K4_14h;
+    const double K4_15a = cos_th4*K4_14g;
+    const double K4_15 = K4_14c + K4_15a;
+    const double K4_24 = K4_15a - K4_14b;
+    const double K4_25 = K4_14h - K4_14d;
+    const double K4_34 = MY4*cos_th4 + MX4*sin_th4;
+    const double K4_35 = MY4*sin_th4 - MX4*cos_th4;
     const double Gb4 = Gamma4 + b4_6;
-    const double al4_3 = -(b4_3 + MX4*g4_5 - MY4*g4_4);
-    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 + UH4_4*Gb4 - b4_4;
-    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 + UH4_5*Gb4 - b4_5;
+    const double qdf4 = Hinv4*Gb4;
+    const double al4_4a = b4_4 - XZ4*qdf4;
+    const double al4_4b = YZ4*qdf4 - b4_5;
+    const double al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
+    const double K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
+    const double K4_44g = sin_th4*K4_44f;
+    const double K4_44 = K4_44a - K4_44g;
+    const double K4_45 = cos_th4*K4_44f - K4_44b;
+    const double K4_55 = K4_44c + K4_44g;
+    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
+    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
-    const double Js3_14c = sin_th4*Js3_14a + cos_th4*Js3_14b;
-    const double Js3_14d = sin_th4*Js3_14c;
-    const double Js3_14 = K4_14 - Js3_14d;
-    const double Js3_15a = cos_th4*Js3_14c;
-    const double Js3_25 = K4_25 + Js3_14d;
-    const double Js3_44c = sin_th4*Js3_44a + cos_th4*Js3_44b;
-    const double Js3_44d = sin_th4*Js3_44c;
-    const double Js3_15 = MZ3 + Js3_15a - K4_24;
-    const double Js3_24 = -(MZ3 + K4_15 - Js3_15a);
-    const double Js3_34 = MY3 + MY4*cos_th4 + MX4*sin_th4;
-    const double Js3_35 = MY4*sin_th4 - MX4*cos_th4 - MX3;
-    const double Js3_44 = XX3 + K4_44 - Js3_44d;
-    const double Js3_45 = XY3 - (K4_45 - cos_th4*Js3_44c);
-    const double Js3_55 = YY3 + K4_55 + Js3_44d;
+    const double Js3_15 = MZ3 + K4_15;
+    const double Js3_24 = K4_24 - MZ3;
+    const double Js3_34 = MY3 + K4_34;
+    const double Js3_35 = K4_35 - MX3;
     const double bs3_3 = b3_3 - al4_3;
-    const double bs3_4 = b3_4 - (cos_th4*al4_4 - sin_th4*al4_5);
-    const double bs3_5 = b3_5 - (sin_th4*al4_4 + cos_th4*al4_5);
     const double bs3_6 = b3_6 - Gamma4;
-    const double al3_3 = ww3_yz*Js3_34 - ww3_xz*Js3_35 - bs3_3;
-    const double al3_4 = g3_1*Js3_14 + g3_2*Js3_24 + ww3_yz*Js3_44 - ww3_xz*Js3_45 + XZ3*qdd3 - bs3_4;
-    const double al3_5 = g3_1*Js3_15 + g3_2*Js3_25 + ww3_yz*Js3_45 - ww3_xz*Js3_55 + YZ3*qdd3 - bs3_5;
-    const double al3_6 = MX3*g3_2 - MY3*g3_1 - (b3_6a - b3_6b) + ZZ3*qdd3 - bs3_6;
+    const double K3_15a = sin_th3*(K4_14 - K4_25) + cos_th3*(Js3_15 + Js3_24);
+    const double K3_15 = cos_th3*K3_15a - Js3_24;
+    const double K3_25 = K4_25 + sin_th3*K3_15a;
+    const double K3_16 = -(MY3*cos_th3 + MX3*sin_th3);
+    const double K3_26 = MX3*cos_th3 - MY3*sin_th3;
+    const double K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
+    const double K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
+    const double K3_46 = XZ3*cos_th3 - YZ3*sin_th3;
+    const double K3_56 = XZ3*sin_th3 + YZ3*cos_th3;
+    const double al3_3 = g3_4*K3_34 - bs3_3;
+    const double al3_6 = g3_1*K3_16 + g3_4*K3_46 - (bs3_6 - ZZ3*qdd3);
+    const double Js3_44 = XX3 + K4_44;
+    const double Js3_45 = XY3 + K4_45;
+    const double Js3_55 = YY3 + K4_55;
+    const double bs3_4 = b3_4 - al4_4;
+    const double bs3_5 = b3_5 - al4_5;
+    const double K3_45a = sin_th3*(Js3_44 - Js3_55) + 2.0*cos_th3*Js3_45;
+    const double K3_45 = cos_th3*K3_45a - Js3_45;
+    const double K3_55 = Js3_55 + sin_th3*K3_45a;
+    const double al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdd3 - bs3_4) + cos_th3*(YZ3*qdd3 - bs3_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
     const double Gamma2 = -k2*th2;
-    const double Js2_36 = Js3_25 + sin_th3*(sin_th3*(Js3_14 - Js3_25) + cos_th3*(Js3_15 + Js3_24));
-    const double Js2_66a = sin_th3*Js3_34 + cos_th3*Js3_35;
-    const double Js2_66 = ZZ2 + Js3_55 + sin_th3*(sin_th3*(Js3_44 - Js3_55) + 2.0*Js3_45*cos_th3) - L2*(Js2_66a
-        + Js2_66a - Js2_66b);
-    const double bs2_6 = L2*al3_3 - (sin_th3*al3_4 + cos_th3*al3_5);
+    const double Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
+    const double bs2_6 = L2*al3_3 - al3_5;
     const double Hinv2 = 1.0/Js2_66;
+    const double UH2_3 = K3_25*Hinv2;
     const double Gb2 = Gamma2 + bs2_6;
+    const double qdf2 = Hinv2*Gb2;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
     const double f1_6 = Gamma2 + ZZ1*qdd1;
@@ -572,35 +715,42 @@ void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const do
     const double Gamma1 = f1_6 + IA1*qdd1;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [57]-[61]. */
-    const double qdd2 = -Hinv2*(qdd1*Js2_66 - (Gb2 + G3*Js2_36));
-    const double wd2_z = qdd1 + qdd2;
+    const double wd2_z = qdf2 + G3*UH2_3;
+    const double qdd2 = wd2_z - qdd1;
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [57]-[61]. */
-    const double f3_6a = G3*sin_th3;
-    const double f3_6b = G3*cos_th3;
-    const double f3_6c = sin_th3*wd2_z;
-    const double f3_6d = cos_th3*wd2_z;
-    const double f3_6 = al3_6 + MY3*f3_6a - MX3*f3_6b + XZ3*f3_6c + YZ3*f3_6d;
-    const double vd3_x = g3_1 - f3_6a;
-    const double vd3_y = g3_2 - f3_6b;
-    const double wd3_x = ww3_yz + f3_6c;
-    const double wd3_y = f3_6d - ww3_xz;
-    const double Gamma3 = f3_6 + IA3*qdd3;
+    const double vd3_x = cos_th3*g3_1 - G3*sin_th3;
+    const double vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
+    const double f3_6 = al3_6 + K3_56*wd2_z - G3*K3_26;
+    const double wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
+    const double wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
+    const double Gamma3 = IA3*qdd3 + f3_6;
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [57]-[61]. */
     const double vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
     const double vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const double wd4_x = g4_4 + cos_th4*wd3_x + sin_th4*wd3_y;
-    const double wd4_y = g4_5 - (sin_th4*wd3_x - cos_th4*wd3_y);
-    const double qdd4 = -Hinv4*(MX4*vd4_y - MY4*vd4_x - Gb4 + XZ4*wd4_x + YZ4*wd4_y + ZZ4*qdd3);
+    const double wd4_xa = g4_4 + wd3_x;
+    const double wd4_xb = -(g4_5 + wd3_y);
+    const double wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
+    const double wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
+    const double wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const double qdd4 = wd4_z - qdd3;
 
     /* Results. */
-    tau[0] = Gamma1;
-    tau[1] = Gamma3;
-    qdd[0] = qdd1;
-    qdd[1] = qdd2;
-    qdd[2] = qdd3;
-    qdd[3] = qdd4;
+    tau[0*lanes] = Gamma1;
+    tau[1*lanes] = Gamma3;
+    qdd[0*lanes] = qdd1;
+    qdd[1*lanes] = qdd2;
+    qdd[2*lanes] = qdd3;
+    qdd[3*lanes] = qdd4;
+}
+
+void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+{
+    double angle[2], sine[2], cosine[2];
+    flex4_inverse_dynamics_angles(1, 1, q, angle);
+    circles(2, angle, sine, cosine);
+    flex4_inverse_dynamics_state(1, 1, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
 }
 
 void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
@@ -608,4 +758,45 @@ void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd
     double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
     flex4_inverse_dynamics_prepare(p, c);
     flex4_inverse_dynamics_prepared(q, qd, qdd_motor, p, c, tau, qdd);
+}
+
+APART void flex4_inverse_dynamics_state_lanes(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
+{
+    for (size_t l = 0; l < LANES; l++)
+        flex4_inverse_dynamics_state(stride, LANES, q + l, qd + l, qdd_motor + l, p, c, sine + l, cosine + l, tau + l, qdd + l);
+}
+
+static void flex4_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+{
+    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    for (size_t l = 0; l < LANES; l++)
+        flex4_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
+    circles(2*LANES, angle, sine, cosine);
+    flex4_inverse_dynamics_state_lanes(stride, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
+}
+
+void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
+{
+    double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
+    flex4_inverse_dynamics_prepare(p, c);
+    double found_tau[2*LANES];
+    double found_qdd[4*LANES];
+    const size_t count = states%LANES;
+    size_t first = 0;
+    for (; first + LANES <= states; first += LANES) {
+        flex4_inverse_dynamics_lanes(states, q + first, qd + first, qdd_motor + first, p, c, found_tau, found_qdd);
+        store(2, states, LANES, found_tau, tau + first);
+        store(4, states, LANES, found_qdd, qdd + first);
+    }
+    if (count) {
+        double last_q[4*LANES];
+        load(4, states, count, q + first, last_q);
+        double last_qd[4*LANES];
+        load(4, states, count, qd + first, last_qd);
+        double last_qdd_motor[2*LANES];
+        load(2, states, count, qdd_motor + first, last_qdd_motor);
+        flex4_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
+        store(2, states, count, found_tau, tau + first);
+        store(4, states, count, found_qdd, qdd + first);
+    }
 }

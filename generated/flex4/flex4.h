@@ -1,7 +1,8 @@
 /* flex4: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  j1, motor, th1, rad
@@ -11,6 +12,8 @@
  */
 #ifndef FLEX4_H
 #define FLEX4_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,21 +78,22 @@ enum {
 extern const double flex4_defaults[FLEX4_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 133x 125+, 4 sin/cos a call; 23x 17+, 0 sin/cos once for each parameter set.
+ * 132x 114+, 4 sin/cos a call; 26x 11+, 0 sin/cos once for each parameter set.
  *   q (4): joint variables, rad or m
  *   qd (4): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (4): joint accelerations, rad/s2 or m/s2
  */
 void flex4_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void flex4_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define FLEX4_DIRECT_DYNAMICS_CONSTANTS 32
+#define FLEX4_DIRECT_DYNAMICS_CONSTANTS 30
 void flex4_direct_dynamics_prepare(const double *p, double *c);
 void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 137x 124+, 4 sin/cos a call; 12x 15+, 0 sin/cos once for each parameter set.
+ * 142x 113+, 4 sin/cos a call; 14x 9+, 0 sin/cos once for each parameter set.
  *   q (4): joint variables, rad or m
  *   qd (4): joint velocities, rad/s or m/s
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
@@ -97,9 +101,10 @@ void flex4_direct_dynamics_prepared(const double *q, const double *qd, const dou
  *   -> qdd (4): joint accelerations, rad/s2 or m/s2
  */
 void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define FLEX4_INVERSE_DYNAMICS_CONSTANTS 21
+#define FLEX4_INVERSE_DYNAMICS_CONSTANTS 17
 void flex4_inverse_dynamics_prepare(const double *p, double *c);
 void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd);
 

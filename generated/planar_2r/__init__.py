@@ -2,11 +2,15 @@
 
 SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
 stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+
+Results are new arrays and share no memory with the arguments, which are read only: one array may
+serve as several of them. Results are float32 where all states are (more than a few states are
+computed in it, too), float64 otherwise.
 """
 
 import numpy as np
 
-from . import _run, _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics
 
 JOINTS = ("shoulder", "elbow")
 MOTORS = (0, 1)
@@ -42,15 +46,13 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    30x 16+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+    28x 15+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
     q (2): joint variables, rad or m
     qd (2): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (2): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 2), ("qd", qd, 2), ("tau", tau, 2), )
-    results = _run.run(_direct_dynamics, arguments, p, 9, ((2,),))
-    return results[0]
+    return _direct_dynamics.model(q, qd, tau, p=p)
 
 
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
@@ -63,6 +65,4 @@ def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     -> tau (2): motor torques or forces, N m or N
     -> qdd (2): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 2), ("qd", qd, 2), ("qdd_motor", qdd_motor, 2), )
-    results = _run.run(_inverse_dynamics, arguments, p, 9, ((2,), (2,)))
-    return results
+    return _inverse_dynamics.model(q, qd, qdd_motor, p=p)

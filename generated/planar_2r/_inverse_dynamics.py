@@ -1,17 +1,14 @@
 """Inverse dynamic model: motor torques and elastic accelerations of planar_2r [37]-[61]: 21x 13+, 4 sin/cos a call; 4x 2+, 0 sin/cos once for each parameter set.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    m1 = p[1]
-    m2 = p[2]
-    lc1 = p[5]
-    lc2 = p[6]
-    I1 = p[7]
-    I2 = p[8]
+    (g0, m1, m2, l1, _, lc1, lc2, I1, I2) = p
 
     # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
     MS1_x = m1*lc1
@@ -20,23 +17,14 @@ def constants(_f, p):
     # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
     MS2_x = m2*lc2
     J2_yy = I2 + lc2*MS2_x
-    return (MS1_x, J1_yy, MS2_x, J2_yy)
+    return (g0, m2, l1, MS1_x, J1_yy, MS2_x, J2_yy)
 
 
-def program(_f, q, qd, qdd_motor, p, c):
-    q1 = q[0]
-    q2 = q[1]
-    qd1 = qd[0]
-    qd2 = qd[1]
-    qdd1 = qdd_motor[0]
-    qdd2 = qdd_motor[1]
-    g0 = p[0]
-    m2 = p[2]
-    l1 = p[3]
-    MS1_x = c[0]
-    J1_yy = c[1]
-    MS2_x = c[2]
-    J2_yy = c[3]
+def program(_f, q, qd, qdd_motor, c):
+    (q1, q2) = q
+    (qd1, qd2) = qd
+    (qdd1, qdd2) = qdd_motor
+    (g0, m2, l1, MS1_x, J1_yy, MS2_x, J2_yy) = c
 
     # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
     sin_q1 = _f.sin(q1)
@@ -49,12 +37,12 @@ def program(_f, q, qd, qdd_motor, p, c):
     sin_q2 = _f.sin(q2)
     cos_q2 = _f.cos(q2)
     w2_z = qd1 + qd2
-    ww2_zz = w2_z*w2_z
     wd2_z = qdd1 + qdd2
-    vd2_xa = l1*ww1_zz - vd1_x
+    ww2_zz = w2_z*w2_z
+    vd2_xa = vd1_x - l1*ww1_zz
     vd2_xb = vd1_y + l1*qdd1
-    vd2_x = sin_q2*vd2_xb - cos_q2*vd2_xa
-    vd2_y = sin_q2*vd2_xa + cos_q2*vd2_xb
+    vd2_x = cos_q2*vd2_xa + sin_q2*vd2_xb
+    vd2_y = cos_q2*vd2_xb - sin_q2*vd2_xa
 
     # Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [50]-[56].
     f2_1 = m2*vd2_x - MS2_x*ww2_zz
@@ -69,3 +57,12 @@ def program(_f, q, qd, qdd_motor, p, c):
         (f1_6, f2_6),
         (qdd1, qdd2),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=2, qd=2, qdd_motor=2),
+    parameters=9,
+    results=((2,), (2,)),
+)

@@ -1,26 +1,19 @@
-"""Inverse dynamic model: motor torques and elastic accelerations of puma560 [37]-[61]: 321x 305+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+"""Inverse dynamic model: motor torques and elastic accelerations of puma560 [37]-[61]: 315x 300+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    XX2 = p[12]
-    YY2 = p[15]
-    ZZ2 = p[17]
-    XX3 = p[25]
-    YY3 = p[28]
-    ZZ3 = p[30]
-    XX4 = p[38]
-    YY4 = p[41]
-    ZZ4 = p[43]
-    XX5 = p[49]
-    YY5 = p[52]
-    ZZ5 = p[54]
-    XX6 = p[60]
-    YY6 = p[63]
-    ZZ6 = p[65]
+    (
+        _, _, _, _, _, ZZ1, _, _, _, _, IA1, R2, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2,
+        IA2, D3, R3, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, D4, RL4, XX4, XY4, XZ4,
+        YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5,
+        IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, G3,
+    ) = p
 
     # Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14].
     dJ2_yz = YY2 - ZZ2
@@ -47,107 +40,25 @@ def constants(_f, p):
     dJ6_xz = XX6 - ZZ6
     dJ6_xy = XX6 - YY6
     return (
-        dJ2_yz, dJ2_xz, dJ2_xy, dJ3_yz, dJ3_xz, dJ3_xy, dJ4_yz, dJ4_xz, dJ4_xy, dJ5_yz, dJ5_xz,
-        dJ5_xy, dJ6_yz, dJ6_xz, dJ6_xy,
+        ZZ1, IA1, R2, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, D3, R3, XX3, XY3, XZ3,
+        YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, D4, RL4, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4,
+        MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6,
+        YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, G3, dJ2_yz, dJ2_xz, dJ2_xy, dJ3_yz, dJ3_xz, dJ3_xy,
+        dJ4_yz, dJ4_xz, dJ4_xy, dJ5_yz, dJ5_xz, dJ5_xy, dJ6_yz, dJ6_xz, dJ6_xy,
     )
 
 
-def program(_f, q, qd, qdd_motor, p, c):
-    th2 = q[1]
-    th3 = q[2]
-    th4 = q[3]
-    th5 = q[4]
-    th6 = q[5]
-    qd1 = qd[0]
-    qd2 = qd[1]
-    qd3 = qd[2]
-    qd4 = qd[3]
-    qd5 = qd[4]
-    qd6 = qd[5]
-    qdd1 = qdd_motor[0]
-    qdd2 = qdd_motor[1]
-    qdd3 = qdd_motor[2]
-    qdd4 = qdd_motor[3]
-    qdd5 = qdd_motor[4]
-    qdd6 = qdd_motor[5]
-    ZZ1 = p[5]
-    IA1 = p[10]
-    R2 = p[11]
-    XX2 = p[12]
-    XY2 = p[13]
-    XZ2 = p[14]
-    YY2 = p[15]
-    YZ2 = p[16]
-    ZZ2 = p[17]
-    MX2 = p[18]
-    MY2 = p[19]
-    MZ2 = p[20]
-    M2 = p[21]
-    IA2 = p[22]
-    D3 = p[23]
-    R3 = p[24]
-    XX3 = p[25]
-    XY3 = p[26]
-    XZ3 = p[27]
-    YY3 = p[28]
-    YZ3 = p[29]
-    ZZ3 = p[30]
-    MX3 = p[31]
-    MY3 = p[32]
-    MZ3 = p[33]
-    M3 = p[34]
-    IA3 = p[35]
-    D4 = p[36]
-    RL4 = p[37]
-    XX4 = p[38]
-    XY4 = p[39]
-    XZ4 = p[40]
-    YY4 = p[41]
-    YZ4 = p[42]
-    ZZ4 = p[43]
-    MX4 = p[44]
-    MY4 = p[45]
-    MZ4 = p[46]
-    M4 = p[47]
-    IA4 = p[48]
-    XX5 = p[49]
-    XY5 = p[50]
-    XZ5 = p[51]
-    YY5 = p[52]
-    YZ5 = p[53]
-    ZZ5 = p[54]
-    MX5 = p[55]
-    MY5 = p[56]
-    MZ5 = p[57]
-    M5 = p[58]
-    IA5 = p[59]
-    XX6 = p[60]
-    XY6 = p[61]
-    XZ6 = p[62]
-    YY6 = p[63]
-    YZ6 = p[64]
-    ZZ6 = p[65]
-    MX6 = p[66]
-    MY6 = p[67]
-    MZ6 = p[68]
-    M6 = p[69]
-    IA6 = p[70]
-    G3 = p[71]
-    dJ2_yz = c[0]
-    dJ2_xz = c[1]
-    dJ2_xy = c[2]
-    dJ3_yz = c[3]
-    dJ3_xz = c[4]
-    dJ3_xy = c[5]
-    dJ4_yz = c[6]
-    dJ4_xz = c[7]
-    dJ4_xy = c[8]
-    dJ5_yz = c[9]
-    dJ5_xz = c[10]
-    dJ5_xy = c[11]
-    dJ6_yz = c[12]
-    dJ6_xz = c[13]
-    dJ6_xy = c[14]
+def program(_f, q, qd, qdd_motor, c):
+    (_, th2, th3, th4, th5, th6) = q
+    (qd1, qd2, qd3, qd4, qd5, qd6) = qd
+    (qdd1, qdd2, qdd3, qdd4, qdd5, qdd6) = qdd_motor
+    (
+        ZZ1, IA1, R2, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, D3, R3, XX3, XY3, XZ3,
+        YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, D4, RL4, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4,
+        MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6,
+        YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, G3, dJ2_yz, dJ2_xz, dJ2_xy, dJ3_yz, dJ3_xz, dJ3_xy,
+        dJ4_yz, dJ4_xz, dJ4_xy, dJ5_yz, dJ5_xz, dJ5_xy, dJ6_yz, dJ6_xz, dJ6_xy,
+    ) = c
 
     # Forward recursion: velocities, joint 1 (j1) [1], [3], [7], [14].
     ww1_zz = qd1*qd1
@@ -157,18 +68,18 @@ def program(_f, q, qd, qdd_motor, p, c):
     cos_th2 = _f.cos(th2)
     w2_x = -qd1*sin_th2
     w2_y = -qd1*cos_th2
-    ww2_xx = w2_x*w2_x
-    ww2_yy = w2_y*w2_y
-    ww2_zz = qd2*qd2
-    ww2_xy = w2_x*w2_y
-    ww2_xz = qd2*w2_x
     ww2_yz = qd2*w2_y
-    vd2_z = -R2*ww1_zz
+    ww2_xz = qd2*w2_x
     wd2_x = ww2_yz - qdd1*sin_th2
     wd2_y = -(ww2_xz + qdd1*cos_th2)
-    vd2_xa = R2*qdd1
-    vd2_x = G3*sin_th2 - cos_th2*vd2_xa
-    vd2_y = sin_th2*vd2_xa + G3*cos_th2
+    ww2_xx = w2_x*w2_x
+    ww2_xy = w2_x*w2_y
+    ww2_zz = qd2*qd2
+    vd2_xa = -(ww2_xz + wd2_y)
+    vd2_ya = wd2_x - ww2_yz
+    vd2_z = -R2*ww1_zz
+    vd2_x = G3*sin_th2 - R2*vd2_xa
+    vd2_y = G3*cos_th2 - R2*vd2_ya
 
     # Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14].
     sin_th3 = _f.sin(th3)
@@ -176,25 +87,25 @@ def program(_f, q, qd, qdd_motor, p, c):
     w3_x = cos_th3*w2_x + sin_th3*w2_y
     w3_y = cos_th3*w2_y - sin_th3*w2_x
     w3_z = qd2 + qd3
-    vd3_xa = ww2_yy + ww2_zz
-    ww3_xx = w3_x*w3_x
-    ww3_yy = w3_y*w3_y
-    ww3_zz = w3_z*w3_z
-    ww3_xy = w3_x*w3_y
-    ww3_xz = w3_x*w3_z
-    ww3_yz = w3_y*w3_z
-    vd3_xb = -(ww2_xz + wd2_y)
+    vd3_xa = ww2_xx - ww2_zz
+    vd3_xb = ww1_zz - vd3_xa
     vd3_xc = qdd2 + ww2_xy
-    vd3_xd = wd2_x - ww2_yz
     vd3_za = wd2_y - ww2_xz
     wd3_x = qd3*w3_y + cos_th3*wd2_x + sin_th3*wd2_y
     wd3_y = cos_th3*wd2_y - sin_th3*wd2_x - qd3*w3_x
     wd3_z = qdd2 + qdd3
-    vd3_xe = D3*vd3_xa + R3*vd3_xb - vd2_x
-    vd3_xf = vd2_y + D3*vd3_xc - R3*vd3_xd
-    vd3_z = vd2_z - (R3*(ww2_xx + ww2_yy) + D3*vd3_za)
-    vd3_x = sin_th3*vd3_xf - cos_th3*vd3_xe
-    vd3_y = sin_th3*vd3_xe + cos_th3*vd3_xf
+    ww3_xx = w3_x*w3_x
+    ww3_xy = w3_x*w3_y
+    ww3_xz = w3_x*w3_z
+    ww3_yz = w3_y*w3_z
+    ww3_zz = w3_z*w3_z
+    vd3_xd = wd3_y + ww3_xz
+    vd3_ya = wd3_x - ww3_yz
+    vd3_xe = vd2_x - D3*vd3_xb
+    vd3_xf = vd2_y + D3*vd3_xc
+    vd3_x = cos_th3*vd3_xe + sin_th3*vd3_xf + R3*vd3_xd
+    vd3_y = -(sin_th3*vd3_xe - cos_th3*vd3_xf + R3*vd3_ya)
+    vd3_z = -(D3*vd3_za - vd2_z + R3*ww1_zz)
 
     # Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14].
     sin_th4 = _f.sin(th4)
@@ -202,26 +113,26 @@ def program(_f, q, qd, qdd_motor, p, c):
     w4_x = cos_th4*w3_x - sin_th4*w3_z
     w4_y = -(sin_th4*w3_x + cos_th4*w3_z)
     w4_z = qd4 + w3_y
-    vd4_xa = ww3_yy + ww3_zz
-    vd4_za = ww3_xx + ww3_zz
-    ww4_xx = w4_x*w4_x
-    ww4_yy = w4_y*w4_y
-    ww4_zz = w4_z*w4_z
-    ww4_xy = w4_x*w4_y
-    ww4_xz = w4_x*w4_z
-    ww4_yz = w4_y*w4_z
-    vd4_xb = wd3_z - ww3_xy
-    vd4_zb = -(ww3_xy + wd3_z)
+    vd4_xa = ww3_xx - ww3_zz
+    vd4_xb = ww1_zz - vd4_xa
+    vd4_za = wd3_z + ww3_xy
+    vd4_zb = ww3_xx + ww3_zz
     vd4_xc = wd3_y - ww3_xz
-    vd4_xd = ww3_yz + wd3_x
     wd4_x = qd4*w4_y + cos_th4*wd3_x - sin_th4*wd3_z
     wd4_y = -(qd4*w4_x + sin_th4*wd3_x + cos_th4*wd3_z)
     wd4_z = qdd4 + wd3_y
-    vd4_xe = D4*vd4_xa + RL4*vd4_xb - vd3_x
-    vd4_z = vd3_y - (RL4*vd4_za + D4*vd4_zb)
-    vd4_xf = D4*vd4_xc - RL4*vd4_xd - vd3_z
-    vd4_x = sin_th4*vd4_xf - cos_th4*vd4_xe
-    vd4_y = sin_th4*vd4_xe + cos_th4*vd4_xf
+    ww4_xx = w4_x*w4_x
+    ww4_xy = w4_x*w4_y
+    ww4_xz = w4_x*w4_z
+    ww4_yz = w4_y*w4_z
+    ww4_zz = w4_z*w4_z
+    vd4_xd = wd4_y + ww4_xz
+    vd4_ya = wd4_x - ww4_yz
+    vd4_xe = vd3_x - D4*vd4_xb
+    vd4_xf = D4*vd4_xc - vd3_z
+    vd4_x = cos_th4*vd4_xe + sin_th4*vd4_xf + RL4*vd4_xd
+    vd4_y = -(sin_th4*vd4_xe - cos_th4*vd4_xf + RL4*vd4_ya)
+    vd4_z = vd3_y + D4*vd4_za - RL4*vd4_zb
 
     # Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14].
     sin_th5 = _f.sin(th5)
@@ -229,15 +140,14 @@ def program(_f, q, qd, qdd_motor, p, c):
     w5_x = cos_th5*w4_x + sin_th5*w4_z
     w5_y = cos_th5*w4_z - sin_th5*w4_x
     w5_z = qd5 - w4_y
-    ww5_xx = w5_x*w5_x
-    ww5_yy = w5_y*w5_y
-    ww5_zz = w5_z*w5_z
-    ww5_xy = w5_x*w5_y
-    ww5_xz = w5_x*w5_z
-    ww5_yz = w5_y*w5_z
     wd5_x = qd5*w5_y + cos_th5*wd4_x + sin_th5*wd4_z
     wd5_y = -(qd5*w5_x + sin_th5*wd4_x - cos_th5*wd4_z)
     wd5_z = qdd5 - wd4_y
+    ww5_xx = w5_x*w5_x
+    ww5_xy = w5_x*w5_y
+    ww5_xz = w5_x*w5_z
+    ww5_yz = w5_y*w5_z
+    ww5_zz = w5_z*w5_z
     vd5_x = cos_th5*vd4_x + sin_th5*vd4_z
     vd5_y = cos_th5*vd4_z - sin_th5*vd4_x
 
@@ -247,120 +157,119 @@ def program(_f, q, qd, qdd_motor, p, c):
     w6_x = cos_th6*w5_x - sin_th6*w5_z
     w6_y = -(sin_th6*w5_x + cos_th6*w5_z)
     w6_z = qd6 + w5_y
-    ww6_xx = w6_x*w6_x
-    ww6_yy = w6_y*w6_y
-    ww6_zz = w6_z*w6_z
-    ww6_xy = w6_x*w6_y
-    ww6_xz = w6_x*w6_z
-    ww6_yz = w6_y*w6_z
     wd6_x = qd6*w6_y + cos_th6*wd5_x - sin_th6*wd5_z
     wd6_y = -(qd6*w6_x + sin_th6*wd5_x + cos_th6*wd5_z)
     wd6_z = qdd6 + wd5_y
+    ww6_xx = w6_x*w6_x
+    ww6_xy = w6_x*w6_y
+    ww6_xz = w6_x*w6_z
+    ww6_yz = w6_y*w6_z
+    ww6_zz = w6_z*w6_z
     vd6_x = cos_th6*vd5_x + sin_th6*vd4_y
     vd6_y = cos_th6*vd4_y - sin_th6*vd5_x
 
     # Backward recursion: articulated inertias and wrenches, joint 6 (j6) [50]-[56].
-    f6_1a = wd6_z - ww6_xy
-    f6_1b = -(ww6_xz + wd6_y)
-    f6_2a = -(ww6_xy + wd6_z)
-    f6_2b = ww6_yz - wd6_x
+    f6_1a = ww5_xx + ww5_zz
+    f6_1b = ww6_xx - ww6_zz
+    f6_1c = f6_1a - f6_1b
+    f6_1d = wd6_z - ww6_xy
+    f6_1e = wd6_y + ww6_xz
+    f6_2a = wd6_z + ww6_xy
+    f6_2b = ww6_xx + ww6_zz
+    f6_2c = wd6_x - ww6_yz
     f6_3a = wd6_y - ww6_xz
-    f6_3b = ww6_yz + wd6_x
-    f6_1 = M6*vd6_x - (MX6*(ww6_yy + ww6_zz) + MY6*f6_1a + MZ6*f6_1b)
-    f6_2 = M6*vd6_y - (MX6*f6_2a + MY6*(ww6_xx + ww6_zz) - MZ6*f6_2b)
-    f6_3 = M6*vd5_y - (MX6*f6_3a - MY6*f6_3b + MZ6*(ww6_xx + ww6_yy))
-    f6_4 = YZ6*(ww6_yy - ww6_zz) - ww6_yz*dJ6_yz - XZ6*f6_2a + XY6*f6_3a + XX6*wd6_x + MY6*vd5_y - MZ6*vd6_y
-    f6_5 = (
-        -(XZ6*(ww6_xx - ww6_zz) - ww6_xz*dJ6_xz - YZ6*f6_1a - XY6*f6_3b - YY6*wd6_y + MX6*vd5_y - MZ6*vd6_x)
-    )
-    f6_6 = XY6*(ww6_xx - ww6_yy) - ww6_xy*dJ6_xy - YZ6*f6_1b - XZ6*f6_2b + ZZ6*wd6_z + MX6*vd6_y - MY6*vd6_x
+    f6_3b = wd6_x + ww6_yz
+    f6_1 = M6*vd6_x - (MX6*f6_1c + MY6*f6_1d - MZ6*f6_1e)
+    f6_2 = M6*vd6_y + MX6*f6_2a - MY6*f6_2b - MZ6*f6_2c
+    f6_3 = M6*vd5_y - (MX6*f6_3a - MY6*f6_3b + MZ6*f6_1a)
+    f6_4 = YZ6*(f6_1a - f6_2b) - ww6_yz*dJ6_yz + XZ6*f6_2a + XY6*f6_3a + XX6*wd6_x - (MZ6*vd6_y - MY6*vd5_y)
+    f6_5 = MZ6*vd6_x - MX6*vd5_y - (XZ6*f6_1b - ww6_xz*dJ6_xz - YZ6*f6_1d - XY6*f6_3b - YY6*wd6_y)
+    f6_6 = -(XY6*(f6_1c - f6_2b) + ww6_xy*dJ6_xy - YZ6*f6_1e - XZ6*f6_2c - ZZ6*wd6_z + MY6*vd6_x - MX6*vd6_y)
 
     # Backward recursion: articulated inertias and wrenches, joint 5 (j5) [50]-[56].
-    f5_1a = wd5_z - ww5_xy
-    f5_1b = -(ww5_xz + wd5_y)
-    f5_2a = -(ww5_xy + wd5_z)
-    f5_2b = ww5_yz - wd5_x
+    f5_1a = ww4_xx + ww4_zz
+    f5_1b = ww5_xx - ww5_zz
+    f5_1c = f5_1a - f5_1b
+    f5_1d = wd5_z - ww5_xy
+    f5_1e = wd5_y + ww5_xz
+    f5_2a = wd5_z + ww5_xy
+    f5_2b = wd5_x - ww5_yz
     f5_3a = wd5_y - ww5_xz
-    f5_3b = ww5_yz + wd5_x
-    f5_1 = -(MX5*(ww5_yy + ww5_zz) + MY5*f5_1a + MZ5*f5_1b - M5*vd5_x + sin_th6*f6_2 - cos_th6*f6_1)
-    f5_2 = M5*vd5_y - (MX5*f5_2a + MY5*(ww5_xx + ww5_zz) - MZ5*f5_2b) + f6_3
-    f5_3 = -(M5*vd4_y + MX5*f5_3a - MY5*f5_3b + MZ5*(ww5_xx + ww5_yy) + sin_th6*f6_1 + cos_th6*f6_2)
+    f5_3b = wd5_x + ww5_yz
+    f5_1 = M5*vd5_x - (MX5*f5_1c + MY5*f5_1d - MZ5*f5_1e) + cos_th6*f6_1 - sin_th6*f6_2
+    f5_2 = M5*vd5_y + MX5*f5_2a - MY5*f6_1a - MZ5*f5_2b + f6_3
+    f5_3 = -(M5*vd4_y + MX5*f5_3a - MY5*f5_3b + MZ5*f5_1a + sin_th6*f6_1 + cos_th6*f6_2)
     f5_4 = (
-        YZ5*(ww5_yy - ww5_zz) - ww5_yz*dJ5_yz - XZ5*f5_2a + XY5*f5_3a + XX5*wd5_x - (MY5*vd4_y
+        YZ5*(f5_1a - f6_1a) - ww5_yz*dJ5_yz + XZ5*f5_2a + XY5*f5_3a + XX5*wd5_x - (MY5*vd4_y
         + MZ5*vd5_y) + cos_th6*f6_4 - sin_th6*f6_5
     )
-    f5_5 = (
-        f6_6 - (XZ5*(ww5_xx - ww5_zz) - ww5_xz*dJ5_xz - YZ5*f5_1a - XY5*f5_3b - YY5*wd5_y
-        - (MZ5*vd5_x + MX5*vd4_y))
-    )
+    f5_5 = f6_6 - (XZ5*f5_1b - ww5_xz*dJ5_xz - YZ5*f5_1d - XY5*f5_3b - YY5*wd5_y - (MZ5*vd5_x + MX5*vd4_y))
     f5_6 = (
-        XY5*(ww5_xx - ww5_yy) - ww5_xy*dJ5_xy - YZ5*f5_1b - XZ5*f5_2b + ZZ5*wd5_z + MX5*vd5_y
-        - MY5*vd5_x - (sin_th6*f6_4 + cos_th6*f6_5)
+        -(XY5*(f5_1c - f6_1a) + ww5_xy*dJ5_xy - YZ5*f5_1e - XZ5*f5_2b - ZZ5*wd5_z + MY5*vd5_x
+        - MX5*vd5_y + sin_th6*f6_4 + cos_th6*f6_5)
     )
 
     # Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56].
-    f4_1a = wd4_z - ww4_xy
-    f4_1b = -(ww4_xz + wd4_y)
-    f4_2a = -(ww4_xy + wd4_z)
-    f4_2b = ww4_yz - wd4_x
+    f4_1a = ww4_xx - ww4_zz
+    f4_1b = vd4_zb - f4_1a
+    f4_1c = wd4_z - ww4_xy
+    f4_2a = wd4_z + ww4_xy
     f4_3a = wd4_y - ww4_xz
-    f4_3b = ww4_yz + wd4_x
-    f4_1 = -(MX4*(ww4_yy + ww4_zz) + MY4*f4_1a + MZ4*f4_1b - M4*vd4_x + sin_th5*f5_2 - cos_th5*f5_1)
-    f4_2 = M4*vd4_y - (MX4*f4_2a + MY4*(ww4_xx + ww4_zz) - MZ4*f4_2b) - f5_3
-    f4_3 = M4*vd4_z - (MX4*f4_3a - MY4*f4_3b + MZ4*(ww4_xx + ww4_yy)) + sin_th5*f5_1 + cos_th5*f5_2
+    f4_3b = wd4_x + ww4_yz
+    f4_1 = M4*vd4_x - (MX4*f4_1b + MY4*f4_1c - MZ4*vd4_xd) + cos_th5*f5_1 - sin_th5*f5_2
+    f4_2 = M4*vd4_y + MX4*f4_2a - MY4*f5_1a - MZ4*vd4_ya - f5_3
+    f4_3 = sin_th5*f5_1 + cos_th5*f5_2 - (MX4*f4_3a - MY4*f4_3b + MZ4*vd4_zb - M4*vd4_z)
     f4_4 = (
-        YZ4*(ww4_yy - ww4_zz) - ww4_yz*dJ4_yz - XZ4*f4_2a + XY4*f4_3a + XX4*wd4_x + MY4*vd4_z
-        - MZ4*vd4_y + cos_th5*f5_4 - sin_th5*f5_5
+        YZ4*(vd4_zb - f5_1a) - ww4_yz*dJ4_yz + XZ4*f4_2a + XY4*f4_3a + XX4*wd4_x - (MZ4*vd4_y
+        - MY4*vd4_z) + cos_th5*f5_4 - sin_th5*f5_5
     )
-    f4_5 = (
-        -(XZ4*(ww4_xx - ww4_zz) - ww4_xz*dJ4_xz - YZ4*f4_1a - XY4*f4_3b - YY4*wd4_y + MX4*vd4_z
-        - MZ4*vd4_x + f5_6)
-    )
+    f4_5 = -(XZ4*f4_1a - ww4_xz*dJ4_xz - YZ4*f4_1c - XY4*f4_3b - YY4*wd4_y - (MZ4*vd4_x - MX4*vd4_z) + f5_6)
     f4_6 = (
-        XY4*(ww4_xx - ww4_yy) - ww4_xy*dJ4_xy - YZ4*f4_1b - XZ4*f4_2b + ZZ4*wd4_z + MX4*vd4_y
-        - MY4*vd4_x + sin_th5*f5_4 + cos_th5*f5_5
+        sin_th5*f5_4 + cos_th5*f5_5 - (XY4*(f4_1b - f5_1a) + ww4_xy*dJ4_xy - YZ4*vd4_xd
+        - XZ4*vd4_ya - ZZ4*wd4_z + MY4*vd4_x - MX4*vd4_y)
     )
 
     # Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56].
-    f3_1a = -(ww3_xz + wd3_y)
-    f3_2a = ww3_yz - wd3_x
+    f3_1a = wd3_z - ww3_xy
+    f3_3a = wd3_x + ww3_yz
     f3_4a = f4_4 - RL4*f4_2
     f3_4b = -(f4_5 + RL4*f4_1)
-    f3_3a = -(sin_th4*f4_1 + cos_th4*f4_2)
-    f3_1 = -(MX3*vd4_xa + MY3*vd4_xb + MZ3*f3_1a - M3*vd3_x + sin_th4*f4_2 - cos_th4*f4_1)
-    f3_2 = M3*vd3_y - (MX3*vd4_zb + MY3*vd4_za - MZ3*f3_2a) + f4_3
-    f3_3 = f3_3a - (MX3*vd4_xc - MY3*vd4_xd + MZ3*(ww3_xx + ww3_yy) - M3*vd3_z)
+    f3_3b = sin_th4*f4_1 + cos_th4*f4_2
+    f3_1 = M3*vd3_x - (MX3*vd4_xb + MY3*f3_1a - MZ3*vd3_xd) + cos_th4*f4_1 - sin_th4*f4_2
+    f3_2 = M3*vd3_y + MX3*vd4_za - MY3*vd4_zb - MZ3*vd3_ya + f4_3
+    f3_3 = -(MX3*vd4_xc - MY3*f3_3a + MZ3*ww1_zz - M3*vd3_z + f3_3b)
     f3_4 = (
-        YZ3*(ww3_yy - ww3_zz) - ww3_yz*dJ3_yz - XZ3*vd4_zb + XY3*vd4_xc + XX3*wd3_x - (MZ3*vd3_y
+        YZ3*(ww1_zz - vd4_zb) - ww3_yz*dJ3_yz + XZ3*vd4_za + XY3*vd4_xc + XX3*wd3_x - (MZ3*vd3_y
         - MY3*vd3_z) + cos_th4*f3_4a + sin_th4*f3_4b
     )
     f3_5 = (
-        f4_6 - D4*f3_3a - (XZ3*(ww3_xx - ww3_zz) - ww3_xz*dJ3_xz - YZ3*vd4_xb - XY3*vd4_xd
-        - YY3*wd3_y + MX3*vd3_z - MZ3*vd3_x)
+        f4_6 + D4*f3_3b - (XZ3*vd4_xa - ww3_xz*dJ3_xz - YZ3*f3_1a - XY3*f3_3a - YY3*wd3_y
+        - (MZ3*vd3_x - MX3*vd3_z))
     )
     f3_6 = (
-        XY3*(ww3_xx - ww3_yy) - ww3_xy*dJ3_xy - YZ3*f3_1a - XZ3*f3_2a + ZZ3*wd3_z + MX3*vd3_y
-        - MY3*vd3_x - (sin_th4*f3_4a - cos_th4*f3_4b - D4*f4_3)
+        -(XY3*(vd4_xb - vd4_zb) + ww3_xy*dJ3_xy - YZ3*vd3_xd - XZ3*vd3_ya - ZZ3*wd3_z + MY3*vd3_x
+        - MX3*vd3_y + sin_th4*f3_4a - cos_th4*f3_4b - D4*f4_3)
     )
 
     # Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56].
     f2_1a = qdd2 - ww2_xy
+    f2_2a = ww2_xx + ww2_zz
     f2_4a = f3_4 - R3*f3_2
     f2_4b = -(f3_5 + R3*f3_1)
-    f2_2a = -(sin_th3*f3_1 + cos_th3*f3_2)
-    f2_1 = -(MX2*vd3_xa + MY2*f2_1a + MZ2*vd3_xb - M2*vd2_x + sin_th3*f3_2 - cos_th3*f3_1)
-    f2_2 = M2*vd2_y + MX2*vd3_xc - MY2*(ww2_xx + ww2_zz) - MZ2*vd3_xd - f2_2a
+    f2_2b = sin_th3*f3_1 + cos_th3*f3_2
+    f2_1 = M2*vd2_x - (MX2*vd3_xb + MY2*f2_1a + MZ2*vd2_xa) + cos_th3*f3_1 - sin_th3*f3_2
+    f2_2 = M2*vd2_y + MX2*vd3_xc - MY2*f2_2a - MZ2*vd2_ya + f2_2b
     f2_4 = (
-        YZ2*(ww2_yy - ww2_zz) - ww2_yz*dJ2_yz + XZ2*vd3_xc + XY2*vd3_za + XX2*wd2_x - (MZ2*vd2_y
+        YZ2*(ww1_zz - f2_2a) - ww2_yz*dJ2_yz + XZ2*vd3_xc + XY2*vd3_za + XX2*wd2_x - (MZ2*vd2_y
         - MY2*vd2_z) + cos_th3*f2_4a + sin_th3*f2_4b
     )
     f2_5 = (
-        sin_th3*f2_4a - cos_th3*f2_4b - D3*f3_3 - (XZ2*(ww2_xx - ww2_zz) - ww2_xz*dJ2_xz
-        - YZ2*f2_1a - XY2*(ww2_yz + wd2_x) - YY2*wd2_y + MX2*vd2_z - MZ2*vd2_x)
+        sin_th3*f2_4a - cos_th3*f2_4b - D3*f3_3 - (XZ2*vd3_xa - ww2_xz*dJ2_xz - YZ2*f2_1a
+        - XY2*(ww2_yz + wd2_x) - YY2*wd2_y - (MZ2*vd2_x - MX2*vd2_z))
     )
     f2_6 = (
-        XY2*(ww2_xx - ww2_yy) - ww2_xy*dJ2_xy - YZ2*vd3_xb + XZ2*vd3_xd + ZZ2*qdd2 + MX2*vd2_y
-        - MY2*vd2_x + f3_6 - D3*f2_2a
+        f3_6 + D3*f2_2b - (XY2*(vd3_xb - f2_2a) + ww2_xy*dJ2_xy + YZ2*vd2_xa - XZ2*vd2_ya
+        - ZZ2*qdd2 - (MX2*vd2_y - MY2*vd2_x))
     )
 
     # Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56].
@@ -389,3 +298,12 @@ def program(_f, q, qd, qdd_motor, p, c):
         (Gamma1, Gamma2, Gamma3, Gamma4, Gamma5, Gamma6),
         (qdd1, qdd2, qdd3, qdd4, qdd5, qdd6),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=6, qd=6, qdd_motor=6),
+    parameters=72,
+    results=((6,), (6,)),
+)

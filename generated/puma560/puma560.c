@@ -1,7 +1,23 @@
-/* puma560: generated models. Equation numbers are those of Khalil and Gautier. */
+/* puma560: generated models in double precision. Equation numbers are those of Khalil and Gautier.
+ *
+ * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
+ * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
+ * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ */
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "puma560.h"
+
+#ifdef __GNUC__
+#define INLINE static inline __attribute__((always_inline, unused))
+#define APART static __attribute__((noinline, unused))
+#else
+#define INLINE static inline
+#define APART static
+#endif
+#define LANES 8
 
 const double puma560_defaults[PUMA560_PARAMETERS] = {
     NAN, /* XX1 */
@@ -78,20 +94,74 @@ const double puma560_defaults[PUMA560_PARAMETERS] = {
     NAN /* G3 */
 };
 
-void puma560_direct_dynamics_prepare(const double *p, double *c)
+/* Angles up to this size, in rad, take the branch-free way; larger ones, infinities and NaN the library's. */
+#ifdef __FAST_MATH__ /* takes the rounding of k apart */
+#undef LARGEST_ANGLE
+#define LARGEST_ANGLE -1.0
+#endif
+#ifndef LARGEST_ANGLE
+#define LARGEST_ANGLE 1048576.0
+#endif
+
+/* Sines and cosines of n angles, within 1.5 units in the last place up to LARGEST_ANGLE.
+ *
+ * x = k pi/2 + r with pi/2 in three parts, of which k times the first two are exact; polynomials in r; the last two
+ * bits of k, read from the sum that rounds it, choose sine or cosine and the signs.
+ */
+INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    const double XX2 = p[PUMA560_P_XX2];
-    const double YY2 = p[PUMA560_P_YY2];
-    const double ZZ2 = p[PUMA560_P_ZZ2];
-    const double XX3 = p[PUMA560_P_XX3];
-    const double YY3 = p[PUMA560_P_YY3];
-    const double ZZ3 = p[PUMA560_P_ZZ3];
-    const double XX4 = p[PUMA560_P_XX4];
-    const double YY4 = p[PUMA560_P_YY4];
-    const double ZZ4 = p[PUMA560_P_ZZ4];
-    const double XX5 = p[PUMA560_P_XX5];
+    int large = 0;
+    for (size_t i = 0; i < n; i++)
+        large |= !(fabs(x[i]) <= LARGEST_ANGLE);
+    if (large) {
+        for (size_t i = 0; i < n; i++) {
+            sine[i] = sin(x[i]);
+            cosine[i] = cos(x[i]);
+        }
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const double rounder = 0x1.8p52;
+        const double rounded = x[i]*0x1.45f306dc9c883p-1 + rounder;
+        const double k = rounded - rounder;
+        const double t = x[i] - k*0x1.921fb544p+0, u = k*0x1.0b4611a6p-34, v = t - u;
+        const double r = v + (((t - v) - u) - k*0x1.3198a2e037073p-69);
+        const double z = r*r;
+        const double s = r + r*z*(-0x1.5555555555555p-3 + z*(0x1.1111111110bb2p-7 + z*(-0x1.a01a019e83900p-13
+            + z*(0x1.71de37965e0e8p-19 + z*(-0x1.ae600acd78df1p-26 + z*0x1.5e0b04aa9e9dbp-33)))));
+        const double c = 1.0 - (0.5*z - z*z*(0x1.5555555555555p-5 + z*(-0x1.6c16c16c16967p-10 + z*(0x1.a01a019f4e9f7p-16
+            + z*(-0x1.27e4fa17c076bp-22 + z*(0x1.1eeb68cb4c486p-29 + z*-0x1.907d8bf27a69cp-37))))));
+        uint64_t quarter, bits_s, bits_c;
+        memcpy(&quarter, &rounded, sizeof quarter);
+        memcpy(&bits_s, &s, sizeof bits_s);
+        memcpy(&bits_c, &c, sizeof bits_c);
+        const uint64_t exchange = (0 - (quarter & 1)) & (bits_s ^ bits_c);
+        bits_s ^= exchange ^ ((quarter & 2) << 62);
+        bits_c ^= exchange ^ (((quarter + 1) & 2) << 62);
+        memcpy(&sine[i], &bits_s, sizeof bits_s);
+        memcpy(&cosine[i], &bits_c, sizeof bits_c);
+    }
+}
+
+/* The last states of a batch, fewer than LANES, the last one repeated. */
+INLINE void load(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+{
+    for (size_t k = 0; k < entries; k++)
+        for (size_t l = 0; l < LANES; l++)
+            to[k*LANES + l] = from[k*states + (l < count ? l : count - 1)];
+}
+
+/* Results of `count` states, LANES or fewer, put in their places. */
+INLINE void store(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+{
+    for (size_t k = 0; k < entries; k++)
+        for (size_t l = 0; l < count; l++)
+            to[k*states + l] = from[k*LANES + l];
+}
+
+INLINE void puma560_direct_dynamics_constants(const double *restrict p, double *restrict c)
+{
     const double YY5 = p[PUMA560_P_YY5];
-    const double ZZ5 = p[PUMA560_P_ZZ5];
     const double M5 = p[PUMA560_P_M5];
     const double XX6 = p[PUMA560_P_XX6];
     const double XY6 = p[PUMA560_P_XY6];
@@ -105,131 +175,102 @@ void puma560_direct_dynamics_prepare(const double *p, double *c)
     const double M6 = p[PUMA560_P_M6];
     const double IA6 = p[PUMA560_P_IA6];
 
-    /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
-    const double dJ2_yz = YY2 - ZZ2;
-    const double dJ2_xz = XX2 - ZZ2;
-    const double dJ2_xy = XX2 - YY2;
-
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double dJ3_yz = YY3 - ZZ3;
-    const double dJ3_xz = XX3 - ZZ3;
-    const double dJ3_xy = XX3 - YY3;
-
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double dJ4_yz = YY4 - ZZ4;
-    const double dJ4_xz = XX4 - ZZ4;
-    const double dJ4_xy = XX4 - YY4;
-
-    /* Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14]. */
-    const double dJ5_yz = YY5 - ZZ5;
-    const double dJ5_xz = XX5 - ZZ5;
-    const double dJ5_xy = XX5 - YY5;
-
-    /* Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14]. */
-    const double dJ6_yz = YY6 - ZZ6;
-    const double dJ6_xz = XX6 - ZZ6;
-    const double dJ6_xy = XX6 - YY6;
-
     /* Backward recursion: articulated inertias and wrenches, joint 6 (j6) [28]-[32]. */
     const double H6 = ZZ6 + IA6;
     const double Hinv6 = 1.0/H6;
+    const double rho6 = IA6*Hinv6;
+    const double UH6_6 = ZZ6*Hinv6;
     const double UH6_1 = -MY6*Hinv6;
     const double UH6_2 = MX6*Hinv6;
     const double UH6_4 = XZ6*Hinv6;
     const double UH6_5 = YZ6*Hinv6;
-    const double UH6_6 = ZZ6*Hinv6;
-    const double rho6 = IA6*Hinv6;
-    const double K6_16 = -MY6*rho6;
-    const double K6_26 = MX6*rho6;
-    const double K6_46 = XZ6*rho6;
-    const double K6_56 = YZ6*rho6;
+    const double K6_16a = MY6*rho6;
+    const double K6_16b = MX6*rho6;
+    const double K6_46a = XZ6*rho6;
+    const double K6_46b = YZ6*rho6;
     const double K6_66 = ZZ6*rho6;
-    const double K6_14 = MY6*UH6_4;
-    const double K6_11 = M6 + MY6*UH6_1;
-    const double K6_44 = XX6 - XZ6*UH6_4;
-    const double K6_15 = MZ6 + MY6*UH6_5;
-    const double K6_12 = MY6*UH6_2;
-    const double K6_45 = XY6 - XZ6*UH6_5;
-    const double K6_24 = -(MZ6 + MX6*UH6_4);
-    const double K6_25 = -MX6*UH6_5;
-    const double K6_22 = M6 - MX6*UH6_2;
-    const double K6_55 = YY6 - YZ6*UH6_5;
+    const double K6_14a = MY6*UH6_4;
+    const double K6_11a = M6 + MY6*UH6_1;
+    const double K6_44a = XX6 - XZ6*UH6_4;
+    const double K6_14b = MZ6 + MY6*UH6_5;
+    const double K6_11b = MY6*UH6_2;
+    const double K6_44b = XY6 - XZ6*UH6_5;
+    const double K6_14c = MZ6 + MX6*UH6_4;
+    const double K6_14d = MX6*UH6_5;
+    const double K6_11c = M6 - MX6*UH6_2;
+    const double K6_44c = YY6 - YZ6*UH6_5;
+    const double K6_11d = K6_11a - K6_11c;
+    const double K6_14e = K6_14a + K6_14d;
+    const double K6_14f = K6_14b - K6_14c;
+    const double K6_44d = K6_44a - K6_44c;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (j5) [28]-[32]. */
-    const double Js5_14a = K6_14 - K6_25;
-    const double Js5_13a = K6_11 - K6_22;
-    const double Js5_13b = 2.0*K6_12;
-    const double Js5_14b = K6_15 + K6_24;
-    const double Js5_44a = K6_44 - K6_55;
-    const double Js5_44b = 2.0*K6_45;
     const double Js5_22 = M5 + M6;
     const double Js5_55 = YY5 + K6_66;
 
-    c[0] = dJ2_yz;
-    c[1] = dJ2_xz;
-    c[2] = dJ2_xy;
-    c[3] = dJ3_yz;
-    c[4] = dJ3_xz;
-    c[5] = dJ3_xy;
-    c[6] = dJ4_yz;
-    c[7] = dJ4_xz;
-    c[8] = dJ4_xy;
-    c[9] = dJ5_yz;
-    c[10] = dJ5_xz;
-    c[11] = dJ5_xy;
-    c[12] = dJ6_yz;
-    c[13] = dJ6_xz;
-    c[14] = dJ6_xy;
-    c[15] = Hinv6;
-    c[16] = UH6_1;
-    c[17] = UH6_2;
-    c[18] = UH6_4;
-    c[19] = UH6_5;
-    c[20] = UH6_6;
-    c[21] = rho6;
-    c[22] = K6_16;
-    c[23] = K6_26;
-    c[24] = K6_46;
-    c[25] = K6_56;
-    c[26] = K6_14;
-    c[27] = K6_11;
-    c[28] = K6_44;
-    c[29] = K6_15;
-    c[30] = K6_12;
-    c[31] = K6_45;
-    c[32] = K6_24;
-    c[33] = K6_25;
-    c[34] = K6_22;
-    c[35] = K6_55;
-    c[36] = Js5_14a;
-    c[37] = Js5_13a;
-    c[38] = Js5_13b;
-    c[39] = Js5_14b;
-    c[40] = Js5_44a;
-    c[41] = Js5_44b;
-    c[42] = Js5_22;
-    c[43] = Js5_55;
+    c[0] = Hinv6;
+    c[1] = rho6;
+    c[2] = UH6_6;
+    c[3] = UH6_1;
+    c[4] = UH6_2;
+    c[5] = UH6_4;
+    c[6] = UH6_5;
+    c[7] = K6_16a;
+    c[8] = K6_16b;
+    c[9] = K6_46a;
+    c[10] = K6_46b;
+    c[11] = K6_14a;
+    c[12] = K6_11a;
+    c[13] = K6_44a;
+    c[14] = K6_14b;
+    c[15] = K6_11b;
+    c[16] = K6_44b;
+    c[17] = K6_14c;
+    c[18] = K6_14d;
+    c[19] = K6_11c;
+    c[20] = K6_44c;
+    c[21] = K6_11d;
+    c[22] = K6_14e;
+    c[23] = K6_14f;
+    c[24] = K6_44d;
+    c[25] = Js5_22;
+    c[26] = Js5_55;
 }
 
-void puma560_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+void puma560_direct_dynamics_prepare(const double *p, double *c)
 {
-    const double th2 = q[1];
-    const double th3 = q[2];
-    const double th4 = q[3];
-    const double th5 = q[4];
-    const double th6 = q[5];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double qd3 = qd[2];
-    const double qd4 = qd[3];
-    const double qd5 = qd[4];
-    const double qd6 = qd[5];
-    const double tau1 = tau[0];
-    const double tau2 = tau[1];
-    const double tau3 = tau[2];
-    const double tau4 = tau[3];
-    const double tau5 = tau[4];
-    const double tau6 = tau[5];
+    puma560_direct_dynamics_constants(p, c);
+}
+
+INLINE void puma560_direct_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
+{
+    const double th2 = q[1*stride];
+    const double th3 = q[2*stride];
+    const double th4 = q[3*stride];
+    const double th5 = q[4*stride];
+    const double th6 = q[5*stride];
+    angle[0*lanes] = th2;
+    angle[1*lanes] = th3;
+    angle[2*lanes] = th4;
+    angle[3*lanes] = th5;
+    angle[4*lanes] = th6;
+}
+
+INLINE void puma560_direct_dynamics_state(size_t stride, size_t lanes, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
+{
+    (void)stride, (void)lanes;
+    const double qd1 = qd[0*stride];
+    const double qd2 = qd[1*stride];
+    const double qd3 = qd[2*stride];
+    const double qd4 = qd[3*stride];
+    const double qd5 = qd[4*stride];
+    const double qd6 = qd[5*stride];
+    const double tau1 = tau[0*stride];
+    const double tau2 = tau[1*stride];
+    const double tau3 = tau[2*stride];
+    const double tau4 = tau[3*stride];
+    const double tau5 = tau[4*stride];
+    const double tau6 = tau[5*stride];
     const double ZZ1 = p[PUMA560_P_ZZ1];
     const double IA1 = p[PUMA560_P_IA1];
     const double R2 = p[PUMA560_P_R2];
@@ -273,6 +314,7 @@ void puma560_direct_dynamics_prepared(const double *q, const double *qd, const d
     const double XX5 = p[PUMA560_P_XX5];
     const double XY5 = p[PUMA560_P_XY5];
     const double XZ5 = p[PUMA560_P_XZ5];
+    const double YY5 = p[PUMA560_P_YY5];
     const double YZ5 = p[PUMA560_P_YZ5];
     const double ZZ5 = p[PUMA560_P_ZZ5];
     const double MX5 = p[PUMA560_P_MX5];
@@ -280,480 +322,510 @@ void puma560_direct_dynamics_prepared(const double *q, const double *qd, const d
     const double MZ5 = p[PUMA560_P_MZ5];
     const double M5 = p[PUMA560_P_M5];
     const double IA5 = p[PUMA560_P_IA5];
+    const double XX6 = p[PUMA560_P_XX6];
     const double XY6 = p[PUMA560_P_XY6];
     const double XZ6 = p[PUMA560_P_XZ6];
+    const double YY6 = p[PUMA560_P_YY6];
     const double YZ6 = p[PUMA560_P_YZ6];
     const double ZZ6 = p[PUMA560_P_ZZ6];
     const double MX6 = p[PUMA560_P_MX6];
     const double MY6 = p[PUMA560_P_MY6];
     const double MZ6 = p[PUMA560_P_MZ6];
     const double G3 = p[PUMA560_P_G3];
-    const double dJ2_yz = c[0];
-    const double dJ2_xz = c[1];
-    const double dJ2_xy = c[2];
-    const double dJ3_yz = c[3];
-    const double dJ3_xz = c[4];
-    const double dJ3_xy = c[5];
-    const double dJ4_yz = c[6];
-    const double dJ4_xz = c[7];
-    const double dJ4_xy = c[8];
-    const double dJ5_yz = c[9];
-    const double dJ5_xz = c[10];
-    const double dJ5_xy = c[11];
-    const double dJ6_yz = c[12];
-    const double dJ6_xz = c[13];
-    const double dJ6_xy = c[14];
-    const double Hinv6 = c[15];
-    const double UH6_1 = c[16];
-    const double UH6_2 = c[17];
-    const double UH6_4 = c[18];
-    const double UH6_5 = c[19];
-    const double UH6_6 = c[20];
-    const double rho6 = c[21];
-    const double K6_16 = c[22];
-    const double K6_26 = c[23];
-    const double K6_46 = c[24];
-    const double K6_56 = c[25];
-    const double K6_14 = c[26];
-    const double K6_11 = c[27];
-    const double K6_44 = c[28];
-    const double K6_15 = c[29];
-    const double K6_12 = c[30];
-    const double K6_45 = c[31];
-    const double K6_24 = c[32];
-    const double K6_25 = c[33];
-    const double K6_22 = c[34];
-    const double K6_55 = c[35];
-    const double Js5_14a = c[36];
-    const double Js5_13a = c[37];
-    const double Js5_13b = c[38];
-    const double Js5_14b = c[39];
-    const double Js5_44a = c[40];
-    const double Js5_44b = c[41];
-    const double Js5_22 = c[42];
-    const double Js5_55 = c[43];
-
-    /* Forward recursion: velocities, joint 1 (j1) [1], [3], [7], [14]. */
-    const double ww1_zz = qd1*qd1;
+    const double Hinv6 = c[0];
+    const double rho6 = c[1];
+    const double UH6_6 = c[2];
+    const double UH6_1 = c[3];
+    const double UH6_2 = c[4];
+    const double UH6_4 = c[5];
+    const double UH6_5 = c[6];
+    const double K6_16a = c[7];
+    const double K6_16b = c[8];
+    const double K6_46a = c[9];
+    const double K6_46b = c[10];
+    const double K6_14a = c[11];
+    const double K6_11a = c[12];
+    const double K6_44a = c[13];
+    const double K6_14b = c[14];
+    const double K6_11b = c[15];
+    const double K6_44b = c[16];
+    const double K6_14c = c[17];
+    const double K6_14d = c[18];
+    const double K6_11c = c[19];
+    const double K6_44c = c[20];
+    const double K6_11d = c[21];
+    const double K6_14e = c[22];
+    const double K6_14f = c[23];
+    const double K6_44d = c[24];
+    const double Js5_22 = c[25];
+    const double Js5_55 = c[26];
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
-    const double sin_th2 = sin(th2);
-    const double cos_th2 = cos(th2);
+    const double sin_th2 = sine[0*lanes];
+    const double cos_th2 = cosine[0*lanes];
     const double w2_x = -qd1*sin_th2;
     const double w2_y = -qd1*cos_th2;
-    const double ww2_xx = w2_x*w2_x;
-    const double ww2_yy = w2_y*w2_y;
-    const double ww2_zz = qd2*qd2;
-    const double b2_1a = ww2_yy + ww2_zz;
-    const double ww2_xy = w2_x*w2_y;
-    const double ww2_xz = qd2*w2_x;
-    const double ww2_yz = qd2*w2_y;
-    const double g2_3 = -R2*ww1_zz;
-    const double b2_1 = MX2*b2_1a - MY2*ww2_xy - MZ2*ww2_xz;
-    const double b2_2 = -(MX2*ww2_xy - MY2*(ww2_xx + ww2_zz) + MZ2*ww2_yz);
-    const double b2_4 = XY2*ww2_xz - (YZ2*(ww2_yy - ww2_zz) - ww2_yz*dJ2_yz + XZ2*ww2_xy);
-    const double b2_5 = XZ2*(ww2_xx - ww2_zz) - ww2_xz*dJ2_xz + YZ2*ww2_xy - XY2*ww2_yz;
-    const double b2_6 = XZ2*ww2_yz - (XY2*(ww2_xx - ww2_yy) - ww2_xy*dJ2_xy + YZ2*ww2_xz);
+    const double g2_3 = -qd1*(R2*qd1);
+    const double g2_4 = -qd1*qd2;
+    const double b2_1a = MX2*w2_y - MY2*w2_x;
+    const double b2_1 = w2_y*b2_1a + qd2*(MX2*qd2 - MZ2*w2_x);
+    const double b2_2 = qd2*(MY2*qd2 - MZ2*w2_y) - w2_x*b2_1a;
+    const double b2_5a = -(XX2*w2_x + XY2*w2_y + XZ2*qd2);
+    const double b2_4a = -(XY2*w2_x + YY2*w2_y + YZ2*qd2);
+    const double b2_4b = -(XZ2*w2_x + YZ2*w2_y + ZZ2*qd2);
+    const double b2_4 = w2_y*b2_4b - qd2*b2_4a;
+    const double b2_5 = qd2*b2_5a - w2_x*b2_4b;
+    const double b2_6 = w2_x*b2_4a - w2_y*b2_5a;
 
     /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sin(th3);
-    const double cos_th3 = cos(th3);
+    const double sin_th3 = sine[1*lanes];
+    const double cos_th3 = cosine[1*lanes];
     const double w3_x = cos_th3*w2_x + sin_th3*w2_y;
     const double w3_y = cos_th3*w2_y - sin_th3*w2_x;
     const double w3_z = qd2 + qd3;
-    const double ww3_xx = w3_x*w3_x;
-    const double ww3_yy = w3_y*w3_y;
-    const double ww3_zz = w3_z*w3_z;
-    const double b3_1a = ww3_yy + ww3_zz;
-    const double ww3_xy = w3_x*w3_y;
-    const double ww3_xz = w3_x*w3_z;
-    const double b3_2a = ww3_xx + ww3_zz;
-    const double ww3_yz = w3_y*w3_z;
-    const double g3_1a = D3*b2_1a - R3*ww2_xz;
-    const double g3_1b = D3*ww2_xy + R3*ww2_yz;
-    const double g3_3 = D3*ww2_xz - R3*(ww2_xx + ww2_yy);
-    const double g3_1 = sin_th3*g3_1b - cos_th3*g3_1a;
-    const double g3_2 = sin_th3*g3_1a + cos_th3*g3_1b;
-    const double g3_4 = qd3*w3_y;
-    const double g3_5 = -qd3*w3_x;
-    const double b3_1 = MX3*b3_1a - MY3*ww3_xy - MZ3*ww3_xz;
-    const double b3_2 = MY3*b3_2a - MX3*ww3_xy - MZ3*ww3_yz;
-    const double b3_3 = MZ3*(ww3_xx + ww3_yy) - (MX3*ww3_xz + MY3*ww3_yz);
-    const double b3_4 = XY3*ww3_xz - (YZ3*(ww3_yy - ww3_zz) - ww3_yz*dJ3_yz + XZ3*ww3_xy);
-    const double b3_5 = XZ3*(ww3_xx - ww3_zz) - ww3_xz*dJ3_xz + YZ3*ww3_xy - XY3*ww3_yz;
-    const double b3_6 = XZ3*ww3_yz - (XY3*(ww3_xx - ww3_yy) - ww3_xy*dJ3_xy + YZ3*ww3_xz);
+    const double g3_2a = -R3*w2_y;
+    const double g3_1a = D3*qd2 - R3*w2_x;
+    const double g3_1b = -D3*w2_y;
+    const double g3_1 = w2_y*g3_1b - qd2*g3_1a;
+    const double g3_2 = -(qd2*g3_2a + w2_x*g3_1b);
+    const double g3_3 = w2_x*g3_1a + w2_y*g3_2a;
+    const double g3_4 = qd3*w2_y;
+    const double g3_5 = -qd3*w2_x;
+    const double b3_2a = MZ3*w3_y - MY3*w3_z;
+    const double b3_1a = MX3*w3_z - MZ3*w3_x;
+    const double b3_1b = MX3*w3_y - MY3*w3_x;
+    const double b3_1 = w3_y*b3_1b + w3_z*b3_1a;
+    const double b3_2 = -(w3_z*b3_2a + w3_x*b3_1b);
+    const double b3_3 = w3_y*b3_2a - w3_x*b3_1a;
+    const double b3_5a = -(XX3*w3_x + XY3*w3_y + XZ3*w3_z);
+    const double b3_4a = -(XY3*w3_x + YY3*w3_y + YZ3*w3_z);
+    const double b3_4b = -(XZ3*w3_x + YZ3*w3_y + ZZ3*w3_z);
+    const double b3_4 = w3_y*b3_4b - w3_z*b3_4a;
+    const double b3_5 = w3_z*b3_5a - w3_x*b3_4b;
+    const double b3_6 = w3_x*b3_4a - w3_y*b3_5a;
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sin(th4);
-    const double cos_th4 = cos(th4);
+    const double sin_th4 = sine[2*lanes];
+    const double cos_th4 = cosine[2*lanes];
     const double w4_x = cos_th4*w3_x - sin_th4*w3_z;
     const double w4_y = -(sin_th4*w3_x + cos_th4*w3_z);
     const double w4_z = qd4 + w3_y;
-    const double ww4_xx = w4_x*w4_x;
-    const double ww4_yy = w4_y*w4_y;
-    const double ww4_zz = w4_z*w4_z;
-    const double ww4_xy = w4_x*w4_y;
-    const double ww4_xz = w4_x*w4_z;
-    const double ww4_yz = w4_y*w4_z;
-    const double g4_1a = D4*b3_1a - RL4*ww3_xy;
-    const double g4_3 = D4*ww3_xy - RL4*b3_2a;
-    const double g4_1b = -(D4*ww3_xz + RL4*ww3_yz);
-    const double g4_1 = sin_th4*g4_1b - cos_th4*g4_1a;
-    const double g4_2 = sin_th4*g4_1a + cos_th4*g4_1b;
-    const double g4_4 = qd4*w4_y;
-    const double g4_5 = -qd4*w4_x;
-    const double b4_1 = MX4*(ww4_yy + ww4_zz) - MY4*ww4_xy - MZ4*ww4_xz;
-    const double b4_2 = MY4*(ww4_xx + ww4_zz) - MX4*ww4_xy - MZ4*ww4_yz;
-    const double b4_3 = MZ4*(ww4_xx + ww4_yy) - (MX4*ww4_xz + MY4*ww4_yz);
-    const double b4_4 = XY4*ww4_xz - (YZ4*(ww4_yy - ww4_zz) - ww4_yz*dJ4_yz + XZ4*ww4_xy);
-    const double b4_5 = XZ4*(ww4_xx - ww4_zz) - ww4_xz*dJ4_xz + YZ4*ww4_xy - XY4*ww4_yz;
-    const double b4_6 = XZ4*ww4_yz - (XY4*(ww4_xx - ww4_yy) - ww4_xy*dJ4_xy + YZ4*ww4_xz);
+    const double g4_2a = RL4*w3_z;
+    const double g4_1a = D4*w3_y - RL4*w3_x;
+    const double g4_1b = D4*w3_z;
+    const double g4_1 = -(w3_z*g4_1b + w3_y*g4_1a);
+    const double g4_2 = -(w3_y*g4_2a + w3_x*g4_1b);
+    const double g4_3 = w3_x*g4_1a - w3_z*g4_2a;
+    const double g4_4 = -qd4*w3_z;
+    const double g4_5 = -qd4*w3_x;
+    const double b4_2a = MZ4*w4_y - MY4*w4_z;
+    const double b4_1a = MX4*w4_z - MZ4*w4_x;
+    const double b4_1b = MX4*w4_y - MY4*w4_x;
+    const double b4_1 = w4_y*b4_1b + w4_z*b4_1a;
+    const double b4_2 = -(w4_z*b4_2a + w4_x*b4_1b);
+    const double b4_3 = w4_y*b4_2a - w4_x*b4_1a;
+    const double b4_5a = -(XX4*w4_x + XY4*w4_y + XZ4*w4_z);
+    const double b4_4a = -(XY4*w4_x + YY4*w4_y + YZ4*w4_z);
+    const double b4_4b = -(XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z);
+    const double b4_4 = w4_y*b4_4b - w4_z*b4_4a;
+    const double b4_5 = w4_z*b4_5a - w4_x*b4_4b;
+    const double b4_6 = w4_x*b4_4a - w4_y*b4_5a;
 
     /* Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14]. */
-    const double sin_th5 = sin(th5);
-    const double cos_th5 = cos(th5);
+    const double sin_th5 = sine[3*lanes];
+    const double cos_th5 = cosine[3*lanes];
     const double w5_x = cos_th5*w4_x + sin_th5*w4_z;
     const double w5_y = cos_th5*w4_z - sin_th5*w4_x;
     const double w5_z = qd5 - w4_y;
-    const double ww5_xx = w5_x*w5_x;
-    const double ww5_yy = w5_y*w5_y;
-    const double ww5_zz = w5_z*w5_z;
-    const double ww5_xy = w5_x*w5_y;
-    const double ww5_xz = w5_x*w5_z;
-    const double ww5_yz = w5_y*w5_z;
-    const double g5_4 = qd5*w5_y;
-    const double g5_5 = -qd5*w5_x;
-    const double b5_1 = MX5*(ww5_yy + ww5_zz) - MY5*ww5_xy - MZ5*ww5_xz;
-    const double b5_2 = MY5*(ww5_xx + ww5_zz) - MX5*ww5_xy - MZ5*ww5_yz;
-    const double b5_3 = MZ5*(ww5_xx + ww5_yy) - (MX5*ww5_xz + MY5*ww5_yz);
-    const double b5_4 = XY5*ww5_xz - (YZ5*(ww5_yy - ww5_zz) - ww5_yz*dJ5_yz + XZ5*ww5_xy);
-    const double b5_5 = XZ5*(ww5_xx - ww5_zz) - ww5_xz*dJ5_xz + YZ5*ww5_xy - XY5*ww5_yz;
-    const double b5_6 = XZ5*ww5_yz - (XY5*(ww5_xx - ww5_yy) - ww5_xy*dJ5_xy + YZ5*ww5_xz);
+    const double g5_4 = qd5*w4_z;
+    const double g5_5 = -qd5*w4_x;
+    const double b5_2a = MZ5*w5_y - MY5*w5_z;
+    const double b5_1a = MX5*w5_z - MZ5*w5_x;
+    const double b5_1b = MX5*w5_y - MY5*w5_x;
+    const double b5_1 = w5_y*b5_1b + w5_z*b5_1a;
+    const double b5_2 = -(w5_z*b5_2a + w5_x*b5_1b);
+    const double b5_3 = w5_y*b5_2a - w5_x*b5_1a;
+    const double b5_5a = -(XX5*w5_x + XY5*w5_y + XZ5*w5_z);
+    const double b5_4a = -(XY5*w5_x + YY5*w5_y + YZ5*w5_z);
+    const double b5_4b = -(XZ5*w5_x + YZ5*w5_y + ZZ5*w5_z);
+    const double b5_4 = w5_y*b5_4b - w5_z*b5_4a;
+    const double b5_5 = w5_z*b5_5a - w5_x*b5_4b;
+    const double b5_6 = w5_x*b5_4a - w5_y*b5_5a;
 
     /* Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14]. */
-    const double sin_th6 = sin(th6);
-    const double cos_th6 = cos(th6);
+    const double sin_th6 = sine[4*lanes];
+    const double cos_th6 = cosine[4*lanes];
     const double w6_x = cos_th6*w5_x - sin_th6*w5_z;
     const double w6_y = -(sin_th6*w5_x + cos_th6*w5_z);
     const double w6_z = qd6 + w5_y;
-    const double ww6_xx = w6_x*w6_x;
-    const double ww6_yy = w6_y*w6_y;
-    const double ww6_zz = w6_z*w6_z;
-    const double ww6_xy = w6_x*w6_y;
-    const double ww6_xz = w6_x*w6_z;
-    const double ww6_yz = w6_y*w6_z;
-    const double g6_4 = qd6*w6_y;
-    const double g6_5 = -qd6*w6_x;
-    const double b6_1 = MX6*(ww6_yy + ww6_zz) - MY6*ww6_xy - MZ6*ww6_xz;
-    const double b6_2 = MY6*(ww6_xx + ww6_zz) - MX6*ww6_xy - MZ6*ww6_yz;
-    const double b6_3 = MZ6*(ww6_xx + ww6_yy) - (MX6*ww6_xz + MY6*ww6_yz);
-    const double b6_4 = XY6*ww6_xz - (YZ6*(ww6_yy - ww6_zz) - ww6_yz*dJ6_yz + XZ6*ww6_xy);
-    const double b6_5 = XZ6*(ww6_xx - ww6_zz) - ww6_xz*dJ6_xz + YZ6*ww6_xy - XY6*ww6_yz;
-    const double b6_6 = XZ6*ww6_yz - (XY6*(ww6_xx - ww6_yy) - ww6_xy*dJ6_xy + YZ6*ww6_xz);
+    const double g6_4 = -qd6*w5_z;
+    const double g6_5 = -qd6*w5_x;
+    const double b6_2a = MZ6*w6_y - MY6*w6_z;
+    const double b6_1a = MX6*w6_z - MZ6*w6_x;
+    const double b6_1b = MX6*w6_y - MY6*w6_x;
+    const double b6_1 = w6_y*b6_1b + w6_z*b6_1a;
+    const double b6_2 = -(w6_z*b6_2a + w6_x*b6_1b);
+    const double b6_3 = w6_y*b6_2a - w6_x*b6_1a;
+    const double b6_5a = -(XX6*w6_x + XY6*w6_y + XZ6*w6_z);
+    const double b6_4a = -(XY6*w6_x + YY6*w6_y + YZ6*w6_z);
+    const double b6_4b = -(XZ6*w6_x + YZ6*w6_y + ZZ6*w6_z);
+    const double b6_4 = w6_y*b6_4b - w6_z*b6_4a;
+    const double b6_5 = w6_z*b6_5a - w6_x*b6_4b;
+    const double b6_6 = w6_x*b6_4a - w6_y*b6_5a;
 
     /* Backward recursion: articulated inertias and wrenches, joint 6 (j6) [28]-[32]. */
+    const double K6_11e = 2.0*cos_th6;
+    const double K6_11f = sin_th6*K6_11d + K6_11b*K6_11e;
+    const double K6_11g = sin_th6*K6_11f;
+    const double K6_11 = K6_11a - K6_11g;
+    const double K6_12 = cos_th6*K6_11f - K6_11b;
+    const double K6_22 = K6_11c + K6_11g;
+    const double K6_14g = sin_th6*K6_14e + cos_th6*K6_14f;
+    const double K6_14h = sin_th6*K6_14g;
+    const double K6_14 = K6_14a - K6_14h;
+    const double K6_15a = cos_th6*K6_14g;
+    const double K6_15 = K6_14c + K6_15a;
+    const double K6_24 = K6_15a - K6_14b;
+    const double K6_25 = K6_14h - K6_14d;
+    const double K6_16 = -(cos_th6*K6_16a + sin_th6*K6_16b);
+    const double K6_26 = cos_th6*K6_16b - sin_th6*K6_16a;
+    const double K6_34 = MY6*cos_th6 + MX6*sin_th6;
+    const double K6_35 = MY6*sin_th6 - MX6*cos_th6;
+    const double K6_44e = sin_th6*K6_44d + K6_44b*K6_11e;
+    const double K6_44f = sin_th6*K6_44e;
+    const double K6_44 = K6_44a - K6_44f;
+    const double K6_45 = cos_th6*K6_44e - K6_44b;
+    const double K6_55 = K6_44c + K6_44f;
+    const double K6_46 = cos_th6*K6_46a - sin_th6*K6_46b;
+    const double K6_56 = sin_th6*K6_46a + cos_th6*K6_46b;
     const double Gb6 = tau6 + b6_6;
-    const double al6_1 = g6_4*K6_14 + g6_5*K6_15 + UH6_1*Gb6 - b6_1;
-    const double al6_2 = g6_4*K6_24 + g6_5*K6_25 + UH6_2*Gb6 - b6_2;
-    const double al6_3 = MY6*g6_4 - MX6*g6_5 - b6_3;
-    const double al6_4 = g6_4*K6_44 + g6_5*K6_45 + UH6_4*Gb6 - b6_4;
-    const double al6_5 = g6_4*K6_45 + g6_5*K6_55 + UH6_5*Gb6 - b6_5;
+    const double qdf6 = Hinv6*Gb6;
+    const double al6_1a = b6_1 + MY6*qdf6;
+    const double al6_1b = MX6*qdf6 - b6_2;
+    const double al6_4a = b6_4 - XZ6*qdf6;
+    const double al6_4b = b6_5 - YZ6*qdf6;
+    const double al6_1 = g6_4*K6_14 + g6_5*K6_15 - (cos_th6*al6_1a + sin_th6*al6_1b);
+    const double al6_2 = g6_4*K6_24 + g6_5*K6_25 - (sin_th6*al6_1a - cos_th6*al6_1b);
+    const double al6_3 = g6_4*K6_34 + g6_5*K6_35 - b6_3;
+    const double al6_4 = g6_4*K6_44 + g6_5*K6_45 - (cos_th6*al6_4a - sin_th6*al6_4b);
+    const double al6_5 = g6_4*K6_45 + g6_5*K6_55 - (sin_th6*al6_4a + cos_th6*al6_4b);
     const double al6_6 = g6_4*K6_46 + g6_5*K6_56 + tau6*UH6_6 - b6_6*rho6;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (j5) [28]-[32]. */
-    const double Js5_13c = sin_th6*Js5_13a + cos_th6*Js5_13b;
-    const double Js5_11a = sin_th6*Js5_13c;
-    const double Js5_13 = K6_12 - cos_th6*Js5_13c;
-    const double Js5_14c = sin_th6*Js5_14a + cos_th6*Js5_14b;
-    const double Js5_14d = sin_th6*Js5_14c;
-    const double Js5_14 = K6_14 - Js5_14d;
-    const double Js5_16a = cos_th6*Js5_14c;
-    const double Js5_36 = K6_25 + Js5_14d;
-    const double Js5_44c = sin_th6*Js5_44a + cos_th6*Js5_44b;
-    const double Js5_44d = sin_th6*Js5_44c;
-    const double Js5_11 = M5 + K6_11 - Js5_11a;
-    const double Js5_33 = M5 + K6_22 + Js5_11a;
-    const double Js5_15 = MZ5 - (sin_th6*K6_26 - cos_th6*K6_16);
-    const double Js5_16 = -(MY5 + Js5_16a - K6_24);
-    const double Js5_24 = MY6*cos_th6 + MX6*sin_th6 - MZ5;
-    const double Js5_26 = MX5 - (MY6*sin_th6 - MX6*cos_th6);
-    const double Js5_34 = MY5 + K6_15 - Js5_16a;
-    const double Js5_35 = -(MX5 + sin_th6*K6_16 + cos_th6*K6_26);
-    const double Js5_44 = XX5 + K6_44 - Js5_44d;
-    const double Js5_45 = XY5 + cos_th6*K6_46 - sin_th6*K6_56;
-    const double Js5_46 = XZ5 + K6_45 - cos_th6*Js5_44c;
-    const double Js5_56 = YZ5 - (sin_th6*K6_46 + cos_th6*K6_56);
-    const double Js5_66 = ZZ5 + K6_55 + Js5_44d;
-    const double bs5_1 = b5_1 + sin_th6*al6_2 - cos_th6*al6_1;
+    const double Js5_11 = M5 + K6_11;
+    const double Js5_33 = M5 + K6_22;
+    const double Js5_15 = MZ5 + K6_16;
+    const double Js5_16 = -(MY5 + K6_15);
+    const double Js5_24 = K6_34 - MZ5;
+    const double Js5_26 = MX5 - K6_35;
+    const double Js5_34 = MY5 - K6_24;
+    const double Js5_35 = -(MX5 + K6_26);
+    const double Js5_44 = XX5 + K6_44;
+    const double Js5_45 = XY5 + K6_46;
+    const double Js5_46 = XZ5 - K6_45;
+    const double Js5_56 = YZ5 - K6_56;
+    const double Js5_66 = ZZ5 + K6_55;
+    const double bs5_1 = b5_1 - al6_1;
     const double bs5_2 = b5_2 - al6_3;
-    const double bs5_3 = b5_3 + sin_th6*al6_1 + cos_th6*al6_2;
-    const double bs5_4 = b5_4 - (cos_th6*al6_4 - sin_th6*al6_5);
+    const double bs5_3 = b5_3 + al6_2;
+    const double bs5_4 = b5_4 - al6_4;
     const double bs5_5 = b5_5 - al6_6;
-    const double bs5_6 = b5_6 + sin_th6*al6_4 + cos_th6*al6_5;
+    const double bs5_6 = b5_6 + al6_5;
     const double H5 = IA5 + Js5_66;
     const double Hinv5 = 1.0/H5;
+    const double rho5 = IA5*Hinv5;
+    const double UH5_6 = Js5_66*Hinv5;
     const double UH5_1 = Js5_16*Hinv5;
     const double UH5_2 = Js5_26*Hinv5;
-    const double UH5_3 = Js5_36*Hinv5;
+    const double UH5_3 = K6_25*Hinv5;
     const double UH5_4 = Js5_46*Hinv5;
     const double UH5_5 = Js5_56*Hinv5;
-    const double UH5_6 = Js5_66*Hinv5;
-    const double rho5 = IA5*Hinv5;
-    const double K5_16 = Js5_16*rho5;
-    const double K5_26 = Js5_26*rho5;
-    const double K5_36 = Js5_36*rho5;
-    const double K5_46 = Js5_46*rho5;
-    const double K5_56 = Js5_56*rho5;
+    const double K5_16a = -Js5_16*rho5;
+    const double K5_16b = Js5_26*rho5;
+    const double K5_36 = K6_25*rho5;
+    const double K5_46a = Js5_46*rho5;
+    const double K5_46b = Js5_56*rho5;
     const double K5_66 = Js5_66*rho5;
-    const double K5_14 = Js5_14 - Js5_16*UH5_4;
-    const double K5_11 = Js5_11 - Js5_16*UH5_1;
-    const double K5_44 = Js5_44 - Js5_46*UH5_4;
-    const double K5_15 = Js5_15 - Js5_16*UH5_5;
-    const double K5_12 = -Js5_16*UH5_2;
-    const double K5_45 = Js5_45 - Js5_46*UH5_5;
-    const double K5_13 = Js5_13 - Js5_16*UH5_3;
-    const double K5_24 = Js5_24 - Js5_26*UH5_4;
-    const double K5_25 = -Js5_26*UH5_5;
-    const double K5_22 = Js5_22 - Js5_26*UH5_2;
-    const double K5_55 = Js5_55 - Js5_56*UH5_5;
-    const double K5_23 = -Js5_26*UH5_3;
-    const double K5_34 = Js5_34 - Js5_36*UH5_4;
-    const double K5_35 = Js5_35 - Js5_36*UH5_5;
-    const double K5_33 = Js5_33 - Js5_36*UH5_3;
+    const double K5_14a = K6_14 - Js5_16*UH5_4;
+    const double K5_11a = Js5_11 - Js5_16*UH5_1;
+    const double K5_44a = Js5_44 - Js5_46*UH5_4;
+    const double K5_14b = Js5_15 - Js5_16*UH5_5;
+    const double K5_11b = -Js5_16*UH5_2;
+    const double K5_44b = Js5_45 - Js5_46*UH5_5;
+    const double K5_13a = -(K6_12 + Js5_16*UH5_3);
+    const double K5_14c = Js5_26*UH5_4 - Js5_24;
+    const double K5_14d = Js5_26*UH5_5;
+    const double K5_11c = Js5_22 - Js5_26*UH5_2;
+    const double K5_44c = Js5_55 - Js5_56*UH5_5;
+    const double K5_13b = -Js5_26*UH5_3;
+    const double K5_34a = Js5_34 - K6_25*UH5_4;
+    const double K5_34b = K6_25*UH5_5 - Js5_35;
+    const double K5_33 = Js5_33 - K6_25*UH5_3;
+    const double K5_11d = 2.0*cos_th5;
+    const double K5_11e = sin_th5*(K5_11a - K5_11c) + K5_11b*K5_11d;
+    const double K5_11f = sin_th5*K5_11e;
+    const double K5_11 = K5_11a - K5_11f;
+    const double K5_12 = cos_th5*K5_11e - K5_11b;
+    const double K5_22 = K5_11c + K5_11f;
+    const double K5_13 = cos_th5*K5_13a - sin_th5*K5_13b;
+    const double K5_23 = sin_th5*K5_13a + cos_th5*K5_13b;
+    const double K5_14e = sin_th5*(K5_14a + K5_14d) + cos_th5*(K5_14b - K5_14c);
+    const double K5_14f = sin_th5*K5_14e;
+    const double K5_14 = K5_14a - K5_14f;
+    const double K5_15a = cos_th5*K5_14e;
+    const double K5_15 = K5_14c + K5_15a;
+    const double K5_24 = K5_15a - K5_14b;
+    const double K5_25 = K5_14f - K5_14d;
+    const double K5_16 = -(cos_th5*K5_16a + sin_th5*K5_16b);
+    const double K5_26 = cos_th5*K5_16b - sin_th5*K5_16a;
+    const double K5_34 = cos_th5*K5_34a + sin_th5*K5_34b;
+    const double K5_35 = sin_th5*K5_34a - cos_th5*K5_34b;
+    const double K5_44d = sin_th5*(K5_44a - K5_44c) + K5_44b*K5_11d;
+    const double K5_44e = sin_th5*K5_44d;
+    const double K5_44 = K5_44a - K5_44e;
+    const double K5_45 = cos_th5*K5_44d - K5_44b;
+    const double K5_55 = K5_44c + K5_44e;
+    const double K5_46 = cos_th5*K5_46a - sin_th5*K5_46b;
+    const double K5_56 = sin_th5*K5_46a + cos_th5*K5_46b;
     const double Gb5 = tau5 + bs5_6;
-    const double al5_1 = g5_4*K5_14 + g5_5*K5_15 + UH5_1*Gb5 - bs5_1;
-    const double al5_2 = g5_4*K5_24 + g5_5*K5_25 + UH5_2*Gb5 - bs5_2;
-    const double al5_3 = g5_4*K5_34 + g5_5*K5_35 + UH5_3*Gb5 - bs5_3;
-    const double al5_4 = g5_4*K5_44 + g5_5*K5_45 + UH5_4*Gb5 - bs5_4;
-    const double al5_5 = g5_4*K5_45 + g5_5*K5_55 + UH5_5*Gb5 - bs5_5;
+    const double qdf5 = Hinv5*Gb5;
+    const double al5_1a = bs5_1 - Js5_16*qdf5;
+    const double al5_1b = Js5_26*qdf5 - bs5_2;
+    const double al5_4a = bs5_4 - Js5_46*qdf5;
+    const double al5_4b = bs5_5 - Js5_56*qdf5;
+    const double al5_1 = g5_4*K5_14 + g5_5*K5_15 - (cos_th5*al5_1a + sin_th5*al5_1b);
+    const double al5_2 = g5_4*K5_24 + g5_5*K5_25 - (sin_th5*al5_1a - cos_th5*al5_1b);
+    const double al5_3 = g5_4*K5_34 + g5_5*K5_35 - (bs5_3 - K6_25*qdf5);
+    const double al5_4 = g5_4*K5_44 + g5_5*K5_45 - (cos_th5*al5_4a - sin_th5*al5_4b);
+    const double al5_5 = g5_4*K5_45 + g5_5*K5_55 - (sin_th5*al5_4a + cos_th5*al5_4b);
     const double al5_6 = g5_4*K5_46 + g5_5*K5_56 + tau5*UH5_6 - bs5_6*rho5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
-    const double Js4_13a = sin_th5*(K5_11 - K5_22) + 2.0*K5_12*cos_th5;
-    const double Js4_11a = sin_th5*Js4_13a;
-    const double Js4_13 = cos_th5*Js4_13a - K5_12;
-    const double Js4_12 = sin_th5*K5_23 - cos_th5*K5_13;
-    const double Js4_23 = -(sin_th5*K5_13 + cos_th5*K5_23);
-    const double Js4_14a = sin_th5*(K5_14 - K5_25) + cos_th5*(K5_15 + K5_24);
-    const double Js4_14b = sin_th5*Js4_14a;
-    const double Js4_14 = K5_14 - Js4_14b;
-    const double Js4_16a = cos_th5*Js4_14a;
-    const double Js4_36 = K5_25 + Js4_14b;
-    const double Js4_44a = sin_th5*(K5_44 - K5_55) + 2.0*K5_45*cos_th5;
-    const double Js4_44b = sin_th5*Js4_44a;
-    const double Js4_11 = M4 + K5_11 - Js4_11a;
+    const double Js4_11 = M4 + K5_11;
     const double Js4_22 = M4 + K5_33;
-    const double Js4_33 = M4 + K5_22 + Js4_11a;
-    const double Js4_15 = MZ4 + sin_th5*K5_26 - cos_th5*K5_16;
-    const double Js4_16 = Js4_16a - K5_24 - MY4;
-    const double Js4_24 = -(MZ4 + cos_th5*K5_34 - sin_th5*K5_35);
-    const double Js4_26 = MX4 - (sin_th5*K5_34 + cos_th5*K5_35);
-    const double Js4_34 = MY4 - (K5_15 - Js4_16a);
-    const double Js4_35 = -(MX4 + sin_th5*K5_16 + cos_th5*K5_26);
-    const double Js4_44 = XX4 + K5_44 - Js4_44b;
-    const double Js4_45 = XY4 - (cos_th5*K5_46 - sin_th5*K5_56);
-    const double Js4_46 = XZ4 - (K5_45 - cos_th5*Js4_44a);
+    const double Js4_33 = M4 + K5_22;
+    const double Js4_15 = MZ4 - K5_16;
+    const double Js4_16 = K5_15 - MY4;
+    const double Js4_24 = -(MZ4 + K5_34);
+    const double Js4_26 = MX4 - K5_35;
+    const double Js4_34 = MY4 + K5_24;
+    const double Js4_35 = -(MX4 + K5_26);
+    const double Js4_44 = XX4 + K5_44;
+    const double Js4_45 = XY4 - K5_46;
+    const double Js4_46 = XZ4 + K5_45;
     const double Js4_55 = YY4 + K5_66;
-    const double Js4_56 = YZ4 - (sin_th5*K5_46 + cos_th5*K5_56);
-    const double Js4_66 = ZZ4 + K5_55 + Js4_44b;
-    const double bs4_1 = b4_1 + sin_th5*al5_2 - cos_th5*al5_1;
+    const double Js4_56 = YZ4 - K5_56;
+    const double Js4_66 = ZZ4 + K5_55;
+    const double bs4_1 = b4_1 - al5_1;
     const double bs4_2 = b4_2 + al5_3;
-    const double bs4_3 = b4_3 - (sin_th5*al5_1 + cos_th5*al5_2);
-    const double bs4_4 = b4_4 - (cos_th5*al5_4 - sin_th5*al5_5);
+    const double bs4_3 = b4_3 - al5_2;
+    const double bs4_4 = b4_4 - al5_4;
     const double bs4_5 = b4_5 + al5_6;
-    const double bs4_6 = b4_6 - (sin_th5*al5_4 + cos_th5*al5_5);
+    const double bs4_6 = b4_6 - al5_5;
     const double H4 = IA4 + Js4_66;
     const double Hinv4 = 1.0/H4;
+    const double rho4 = IA4*Hinv4;
+    const double UH4_6 = Js4_66*Hinv4;
     const double UH4_1 = Js4_16*Hinv4;
     const double UH4_2 = Js4_26*Hinv4;
-    const double UH4_3 = Js4_36*Hinv4;
+    const double UH4_3 = K5_25*Hinv4;
     const double UH4_4 = Js4_46*Hinv4;
     const double UH4_5 = Js4_56*Hinv4;
-    const double UH4_6 = Js4_66*Hinv4;
-    const double rho4 = IA4*Hinv4;
-    const double K4_16 = Js4_16*rho4;
-    const double K4_26 = Js4_26*rho4;
-    const double K4_36 = Js4_36*rho4;
-    const double K4_46 = Js4_46*rho4;
-    const double K4_56 = Js4_56*rho4;
+    const double K4_16a = -Js4_16*rho4;
+    const double K4_16b = Js4_26*rho4;
+    const double K4_36 = K5_25*rho4;
+    const double K4_46a = Js4_46*rho4;
+    const double K4_46b = Js4_56*rho4;
     const double K4_66 = Js4_66*rho4;
-    const double K4_14 = Js4_14 - Js4_16*UH4_4;
-    const double K4_11 = Js4_11 - Js4_16*UH4_1;
-    const double K4_44 = Js4_44 - Js4_46*UH4_4;
-    const double K4_15 = Js4_15 - Js4_16*UH4_5;
-    const double K4_12 = Js4_12 - Js4_16*UH4_2;
-    const double K4_45 = Js4_45 - Js4_46*UH4_5;
-    const double K4_13 = Js4_13 - Js4_16*UH4_3;
-    const double K4_24 = Js4_24 - Js4_26*UH4_4;
-    const double K4_25 = K5_36 - Js4_26*UH4_5;
-    const double K4_22 = Js4_22 - Js4_26*UH4_2;
-    const double K4_55 = Js4_55 - Js4_56*UH4_5;
-    const double K4_23 = Js4_23 - Js4_26*UH4_3;
-    const double K4_34 = Js4_34 - Js4_36*UH4_4;
-    const double K4_35 = Js4_35 - Js4_36*UH4_5;
-    const double K4_33 = Js4_33 - Js4_36*UH4_3;
+    const double K4_14a = K5_14 - Js4_16*UH4_4;
+    const double K4_11a = Js4_11 - Js4_16*UH4_1;
+    const double K4_44a = Js4_44 - Js4_46*UH4_4;
+    const double K4_14b = Js4_15 - Js4_16*UH4_5;
+    const double K4_11b = K5_13 + Js4_16*UH4_2;
+    const double K4_44b = Js4_45 - Js4_46*UH4_5;
+    const double K4_13a = Js4_16*UH4_3 - K5_12;
+    const double K4_14c = Js4_26*UH4_4 - Js4_24;
+    const double K4_14d = Js4_26*UH4_5 - K5_36;
+    const double K4_11c = Js4_22 - Js4_26*UH4_2;
+    const double K4_44c = Js4_55 - Js4_56*UH4_5;
+    const double K4_13b = K5_23 + Js4_26*UH4_3;
+    const double K4_34a = Js4_34 - K5_25*UH4_4;
+    const double K4_34b = K5_25*UH4_5 - Js4_35;
+    const double K4_33 = Js4_33 - K5_25*UH4_3;
+    const double K4_11d = 2.0*cos_th4;
+    const double K4_11e = sin_th4*(K4_11a - K4_11c) - K4_11b*K4_11d;
+    const double K4_11f = sin_th4*K4_11e;
+    const double K4_11 = K4_11a - K4_11f;
+    const double K4_12 = K4_11b + cos_th4*K4_11e;
+    const double K4_22 = K4_11c + K4_11f;
+    const double K4_13 = sin_th4*K4_13b - cos_th4*K4_13a;
+    const double K4_23 = -(sin_th4*K4_13a + cos_th4*K4_13b);
+    const double K4_14e = sin_th4*(K4_14a + K4_14d) + cos_th4*(K4_14b - K4_14c);
+    const double K4_14f = sin_th4*K4_14e;
+    const double K4_14 = K4_14a - K4_14f;
+    const double K4_15a = cos_th4*K4_14e;
+    const double K4_15 = K4_14c + K4_15a;
+    const double K4_24 = K4_15a - K4_14b;
+    const double K4_25 = K4_14f - K4_14d;
+    const double K4_16 = -(cos_th4*K4_16a + sin_th4*K4_16b);
+    const double K4_26 = cos_th4*K4_16b - sin_th4*K4_16a;
+    const double K4_34 = cos_th4*K4_34a + sin_th4*K4_34b;
+    const double K4_35 = sin_th4*K4_34a - cos_th4*K4_34b;
+    const double K4_44d = sin_th4*(K4_44a - K4_44c) + K4_44b*K4_11d;
+    const double K4_44e = sin_th4*K4_44d;
+    const double K4_44 = K4_44a - K4_44e;
+    const double K4_45 = cos_th4*K4_44d - K4_44b;
+    const double K4_55 = K4_44c + K4_44e;
+    const double K4_46 = cos_th4*K4_46a - sin_th4*K4_46b;
+    const double K4_56 = sin_th4*K4_46a + cos_th4*K4_46b;
     const double Gb4 = tau4 + bs4_6;
-    const double al4_1 = g4_1*K4_11 + g4_2*K4_12 + g4_3*K4_13 + g4_4*K4_14 + g4_5*K4_15 + UH4_1*Gb4 - bs4_1;
-    const double al4_2 = g4_1*K4_12 + g4_2*K4_22 + g4_3*K4_23 + g4_4*K4_24 + g4_5*K4_25 + UH4_2*Gb4 - bs4_2;
-    const double al4_3 = g4_1*K4_13 + g4_2*K4_23 + g4_3*K4_33 + g4_4*K4_34 + g4_5*K4_35 + UH4_3*Gb4 - bs4_3;
-    const double al4_4 = g4_1*K4_14 + g4_2*K4_24 + g4_3*K4_34 + g4_4*K4_44 + g4_5*K4_45 + UH4_4*Gb4 - bs4_4;
-    const double al4_5 = g4_1*K4_15 + g4_2*K4_25 + g4_3*K4_35 + g4_4*K4_45 + g4_5*K4_55 + UH4_5*Gb4 - bs4_5;
+    const double qdf4 = Hinv4*Gb4;
+    const double al4_1a = bs4_1 - Js4_16*qdf4;
+    const double al4_1b = Js4_26*qdf4 - bs4_2;
+    const double al4_4a = bs4_4 - Js4_46*qdf4;
+    const double al4_4b = bs4_5 - Js4_56*qdf4;
+    const double al4_1 = g4_1*K4_11 + g4_2*K4_12 + g4_3*K4_13 + g4_4*K4_14 + g4_5*K4_15 - (cos_th4*al4_1a + sin_th4*al4_1b);
+    const double al4_2 = g4_1*K4_12 + g4_2*K4_22 + g4_3*K4_23 + g4_4*K4_24 + g4_5*K4_25 - (sin_th4*al4_1a - cos_th4*al4_1b);
+    const double al4_3 = g4_1*K4_13 + g4_2*K4_23 + g4_3*K4_33 + g4_4*K4_34 + g4_5*K4_35 - (bs4_3 - K5_25*qdf4);
+    const double al4_4 = g4_1*K4_14 + g4_2*K4_24 + g4_3*K4_34 + g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a - sin_th4*al4_4b);
+    const double al4_5 = g4_1*K4_15 + g4_2*K4_25 + g4_3*K4_35 + g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a + cos_th4*al4_4b);
     const double al4_6 = g4_1*K4_16 + g4_2*K4_26 + g4_3*K4_36 + g4_4*K4_46 + g4_5*K4_56 + tau4*UH4_6 - bs4_6*rho4;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
-    const double Js3_14a = -RL4*K4_12;
-    const double Js3_14b = K4_14 + Js3_14a;
-    const double Js3_14c = K4_15 + RL4*K4_11;
-    const double Js3_14d = RL4*K4_22 - K4_24;
-    const double Js3_14e = Js3_14a - K4_25;
+    const double Js3_14a = RL4*K4_12;
+    const double Js3_14 = K4_14 - Js3_14a;
+    const double Js3_16a = K4_15 + RL4*K4_11;
+    const double Js3_34a = RL4*K4_22 - K4_24;
+    const double Js3_36a = -(K4_25 + Js3_14a);
     const double Js3_24a = K4_34 - RL4*K4_23;
-    const double Js3_24b = -(K4_35 + RL4*K4_13);
-    const double Js3_45a = K4_46 - RL4*K4_26;
-    const double Js3_45b = K4_56 + RL4*K4_16;
-    const double Js3_44a = K4_44 + RL4*(Js3_14d - K4_24);
-    const double Js3_44b = K4_55 + RL4*(K4_15 + Js3_14c);
-    const double Js3_44c = K4_45 + RL4*(K4_14 + Js3_14e);
-    const double Js3_13a = sin_th4*(K4_11 - K4_22) + 2.0*K4_12*cos_th4;
-    const double Js3_11a = sin_th4*Js3_13a;
-    const double Js3_13 = K4_12 - cos_th4*Js3_13a;
-    const double Js3_33a = K4_22 + Js3_11a;
-    const double Js3_12 = cos_th4*K4_13 - sin_th4*K4_23;
-    const double Js3_23 = -(sin_th4*K4_13 + cos_th4*K4_23);
-    const double Js3_14f = sin_th4*(Js3_14b + Js3_14e) + cos_th4*(Js3_14c - Js3_14d);
-    const double Js3_14g = sin_th4*Js3_14f;
-    const double Js3_14 = Js3_14b - Js3_14g;
-    const double Js3_16a = cos_th4*Js3_14f;
-    const double Js3_34a = Js3_14c - Js3_16a;
-    const double Js3_36a = Js3_14e - Js3_14g;
-    const double Js3_35a = -(sin_th4*K4_16 + cos_th4*K4_26);
-    const double Js3_24c = cos_th4*Js3_24a + sin_th4*Js3_24b;
-    const double Js3_26a = sin_th4*Js3_24a - cos_th4*Js3_24b;
-    const double Js3_44d = sin_th4*(Js3_44a - Js3_44b) + 2.0*Js3_44c*cos_th4;
-    const double Js3_44e = sin_th4*Js3_44d;
-    const double Js3_36b = D4*Js3_23;
+    const double Js3_26a = K4_35 + RL4*K4_13;
+    const double Js3_36b = -D4*K4_23;
     const double Js3_36 = Js3_36b - Js3_36a;
-    const double Js3_35b = Js3_35a - D4*Js3_33a;
+    const double Js3_35a = -(K4_26 + D4*K4_22);
     const double Js3_26b = Js3_26a - D4*K4_33;
     const double Js3_25 = K4_36 - Js3_36b;
-    const double Js3_11 = M3 + K4_11 - Js3_11a;
+    const double Js3_11 = M3 + K4_11;
     const double Js3_22 = M3 + K4_33;
-    const double Js3_33 = M3 + Js3_33a;
-    const double Js3_15 = MZ3 - (sin_th4*K4_26 - cos_th4*K4_16 + D4*Js3_13);
-    const double Js3_16 = -(MY3 + Js3_14d + Js3_16a - D4*Js3_12);
-    const double Js3_24 = Js3_24c - MZ3;
+    const double Js3_33 = M3 + K4_22;
+    const double Js3_15 = MZ3 + K4_16 + D4*K4_12;
+    const double Js3_16 = -(MY3 + Js3_16a - D4*K4_13);
+    const double Js3_24 = Js3_24a - MZ3;
     const double Js3_26 = MX3 - Js3_26b;
     const double Js3_34 = MY3 + Js3_34a;
-    const double Js3_35 = Js3_35b - MX3;
-    const double Js3_44 = XX3 + Js3_44a - Js3_44e;
-    const double Js3_45 = XY3 + cos_th4*Js3_45a - sin_th4*Js3_45b - D4*Js3_34a;
-    const double Js3_46 = XZ3 + Js3_44c - cos_th4*Js3_44d + D4*Js3_24c;
-    const double Js3_55 = YY3 + K4_66 - D4*(Js3_35a + Js3_35b);
-    const double Js3_56 = YZ3 - (sin_th4*Js3_45a + cos_th4*Js3_45b - D4*(Js3_36a + Js3_25));
-    const double Js3_66 = ZZ3 + Js3_44b + Js3_44e - D4*(Js3_26a + Js3_26b);
-    const double bs3_4a = al4_4 - RL4*al4_2;
-    const double bs3_4b = -(al4_5 + RL4*al4_1);
-    const double bs3_3a = -(sin_th4*al4_1 + cos_th4*al4_2);
-    const double bs3_1 = b3_1 + sin_th4*al4_2 - cos_th4*al4_1;
+    const double Js3_35 = Js3_35a - MX3;
+    const double Js3_44 = XX3 + K4_44 + RL4*(Js3_34a - K4_24);
+    const double Js3_45 = XY3 + K4_46 - RL4*K4_26 - D4*Js3_34a;
+    const double Js3_46 = XZ3 + D4*Js3_24a - (K4_45 + RL4*(K4_14 + Js3_36a));
+    const double Js3_55 = YY3 + K4_66 - D4*(Js3_35a - K4_26);
+    const double Js3_56 = YZ3 - (K4_56 + RL4*K4_16 - D4*(Js3_36a + Js3_25));
+    const double Js3_66 = ZZ3 + K4_55 + RL4*(K4_15 + Js3_16a) - D4*(Js3_26a + Js3_26b);
+    const double bs3_1 = b3_1 - al4_1;
     const double bs3_2 = b3_2 - al4_3;
-    const double bs3_3 = b3_3 - bs3_3a;
-    const double bs3_4 = b3_4 - (cos_th4*bs3_4a + sin_th4*bs3_4b);
-    const double bs3_5 = b3_5 - (al4_6 - D4*bs3_3a);
-    const double bs3_6 = b3_6 + sin_th4*bs3_4a - cos_th4*bs3_4b - D4*al4_3;
+    const double bs3_3 = b3_3 + al4_2;
+    const double bs3_4 = b3_4 + RL4*al4_2 - al4_4;
+    const double bs3_5 = b3_5 - (al4_6 + D4*al4_2);
+    const double bs3_6 = b3_6 - (D4*al4_3 - (al4_5 + RL4*al4_1));
     const double H3 = IA3 + Js3_66;
     const double Hinv3 = 1.0/H3;
+    const double rho3 = IA3*Hinv3;
+    const double UH3_6 = Js3_66*Hinv3;
     const double UH3_1 = Js3_16*Hinv3;
     const double UH3_2 = Js3_26*Hinv3;
     const double UH3_3 = Js3_36*Hinv3;
     const double UH3_4 = Js3_46*Hinv3;
     const double UH3_5 = Js3_56*Hinv3;
-    const double UH3_6 = Js3_66*Hinv3;
-    const double rho3 = IA3*Hinv3;
-    const double K3_16 = Js3_16*rho3;
-    const double K3_26 = Js3_26*rho3;
+    const double K3_16a = -Js3_16*rho3;
+    const double K3_16b = Js3_26*rho3;
     const double K3_36 = Js3_36*rho3;
-    const double K3_46 = Js3_46*rho3;
-    const double K3_56 = Js3_56*rho3;
+    const double K3_46a = Js3_46*rho3;
+    const double K3_46b = Js3_56*rho3;
     const double K3_66 = Js3_66*rho3;
-    const double K3_14 = Js3_14 - Js3_16*UH3_4;
-    const double K3_11 = Js3_11 - Js3_16*UH3_1;
-    const double K3_44 = Js3_44 - Js3_46*UH3_4;
-    const double K3_15 = Js3_15 - Js3_16*UH3_5;
-    const double K3_12 = Js3_12 - Js3_16*UH3_2;
-    const double K3_45 = Js3_45 - Js3_46*UH3_5;
-    const double K3_13 = Js3_13 - Js3_16*UH3_3;
-    const double K3_24 = Js3_24 - Js3_26*UH3_4;
-    const double K3_25 = Js3_25 - Js3_26*UH3_5;
-    const double K3_22 = Js3_22 - Js3_26*UH3_2;
-    const double K3_55 = Js3_55 - Js3_56*UH3_5;
-    const double K3_23 = Js3_23 - Js3_26*UH3_3;
-    const double K3_34 = Js3_34 - Js3_36*UH3_4;
-    const double K3_35 = Js3_35 - Js3_36*UH3_5;
+    const double K3_14a = Js3_14 - Js3_16*UH3_4;
+    const double K3_11a = Js3_11 - Js3_16*UH3_1;
+    const double K3_44a = Js3_44 - Js3_46*UH3_4;
+    const double K3_14b = Js3_15 - Js3_16*UH3_5;
+    const double K3_11b = Js3_16*UH3_2 - K4_13;
+    const double K3_44b = Js3_45 - Js3_46*UH3_5;
+    const double K3_13a = K4_12 + Js3_16*UH3_3;
+    const double K3_14c = Js3_26*UH3_4 - Js3_24;
+    const double K3_14d = Js3_26*UH3_5 - Js3_25;
+    const double K3_11c = Js3_22 - Js3_26*UH3_2;
+    const double K3_44c = Js3_55 - Js3_56*UH3_5;
+    const double K3_13b = -(K4_23 + Js3_26*UH3_3);
+    const double K3_34a = Js3_34 - Js3_36*UH3_4;
+    const double K3_34b = Js3_36*UH3_5 - Js3_35;
     const double K3_33 = Js3_33 - Js3_36*UH3_3;
+    const double K3_11d = 2.0*cos_th3;
+    const double K3_11e = sin_th3*(K3_11a - K3_11c) - K3_11b*K3_11d;
+    const double K3_11f = sin_th3*K3_11e;
+    const double K3_11 = K3_11a - K3_11f;
+    const double K3_12 = K3_11b + cos_th3*K3_11e;
+    const double K3_22 = K3_11c + K3_11f;
+    const double K3_13 = -(cos_th3*K3_13a + sin_th3*K3_13b);
+    const double K3_23 = cos_th3*K3_13b - sin_th3*K3_13a;
+    const double K3_14e = sin_th3*(K3_14a + K3_14d) + cos_th3*(K3_14b - K3_14c);
+    const double K3_14f = sin_th3*K3_14e;
+    const double K3_14 = K3_14a - K3_14f;
+    const double K3_15a = cos_th3*K3_14e;
+    const double K3_15 = K3_14c + K3_15a;
+    const double K3_24 = K3_15a - K3_14b;
+    const double K3_25 = K3_14f - K3_14d;
+    const double K3_16 = -(cos_th3*K3_16a + sin_th3*K3_16b);
+    const double K3_26 = cos_th3*K3_16b - sin_th3*K3_16a;
+    const double K3_34 = cos_th3*K3_34a + sin_th3*K3_34b;
+    const double K3_35 = sin_th3*K3_34a - cos_th3*K3_34b;
+    const double K3_44d = sin_th3*(K3_44a - K3_44c) + K3_44b*K3_11d;
+    const double K3_44e = sin_th3*K3_44d;
+    const double K3_44 = K3_44a - K3_44e;
+    const double K3_45 = cos_th3*K3_44d - K3_44b;
+    const double K3_55 = K3_44c + K3_44e;
+    const double K3_46 = cos_th3*K3_46a - sin_th3*K3_46b;
+    const double K3_56 = sin_th3*K3_46a + cos_th3*K3_46b;
     const double Gb3 = tau3 + bs3_6;
-    const double al3_1 = g3_1*K3_11 + g3_2*K3_12 + g3_3*K3_13 + g3_4*K3_14 + g3_5*K3_15 + UH3_1*Gb3 - bs3_1;
-    const double al3_2 = g3_1*K3_12 + g3_2*K3_22 + g3_3*K3_23 + g3_4*K3_24 + g3_5*K3_25 + UH3_2*Gb3 - bs3_2;
-    const double al3_3 = g3_1*K3_13 + g3_2*K3_23 + g3_3*K3_33 + g3_4*K3_34 + g3_5*K3_35 + UH3_3*Gb3 - bs3_3;
-    const double al3_4 = g3_1*K3_14 + g3_2*K3_24 + g3_3*K3_34 + g3_4*K3_44 + g3_5*K3_45 + UH3_4*Gb3 - bs3_4;
-    const double al3_5 = g3_1*K3_15 + g3_2*K3_25 + g3_3*K3_35 + g3_4*K3_45 + g3_5*K3_55 + UH3_5*Gb3 - bs3_5;
+    const double qdf3 = Hinv3*Gb3;
+    const double al3_1a = bs3_1 - Js3_16*qdf3;
+    const double al3_1b = Js3_26*qdf3 - bs3_2;
+    const double al3_4a = bs3_4 - Js3_46*qdf3;
+    const double al3_4b = bs3_5 - Js3_56*qdf3;
+    const double al3_1 = g3_1*K3_11 + g3_2*K3_12 + g3_3*K3_13 + g3_4*K3_14 + g3_5*K3_15 - (cos_th3*al3_1a + sin_th3*al3_1b);
+    const double al3_2 = g3_1*K3_12 + g3_2*K3_22 + g3_3*K3_23 + g3_4*K3_24 + g3_5*K3_25 - (sin_th3*al3_1a - cos_th3*al3_1b);
+    const double al3_3 = g3_1*K3_13 + g3_2*K3_23 + g3_3*K3_33 + g3_4*K3_34 + g3_5*K3_35 - (bs3_3 - Js3_36*qdf3);
+    const double al3_4 = g3_1*K3_14 + g3_2*K3_24 + g3_3*K3_34 + g3_4*K3_44 + g3_5*K3_45 - (cos_th3*al3_4a - sin_th3*al3_4b);
+    const double al3_5 = g3_1*K3_15 + g3_2*K3_25 + g3_3*K3_35 + g3_4*K3_45 + g3_5*K3_55 - (sin_th3*al3_4a + cos_th3*al3_4b);
     const double al3_6 = g3_1*K3_16 + g3_2*K3_26 + g3_3*K3_36 + g3_4*K3_46 + g3_5*K3_56 + tau3*UH3_6 - bs3_6*rho3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
-    const double Js2_14a = -R3*K3_12;
-    const double Js2_14b = K3_14 + Js2_14a;
-    const double Js2_14c = K3_15 + R3*K3_11;
-    const double Js2_14d = R3*K3_22 - K3_24;
-    const double Js2_14e = Js2_14a - K3_25;
+    const double Js2_14a = R3*K3_12;
+    const double Js2_14 = K3_14 - Js2_14a;
+    const double Js2_15a = K3_15 + R3*K3_11;
+    const double Js2_24a = R3*K3_22 - K3_24;
+    const double Js2_25a = -(K3_25 + Js2_14a);
     const double Js2_34a = K3_34 - R3*K3_23;
-    const double Js2_34b = -(K3_35 + R3*K3_13);
-    const double Js2_46a = K3_46 - R3*K3_26;
-    const double Js2_46b = K3_56 + R3*K3_16;
-    const double Js2_44a = K3_44 + R3*(Js2_14d - K3_24);
-    const double Js2_44b = K3_55 + R3*(K3_15 + Js2_14c);
-    const double Js2_44c = K3_45 + R3*(K3_14 + Js2_14e);
-    const double Js2_12a = sin_th3*(K3_11 - K3_22) + 2.0*K3_12*cos_th3;
-    const double Js2_11a = sin_th3*Js2_12a;
-    const double Js2_12 = cos_th3*Js2_12a - K3_12;
-    const double Js2_22a = K3_22 + Js2_11a;
-    const double Js2_13 = cos_th3*K3_13 - sin_th3*K3_23;
-    const double Js2_23 = sin_th3*K3_13 + cos_th3*K3_23;
-    const double Js2_14f = sin_th3*(Js2_14b + Js2_14e) + cos_th3*(Js2_14c - Js2_14d);
-    const double Js2_14g = sin_th3*Js2_14f;
-    const double Js2_14 = Js2_14b - Js2_14g;
-    const double Js2_15a = cos_th3*Js2_14f;
-    const double Js2_24a = Js2_14c - Js2_15a;
-    const double Js2_25a = Js2_14e - Js2_14g;
-    const double Js2_26a = -(sin_th3*K3_16 + cos_th3*K3_26);
-    const double Js2_34c = cos_th3*Js2_34a + sin_th3*Js2_34b;
-    const double Js2_35a = sin_th3*Js2_34a - cos_th3*Js2_34b;
-    const double Js2_44d = sin_th3*(Js2_44a - Js2_44b) + 2.0*Js2_44c*cos_th3;
-    const double Js2_44e = sin_th3*Js2_44d;
-    const double Js2_25b = -D3*Js2_23;
+    const double Js2_35a = K3_35 + R3*K3_13;
+    const double Js2_25b = -D3*K3_23;
     const double Js2_25 = Js2_25b - Js2_25a;
-    const double Js2_26b = Js2_26a - D3*Js2_22a;
+    const double Js2_26a = -(K3_26 + D3*K3_22);
     const double Js2_35b = Js2_35a - D3*K3_33;
     const double Js2_36 = K3_36 - Js2_25b;
-    const double Js2_11 = M2 + K3_11 - Js2_11a;
-    const double Js2_22 = M2 + Js2_22a;
-    const double Js2_15 = MZ2 + Js2_14d + Js2_15a - D3*Js2_13;
-    const double Js2_16 = -(MY2 + sin_th3*K3_26 - cos_th3*K3_16 - D3*Js2_12);
+    const double Js2_11 = M2 + K3_11;
+    const double Js2_22 = M2 + K3_22;
+    const double Js2_15 = MZ2 + Js2_15a - D3*K3_13;
+    const double Js2_16 = K3_16 + D3*K3_12 - MY2;
     const double Js2_24 = -(MZ2 + Js2_24a);
-    const double Js2_26 = MX2 - Js2_26b;
-    const double Js2_34 = MY2 + Js2_34c;
+    const double Js2_26 = MX2 - Js2_26a;
+    const double Js2_34 = MY2 + Js2_34a;
     const double Js2_35 = Js2_35b - MX2;
-    const double Js2_44 = XX2 + Js2_44a - Js2_44e;
-    const double Js2_45 = XY2 - (Js2_44c - cos_th3*Js2_44d + D3*Js2_34c);
-    const double Js2_46 = XZ2 + cos_th3*Js2_46a - sin_th3*Js2_46b - D3*Js2_24a;
-    const double Js2_55 = YY2 + Js2_44b + Js2_44e - D3*(Js2_35a + Js2_35b);
-    const double Js2_56 = YZ2 + sin_th3*Js2_46a + cos_th3*Js2_46b - D3*(Js2_25a + Js2_36);
-    const double Js2_66 = ZZ2 + K3_66 - D3*(Js2_26a + Js2_26b);
-    const double bs2_4a = al3_4 - R3*al3_2;
-    const double bs2_4b = -(al3_5 + R3*al3_1);
-    const double bs2_2a = -(sin_th3*al3_1 + cos_th3*al3_2);
-    const double bs2_1 = b2_1 + sin_th3*al3_2 - cos_th3*al3_1;
-    const double bs2_2 = b2_2 + bs2_2a;
-    const double bs2_4 = b2_4 - (cos_th3*bs2_4a + sin_th3*bs2_4b);
-    const double bs2_5 = b2_5 - (sin_th3*bs2_4a - cos_th3*bs2_4b - D3*al3_3);
-    const double bs2_6 = b2_6 - (al3_6 - D3*bs2_2a);
+    const double Js2_44 = XX2 + K3_44 + R3*(Js2_24a - K3_24);
+    const double Js2_45 = XY2 - (D3*Js2_34a - (K3_45 + R3*(K3_14 + Js2_25a)));
+    const double Js2_46 = XZ2 + K3_46 - R3*K3_26 - D3*Js2_24a;
+    const double Js2_55 = YY2 + K3_55 + R3*(K3_15 + Js2_15a) - D3*(Js2_35a + Js2_35b);
+    const double Js2_56 = YZ2 + K3_56 + R3*K3_16 - D3*(Js2_25a + Js2_36);
+    const double Js2_66 = ZZ2 + K3_66 - D3*(Js2_26a - K3_26);
+    const double bs2_1 = b2_1 - al3_1;
+    const double bs2_2 = b2_2 - al3_2;
+    const double bs2_4 = b2_4 + R3*al3_2 - al3_4;
+    const double bs2_5 = b2_5 + D3*al3_3 - (al3_5 + R3*al3_1);
+    const double bs2_6 = b2_6 - (al3_6 + D3*al3_2);
     const double H2 = IA2 + Js2_66;
     const double Hinv2 = 1.0/H2;
     const double UH2_1 = Js2_16*Hinv2;
@@ -761,101 +833,113 @@ void puma560_direct_dynamics_prepared(const double *q, const double *qd, const d
     const double UH2_3 = Js2_36*Hinv2;
     const double UH2_4 = Js2_46*Hinv2;
     const double UH2_5 = Js2_56*Hinv2;
-    const double K2_14 = Js2_14 - Js2_16*UH2_4;
-    const double K2_11 = Js2_11 - Js2_16*UH2_1;
-    const double K2_44 = Js2_44 - Js2_46*UH2_4;
-    const double K2_15 = Js2_15 - Js2_16*UH2_5;
-    const double K2_12 = Js2_12 - Js2_16*UH2_2;
-    const double K2_45 = Js2_45 - Js2_46*UH2_5;
-    const double K2_13 = Js2_13 - Js2_16*UH2_3;
-    const double K2_24 = Js2_24 - Js2_26*UH2_4;
-    const double K2_25 = Js2_25 - Js2_26*UH2_5;
-    const double K2_22 = Js2_22 - Js2_26*UH2_2;
-    const double K2_55 = Js2_55 - Js2_56*UH2_5;
-    const double K2_23 = Js2_23 - Js2_26*UH2_3;
-    const double K2_34 = Js2_34 - Js2_36*UH2_4;
-    const double K2_35 = Js2_35 - Js2_36*UH2_5;
+    const double K2_14a = Js2_14 - Js2_16*UH2_4;
+    const double K2_11a = Js2_11 - Js2_16*UH2_1;
+    const double K2_11b = K3_12 - Js2_16*UH2_2;
+    const double K2_45a = Js2_45 - Js2_46*UH2_5;
+    const double K2_14b = Js2_26*UH2_4 - Js2_24;
+    const double K2_14c = Js2_26*UH2_5 - Js2_25;
+    const double K2_45b = Js2_55 - Js2_56*UH2_5;
+    const double K2_11c = 2.0*cos_th2;
+    const double K2_11d = sin_th2*(K2_11a - (Js2_22 - Js2_26*UH2_2)) + K2_11b*K2_11c;
+    const double K2_11 = K2_11a - sin_th2*K2_11d;
+    const double K2_12 = cos_th2*K2_11d - K2_11b;
+    const double K2_13 = sin_th2*(Js2_26*UH2_3 - K3_23) - cos_th2*(Js2_16*UH2_3 - K3_13);
+    const double K2_14d = sin_th2*(K2_14a + K2_14c) + cos_th2*(Js2_15 - Js2_16*UH2_5 - K2_14b);
+    const double K2_14e = sin_th2*K2_14d;
+    const double K2_14 = K2_14a - K2_14e;
+    const double K2_15 = K2_14b + cos_th2*K2_14d;
+    const double K2_25 = K2_14e - K2_14c;
+    const double K2_35 = sin_th2*(Js2_34 - Js2_36*UH2_4) - cos_th2*(Js2_36*UH2_5 - Js2_35);
+    const double K2_45c = sin_th2*(Js2_44 - Js2_46*UH2_4 - K2_45b) + K2_45a*K2_11c;
+    const double K2_45 = cos_th2*K2_45c - K2_45a;
+    const double K2_55 = K2_45b + sin_th2*K2_45c;
     const double Gb2 = tau2 + bs2_6;
-    const double al2_1 = g2_3*K2_13 - (ww2_xz*K2_15 - ww2_yz*K2_14) + UH2_1*Gb2 - bs2_1;
-    const double al2_2 = g2_3*K2_23 + ww2_yz*K2_24 - ww2_xz*K2_25 + UH2_2*Gb2 - bs2_2;
-    const double al2_4 = -(bs2_4 + ww2_xz*K2_45 - ww2_yz*K2_44 - g2_3*K2_34 - UH2_4*Gb2);
-    const double al2_5 = g2_3*K2_35 - (ww2_xz*K2_55 - ww2_yz*K2_45) + UH2_5*Gb2 - bs2_5;
+    const double qdf2 = Hinv2*Gb2;
+    const double al2_1 = g2_3*K2_13 + g2_4*K2_14 + cos_th2*(Js2_16*qdf2 - bs2_1) + sin_th2*(bs2_2 - Js2_26*qdf2);
+    const double al2_5 = g2_3*K2_35 + g2_4*K2_45 + sin_th2*(Js2_46*qdf2 - bs2_4) - cos_th2*(bs2_5 - Js2_56*qdf2);
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
-    const double Js1_36a = R2*K2_12;
-    const double Js1_36b = K2_15 + R2*K2_11;
-    const double Js1_36c = R2*K2_22 - K2_24;
-    const double Js1_36d = -(K2_25 + Js1_36a);
-    const double Js1_66a = K2_55 + R2*(K2_15 + Js1_36b);
-    const double Js1_36 = sin_th2*(sin_th2*(K2_14 - Js1_36a + Js1_36d) + cos_th2*(Js1_36b - Js1_36c)) - Js1_36d;
-    const double Js1_66 = ZZ1 + Js1_66a + sin_th2*(sin_th2*(K2_44 + R2*(Js1_36c - K2_24) - Js1_66a)
-        + cos_th2*((K2_45 + R2*(K2_14 + Js1_36d))*2.0));
-    const double bs1_6 = sin_th2*(al2_4 - R2*al2_2) + cos_th2*(al2_5 + R2*al2_1);
+    const double Js1_36 = K2_25 + R2*K2_12;
+    const double Js1_66 = ZZ1 + K2_55 + R2*(K2_15 + K2_15 + R2*K2_11);
+    const double bs1_6 = al2_5 + R2*al2_1;
     const double H1 = IA1 + Js1_66;
     const double Hinv1 = 1.0/H1;
+    const double UH1_3 = Js1_36*Hinv1;
     const double Gb1 = tau1 + bs1_6;
+    const double qdf1 = Hinv1*Gb1;
 
     /* Forward recursion: accelerations and torques, joint 1 (j1) [33]-[36]. */
-    const double qdd1 = Hinv1*(Gb1 + G3*Js1_36);
+    const double qdd1 = qdf1 + G3*UH1_3;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36]. */
-    const double vd2_ya = sin_th2*qdd1;
-    const double vd2_xa = cos_th2*qdd1;
-    const double vd2_x = G3*sin_th2 - R2*vd2_xa;
-    const double vd2_y = G3*cos_th2 + R2*vd2_ya;
-    const double wd2_x = ww2_yz - vd2_ya;
-    const double wd2_y = -(ww2_xz + vd2_xa);
-    const double qdd2 = Hinv2*(Gb2 - (Js2_16*vd2_x + Js2_26*vd2_y + g2_3*Js2_36) - (Js2_46*wd2_x + Js2_56*wd2_y));
+    const double vd2_xa = R2*qdd1;
+    const double vd2_x = G3*sin_th2 - cos_th2*vd2_xa;
+    const double vd2_y = sin_th2*vd2_xa + G3*cos_th2;
+    const double wd2_x = cos_th2*g2_4 - sin_th2*qdd1;
+    const double wd2_y = -(sin_th2*g2_4 + cos_th2*qdd1);
+    const double qdd2 = qdf2 - (UH2_1*vd2_x + UH2_2*vd2_y + g2_3*UH2_3) - (UH2_4*wd2_x + UH2_5*wd2_y);
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36]. */
-    const double vd3_xa = vd2_y + D3*qdd2;
-    const double vd3_ya = -(cos_th3*wd2_x + sin_th3*wd2_y);
-    const double vd3_xb = cos_th3*wd2_y - sin_th3*wd2_x;
-    const double vd3_x = g3_1 + cos_th3*vd2_x + sin_th3*vd3_xa + R3*vd3_xb;
-    const double vd3_y = g3_2 - (sin_th3*vd2_x - cos_th3*vd3_xa - R3*vd3_ya);
+    const double vd3_xa = -(g3_1 + vd2_x + R3*wd2_y);
+    const double vd3_xb = -(g3_2 + vd2_y + D3*qdd2 - R3*wd2_x);
     const double vd3_z = g3_3 - (D3*wd2_y - g2_3);
-    const double wd3_x = g3_4 - vd3_ya;
-    const double wd3_y = g3_5 + vd3_xb;
-    const double qdd3 = Hinv3*(Gb3 - (Js3_16*vd3_x + Js3_26*vd3_y + Js3_36*vd3_z)
-        - (Js3_46*wd3_x + Js3_56*wd3_y + Js3_66*qdd2));
+    const double wd3_xa = -(g3_4 + wd2_x);
+    const double wd3_xb = g3_5 + wd2_y;
+    const double vd3_x = -(cos_th3*vd3_xa + sin_th3*vd3_xb);
+    const double vd3_y = sin_th3*vd3_xa - cos_th3*vd3_xb;
+    const double wd3_x = sin_th3*wd3_xb - cos_th3*wd3_xa;
+    const double wd3_y = sin_th3*wd3_xa + cos_th3*wd3_xb;
+    const double qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y + UH3_3*vd3_z) - (UH3_4*wd3_x + UH3_5*wd3_y) - UH3_6*qdd2;
     const double wd3_z = qdd2 + qdd3;
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36]. */
-    const double vd4_xa = D4*wd3_y - vd3_z;
-    const double vd4_ya = cos_th4*wd3_x - sin_th4*wd3_z;
-    const double vd4_xb = sin_th4*wd3_x + cos_th4*wd3_z;
-    const double vd4_x = g4_1 - (RL4*vd4_xb - (cos_th4*vd3_x + sin_th4*vd4_xa));
-    const double vd4_y = g4_2 + cos_th4*vd4_xa - sin_th4*vd3_x - RL4*vd4_ya;
+    const double vd4_xa = RL4*wd3_z - vd3_x - g4_1;
+    const double vd4_xb = -(g4_2 + D4*wd3_y - vd3_z - RL4*wd3_x);
     const double vd4_z = g4_3 + vd3_y + D4*wd3_z;
-    const double wd4_x = g4_4 + vd4_ya;
-    const double wd4_y = g4_5 - vd4_xb;
-    const double qdd4 = Hinv4*(Gb4 - (Js4_16*vd4_x + Js4_26*vd4_y + Js4_36*vd4_z)
-        - (Js4_46*wd4_x + Js4_56*wd4_y + Js4_66*wd3_y));
+    const double wd4_xa = -(g4_4 + wd3_x);
+    const double wd4_xb = g4_5 - wd3_z;
+    const double vd4_x = -(cos_th4*vd4_xa + sin_th4*vd4_xb);
+    const double vd4_y = sin_th4*vd4_xa - cos_th4*vd4_xb;
+    const double wd4_x = sin_th4*wd4_xb - cos_th4*wd4_xa;
+    const double wd4_y = sin_th4*wd4_xa + cos_th4*wd4_xb;
+    const double qdd4 = qdf4 - (UH4_1*vd4_x + UH4_2*vd4_y + UH4_3*vd4_z) - (UH4_4*wd4_x + UH4_5*wd4_y) - UH4_6*wd3_y;
     const double wd4_z = wd3_y + qdd4;
 
     /* Forward recursion: accelerations and torques, joint 5 (j5) [33]-[36]. */
+    const double wd5_xa = g5_4 + wd4_x;
+    const double wd5_xb = g5_5 + wd4_z;
     const double vd5_x = cos_th5*vd4_x + sin_th5*vd4_z;
     const double vd5_y = cos_th5*vd4_z - sin_th5*vd4_x;
-    const double wd5_x = g5_4 + cos_th5*wd4_x + sin_th5*wd4_z;
-    const double wd5_y = g5_5 - (sin_th5*wd4_x - cos_th5*wd4_z);
-    const double qdd5 = Hinv5*(Gb5 - (Js5_16*vd5_x + Js5_26*vd5_y - Js5_36*vd4_y)
-        - (Js5_46*wd5_x + Js5_56*wd5_y - Js5_66*wd4_y));
+    const double wd5_x = cos_th5*wd5_xa + sin_th5*wd5_xb;
+    const double wd5_y = cos_th5*wd5_xb - sin_th5*wd5_xa;
+    const double qdd5 = qdf5 - (UH5_1*vd5_x + UH5_2*vd5_y - UH5_3*vd4_y) - (UH5_4*wd5_x + UH5_5*wd5_y) + UH5_6*wd4_y;
     const double wd5_z = qdd5 - wd4_y;
 
     /* Forward recursion: accelerations and torques, joint 6 (j6) [33]-[36]. */
+    const double wd6_xa = -(g6_4 + wd5_x);
+    const double wd6_xb = g6_5 - wd5_z;
     const double vd6_x = cos_th6*vd5_x + sin_th6*vd4_y;
     const double vd6_y = cos_th6*vd4_y - sin_th6*vd5_x;
-    const double wd6_x = g6_4 + cos_th6*wd5_x - sin_th6*wd5_z;
-    const double wd6_y = g6_5 - (sin_th6*wd5_x + cos_th6*wd5_z);
-    const double qdd6 = Hinv6*(Gb6 - (MX6*vd6_y - MY6*vd6_x) - (XZ6*wd6_x + YZ6*wd6_y + ZZ6*wd5_y));
+    const double wd6_x = sin_th6*wd6_xb - cos_th6*wd6_xa;
+    const double wd6_y = sin_th6*wd6_xa + cos_th6*wd6_xb;
+    const double qdd6 = qdf6 - (UH6_1*vd6_x + UH6_2*vd6_y) - (UH6_4*wd6_x + UH6_5*wd6_y) - UH6_6*wd5_y;
 
     /* Results. */
-    qdd[0] = qdd1;
-    qdd[1] = qdd2;
-    qdd[2] = qdd3;
-    qdd[3] = qdd4;
-    qdd[4] = qdd5;
-    qdd[5] = qdd6;
+    qdd[0*lanes] = qdd1;
+    qdd[1*lanes] = qdd2;
+    qdd[2*lanes] = qdd3;
+    qdd[3*lanes] = qdd4;
+    qdd[4*lanes] = qdd5;
+    qdd[5*lanes] = qdd6;
+}
+
+void puma560_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+{
+    double angle[5], sine[5], cosine[5];
+    puma560_direct_dynamics_angles(1, 1, q, angle);
+    circles(5, angle, sine, cosine);
+    puma560_direct_dynamics_state(1, 1, qd, tau, p, c, sine, cosine, qdd);
 }
 
 void puma560_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd)
@@ -865,7 +949,45 @@ void puma560_direct_dynamics(const double *q, const double *qd, const double *ta
     puma560_direct_dynamics_prepared(q, qd, tau, p, c, qdd);
 }
 
-void puma560_inverse_dynamics_prepare(const double *p, double *c)
+APART void puma560_direct_dynamics_state_lanes(size_t stride, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
+{
+    for (size_t l = 0; l < LANES; l++)
+        puma560_direct_dynamics_state(stride, LANES, qd + l, tau + l, p, c, sine + l, cosine + l, qdd + l);
+}
+
+static void puma560_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+{
+    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    for (size_t l = 0; l < LANES; l++)
+        puma560_direct_dynamics_angles(stride, LANES, q + l, angle + l);
+    circles(5*LANES, angle, sine, cosine);
+    puma560_direct_dynamics_state_lanes(stride, qd, tau, p, c, sine, cosine, qdd);
+}
+
+void puma560_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
+{
+    double c[PUMA560_DIRECT_DYNAMICS_CONSTANTS];
+    puma560_direct_dynamics_prepare(p, c);
+    double found_qdd[6*LANES];
+    const size_t count = states%LANES;
+    size_t first = 0;
+    for (; first + LANES <= states; first += LANES) {
+        puma560_direct_dynamics_lanes(states, q + first, qd + first, tau + first, p, c, found_qdd);
+        store(6, states, LANES, found_qdd, qdd + first);
+    }
+    if (count) {
+        double last_q[6*LANES];
+        load(6, states, count, q + first, last_q);
+        double last_qd[6*LANES];
+        load(6, states, count, qd + first, last_qd);
+        double last_tau[6*LANES];
+        load(6, states, count, tau + first, last_tau);
+        puma560_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
+        store(6, states, count, found_qdd, qdd + first);
+    }
+}
+
+INLINE void puma560_inverse_dynamics_constants(const double *restrict p, double *restrict c)
 {
     const double XX2 = p[PUMA560_P_XX2];
     const double YY2 = p[PUMA560_P_YY2];
@@ -925,25 +1047,40 @@ void puma560_inverse_dynamics_prepare(const double *p, double *c)
     c[14] = dJ6_xy;
 }
 
-void puma560_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+void puma560_inverse_dynamics_prepare(const double *p, double *c)
 {
-    const double th2 = q[1];
-    const double th3 = q[2];
-    const double th4 = q[3];
-    const double th5 = q[4];
-    const double th6 = q[5];
-    const double qd1 = qd[0];
-    const double qd2 = qd[1];
-    const double qd3 = qd[2];
-    const double qd4 = qd[3];
-    const double qd5 = qd[4];
-    const double qd6 = qd[5];
-    const double qdd1 = qdd_motor[0];
-    const double qdd2 = qdd_motor[1];
-    const double qdd3 = qdd_motor[2];
-    const double qdd4 = qdd_motor[3];
-    const double qdd5 = qdd_motor[4];
-    const double qdd6 = qdd_motor[5];
+    puma560_inverse_dynamics_constants(p, c);
+}
+
+INLINE void puma560_inverse_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
+{
+    const double th2 = q[1*stride];
+    const double th3 = q[2*stride];
+    const double th4 = q[3*stride];
+    const double th5 = q[4*stride];
+    const double th6 = q[5*stride];
+    angle[0*lanes] = th2;
+    angle[1*lanes] = th3;
+    angle[2*lanes] = th4;
+    angle[3*lanes] = th5;
+    angle[4*lanes] = th6;
+}
+
+INLINE void puma560_inverse_dynamics_state(size_t stride, size_t lanes, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
+{
+    (void)stride, (void)lanes;
+    const double qd1 = qd[0*stride];
+    const double qd2 = qd[1*stride];
+    const double qd3 = qd[2*stride];
+    const double qd4 = qd[3*stride];
+    const double qd5 = qd[4*stride];
+    const double qd6 = qd[5*stride];
+    const double qdd1 = qdd_motor[0*stride];
+    const double qdd2 = qdd_motor[1*stride];
+    const double qdd3 = qdd_motor[2*stride];
+    const double qdd4 = qdd_motor[3*stride];
+    const double qdd5 = qdd_motor[4*stride];
+    const double qdd6 = qdd_motor[5*stride];
     const double ZZ1 = p[PUMA560_P_ZZ1];
     const double IA1 = p[PUMA560_P_IA1];
     const double R2 = p[PUMA560_P_R2];
@@ -1027,190 +1164,193 @@ void puma560_inverse_dynamics_prepared(const double *q, const double *qd, const 
     const double ww1_zz = qd1*qd1;
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
-    const double sin_th2 = sin(th2);
-    const double cos_th2 = cos(th2);
+    const double sin_th2 = sine[0*lanes];
+    const double cos_th2 = cosine[0*lanes];
     const double w2_x = -qd1*sin_th2;
     const double w2_y = -qd1*cos_th2;
-    const double ww2_xx = w2_x*w2_x;
-    const double ww2_yy = w2_y*w2_y;
-    const double ww2_zz = qd2*qd2;
-    const double ww2_xy = w2_x*w2_y;
-    const double ww2_xz = qd2*w2_x;
     const double ww2_yz = qd2*w2_y;
-    const double vd2_z = -R2*ww1_zz;
+    const double ww2_xz = qd2*w2_x;
     const double wd2_x = ww2_yz - qdd1*sin_th2;
     const double wd2_y = -(ww2_xz + qdd1*cos_th2);
-    const double vd2_xa = R2*qdd1;
-    const double vd2_x = G3*sin_th2 - cos_th2*vd2_xa;
-    const double vd2_y = sin_th2*vd2_xa + G3*cos_th2;
+    const double ww2_xx = w2_x*w2_x;
+    const double ww2_xy = w2_x*w2_y;
+    const double ww2_zz = qd2*qd2;
+    const double vd2_xa = -(ww2_xz + wd2_y);
+    const double vd2_ya = wd2_x - ww2_yz;
+    const double vd2_z = -R2*ww1_zz;
+    const double vd2_x = G3*sin_th2 - R2*vd2_xa;
+    const double vd2_y = G3*cos_th2 - R2*vd2_ya;
 
     /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sin(th3);
-    const double cos_th3 = cos(th3);
+    const double sin_th3 = sine[1*lanes];
+    const double cos_th3 = cosine[1*lanes];
     const double w3_x = cos_th3*w2_x + sin_th3*w2_y;
     const double w3_y = cos_th3*w2_y - sin_th3*w2_x;
     const double w3_z = qd2 + qd3;
-    const double vd3_xa = ww2_yy + ww2_zz;
-    const double ww3_xx = w3_x*w3_x;
-    const double ww3_yy = w3_y*w3_y;
-    const double ww3_zz = w3_z*w3_z;
-    const double ww3_xy = w3_x*w3_y;
-    const double ww3_xz = w3_x*w3_z;
-    const double ww3_yz = w3_y*w3_z;
-    const double vd3_xb = -(ww2_xz + wd2_y);
+    const double vd3_xa = ww2_xx - ww2_zz;
+    const double vd3_xb = ww1_zz - vd3_xa;
     const double vd3_xc = qdd2 + ww2_xy;
-    const double vd3_xd = wd2_x - ww2_yz;
     const double vd3_za = wd2_y - ww2_xz;
     const double wd3_x = qd3*w3_y + cos_th3*wd2_x + sin_th3*wd2_y;
     const double wd3_y = cos_th3*wd2_y - sin_th3*wd2_x - qd3*w3_x;
     const double wd3_z = qdd2 + qdd3;
-    const double vd3_xe = D3*vd3_xa + R3*vd3_xb - vd2_x;
-    const double vd3_xf = vd2_y + D3*vd3_xc - R3*vd3_xd;
-    const double vd3_z = vd2_z - (R3*(ww2_xx + ww2_yy) + D3*vd3_za);
-    const double vd3_x = sin_th3*vd3_xf - cos_th3*vd3_xe;
-    const double vd3_y = sin_th3*vd3_xe + cos_th3*vd3_xf;
+    const double ww3_xx = w3_x*w3_x;
+    const double ww3_xy = w3_x*w3_y;
+    const double ww3_xz = w3_x*w3_z;
+    const double ww3_yz = w3_y*w3_z;
+    const double ww3_zz = w3_z*w3_z;
+    const double vd3_xd = wd3_y + ww3_xz;
+    const double vd3_ya = wd3_x - ww3_yz;
+    const double vd3_xe = vd2_x - D3*vd3_xb;
+    const double vd3_xf = vd2_y + D3*vd3_xc;
+    const double vd3_x = cos_th3*vd3_xe + sin_th3*vd3_xf + R3*vd3_xd;
+    const double vd3_y = -(sin_th3*vd3_xe - cos_th3*vd3_xf + R3*vd3_ya);
+    const double vd3_z = -(D3*vd3_za - vd2_z + R3*ww1_zz);
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sin(th4);
-    const double cos_th4 = cos(th4);
+    const double sin_th4 = sine[2*lanes];
+    const double cos_th4 = cosine[2*lanes];
     const double w4_x = cos_th4*w3_x - sin_th4*w3_z;
     const double w4_y = -(sin_th4*w3_x + cos_th4*w3_z);
     const double w4_z = qd4 + w3_y;
-    const double vd4_xa = ww3_yy + ww3_zz;
-    const double vd4_za = ww3_xx + ww3_zz;
-    const double ww4_xx = w4_x*w4_x;
-    const double ww4_yy = w4_y*w4_y;
-    const double ww4_zz = w4_z*w4_z;
-    const double ww4_xy = w4_x*w4_y;
-    const double ww4_xz = w4_x*w4_z;
-    const double ww4_yz = w4_y*w4_z;
-    const double vd4_xb = wd3_z - ww3_xy;
-    const double vd4_zb = -(ww3_xy + wd3_z);
+    const double vd4_xa = ww3_xx - ww3_zz;
+    const double vd4_xb = ww1_zz - vd4_xa;
+    const double vd4_za = wd3_z + ww3_xy;
+    const double vd4_zb = ww3_xx + ww3_zz;
     const double vd4_xc = wd3_y - ww3_xz;
-    const double vd4_xd = ww3_yz + wd3_x;
     const double wd4_x = qd4*w4_y + cos_th4*wd3_x - sin_th4*wd3_z;
     const double wd4_y = -(qd4*w4_x + sin_th4*wd3_x + cos_th4*wd3_z);
     const double wd4_z = qdd4 + wd3_y;
-    const double vd4_xe = D4*vd4_xa + RL4*vd4_xb - vd3_x;
-    const double vd4_z = vd3_y - (RL4*vd4_za + D4*vd4_zb);
-    const double vd4_xf = D4*vd4_xc - RL4*vd4_xd - vd3_z;
-    const double vd4_x = sin_th4*vd4_xf - cos_th4*vd4_xe;
-    const double vd4_y = sin_th4*vd4_xe + cos_th4*vd4_xf;
+    const double ww4_xx = w4_x*w4_x;
+    const double ww4_xy = w4_x*w4_y;
+    const double ww4_xz = w4_x*w4_z;
+    const double ww4_yz = w4_y*w4_z;
+    const double ww4_zz = w4_z*w4_z;
+    const double vd4_xd = wd4_y + ww4_xz;
+    const double vd4_ya = wd4_x - ww4_yz;
+    const double vd4_xe = vd3_x - D4*vd4_xb;
+    const double vd4_xf = D4*vd4_xc - vd3_z;
+    const double vd4_x = cos_th4*vd4_xe + sin_th4*vd4_xf + RL4*vd4_xd;
+    const double vd4_y = -(sin_th4*vd4_xe - cos_th4*vd4_xf + RL4*vd4_ya);
+    const double vd4_z = vd3_y + D4*vd4_za - RL4*vd4_zb;
 
     /* Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14]. */
-    const double sin_th5 = sin(th5);
-    const double cos_th5 = cos(th5);
+    const double sin_th5 = sine[3*lanes];
+    const double cos_th5 = cosine[3*lanes];
     const double w5_x = cos_th5*w4_x + sin_th5*w4_z;
     const double w5_y = cos_th5*w4_z - sin_th5*w4_x;
     const double w5_z = qd5 - w4_y;
-    const double ww5_xx = w5_x*w5_x;
-    const double ww5_yy = w5_y*w5_y;
-    const double ww5_zz = w5_z*w5_z;
-    const double ww5_xy = w5_x*w5_y;
-    const double ww5_xz = w5_x*w5_z;
-    const double ww5_yz = w5_y*w5_z;
     const double wd5_x = qd5*w5_y + cos_th5*wd4_x + sin_th5*wd4_z;
     const double wd5_y = -(qd5*w5_x + sin_th5*wd4_x - cos_th5*wd4_z);
     const double wd5_z = qdd5 - wd4_y;
+    const double ww5_xx = w5_x*w5_x;
+    const double ww5_xy = w5_x*w5_y;
+    const double ww5_xz = w5_x*w5_z;
+    const double ww5_yz = w5_y*w5_z;
+    const double ww5_zz = w5_z*w5_z;
     const double vd5_x = cos_th5*vd4_x + sin_th5*vd4_z;
     const double vd5_y = cos_th5*vd4_z - sin_th5*vd4_x;
 
     /* Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14]. */
-    const double sin_th6 = sin(th6);
-    const double cos_th6 = cos(th6);
+    const double sin_th6 = sine[4*lanes];
+    const double cos_th6 = cosine[4*lanes];
     const double w6_x = cos_th6*w5_x - sin_th6*w5_z;
     const double w6_y = -(sin_th6*w5_x + cos_th6*w5_z);
     const double w6_z = qd6 + w5_y;
-    const double ww6_xx = w6_x*w6_x;
-    const double ww6_yy = w6_y*w6_y;
-    const double ww6_zz = w6_z*w6_z;
-    const double ww6_xy = w6_x*w6_y;
-    const double ww6_xz = w6_x*w6_z;
-    const double ww6_yz = w6_y*w6_z;
     const double wd6_x = qd6*w6_y + cos_th6*wd5_x - sin_th6*wd5_z;
     const double wd6_y = -(qd6*w6_x + sin_th6*wd5_x + cos_th6*wd5_z);
     const double wd6_z = qdd6 + wd5_y;
+    const double ww6_xx = w6_x*w6_x;
+    const double ww6_xy = w6_x*w6_y;
+    const double ww6_xz = w6_x*w6_z;
+    const double ww6_yz = w6_y*w6_z;
+    const double ww6_zz = w6_z*w6_z;
     const double vd6_x = cos_th6*vd5_x + sin_th6*vd4_y;
     const double vd6_y = cos_th6*vd4_y - sin_th6*vd5_x;
 
     /* Backward recursion: articulated inertias and wrenches, joint 6 (j6) [50]-[56]. */
-    const double f6_1a = wd6_z - ww6_xy;
-    const double f6_1b = -(ww6_xz + wd6_y);
-    const double f6_2a = -(ww6_xy + wd6_z);
-    const double f6_2b = ww6_yz - wd6_x;
+    const double f6_1a = ww5_xx + ww5_zz;
+    const double f6_1b = ww6_xx - ww6_zz;
+    const double f6_1c = f6_1a - f6_1b;
+    const double f6_1d = wd6_z - ww6_xy;
+    const double f6_1e = wd6_y + ww6_xz;
+    const double f6_2a = wd6_z + ww6_xy;
+    const double f6_2b = ww6_xx + ww6_zz;
+    const double f6_2c = wd6_x - ww6_yz;
     const double f6_3a = wd6_y - ww6_xz;
-    const double f6_3b = ww6_yz + wd6_x;
-    const double f6_1 = M6*vd6_x - (MX6*(ww6_yy + ww6_zz) + MY6*f6_1a + MZ6*f6_1b);
-    const double f6_2 = M6*vd6_y - (MX6*f6_2a + MY6*(ww6_xx + ww6_zz) - MZ6*f6_2b);
-    const double f6_3 = M6*vd5_y - (MX6*f6_3a - MY6*f6_3b + MZ6*(ww6_xx + ww6_yy));
-    const double f6_4 = YZ6*(ww6_yy - ww6_zz) - ww6_yz*dJ6_yz - XZ6*f6_2a + XY6*f6_3a + XX6*wd6_x + MY6*vd5_y - MZ6*vd6_y;
-    const double f6_5 = -(XZ6*(ww6_xx - ww6_zz) - ww6_xz*dJ6_xz - YZ6*f6_1a - XY6*f6_3b - YY6*wd6_y + MX6*vd5_y
-        - MZ6*vd6_x);
-    const double f6_6 = XY6*(ww6_xx - ww6_yy) - ww6_xy*dJ6_xy - YZ6*f6_1b - XZ6*f6_2b + ZZ6*wd6_z + MX6*vd6_y - MY6*vd6_x;
+    const double f6_3b = wd6_x + ww6_yz;
+    const double f6_1 = M6*vd6_x - (MX6*f6_1c + MY6*f6_1d - MZ6*f6_1e);
+    const double f6_2 = M6*vd6_y + MX6*f6_2a - MY6*f6_2b - MZ6*f6_2c;
+    const double f6_3 = M6*vd5_y - (MX6*f6_3a - MY6*f6_3b + MZ6*f6_1a);
+    const double f6_4 = YZ6*(f6_1a - f6_2b) - ww6_yz*dJ6_yz + XZ6*f6_2a + XY6*f6_3a + XX6*wd6_x - (MZ6*vd6_y - MY6*vd5_y);
+    const double f6_5 = MZ6*vd6_x - MX6*vd5_y - (XZ6*f6_1b - ww6_xz*dJ6_xz - YZ6*f6_1d - XY6*f6_3b - YY6*wd6_y);
+    const double f6_6 = -(XY6*(f6_1c - f6_2b) + ww6_xy*dJ6_xy - YZ6*f6_1e - XZ6*f6_2c - ZZ6*wd6_z + MY6*vd6_x - MX6*vd6_y);
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (j5) [50]-[56]. */
-    const double f5_1a = wd5_z - ww5_xy;
-    const double f5_1b = -(ww5_xz + wd5_y);
-    const double f5_2a = -(ww5_xy + wd5_z);
-    const double f5_2b = ww5_yz - wd5_x;
+    const double f5_1a = ww4_xx + ww4_zz;
+    const double f5_1b = ww5_xx - ww5_zz;
+    const double f5_1c = f5_1a - f5_1b;
+    const double f5_1d = wd5_z - ww5_xy;
+    const double f5_1e = wd5_y + ww5_xz;
+    const double f5_2a = wd5_z + ww5_xy;
+    const double f5_2b = wd5_x - ww5_yz;
     const double f5_3a = wd5_y - ww5_xz;
-    const double f5_3b = ww5_yz + wd5_x;
-    const double f5_1 = -(MX5*(ww5_yy + ww5_zz) + MY5*f5_1a + MZ5*f5_1b - M5*vd5_x + sin_th6*f6_2 - cos_th6*f6_1);
-    const double f5_2 = M5*vd5_y - (MX5*f5_2a + MY5*(ww5_xx + ww5_zz) - MZ5*f5_2b) + f6_3;
-    const double f5_3 = -(M5*vd4_y + MX5*f5_3a - MY5*f5_3b + MZ5*(ww5_xx + ww5_yy) + sin_th6*f6_1 + cos_th6*f6_2);
-    const double f5_4 = YZ5*(ww5_yy - ww5_zz) - ww5_yz*dJ5_yz - XZ5*f5_2a + XY5*f5_3a + XX5*wd5_x - (MY5*vd4_y
+    const double f5_3b = wd5_x + ww5_yz;
+    const double f5_1 = M5*vd5_x - (MX5*f5_1c + MY5*f5_1d - MZ5*f5_1e) + cos_th6*f6_1 - sin_th6*f6_2;
+    const double f5_2 = M5*vd5_y + MX5*f5_2a - MY5*f6_1a - MZ5*f5_2b + f6_3;
+    const double f5_3 = -(M5*vd4_y + MX5*f5_3a - MY5*f5_3b + MZ5*f5_1a + sin_th6*f6_1 + cos_th6*f6_2);
+    const double f5_4 = YZ5*(f5_1a - f6_1a) - ww5_yz*dJ5_yz + XZ5*f5_2a + XY5*f5_3a + XX5*wd5_x - (MY5*vd4_y
         + MZ5*vd5_y) + cos_th6*f6_4 - sin_th6*f6_5;
-    const double f5_5 = f6_6 - (XZ5*(ww5_xx - ww5_zz) - ww5_xz*dJ5_xz - YZ5*f5_1a - XY5*f5_3b - YY5*wd5_y
-        - (MZ5*vd5_x + MX5*vd4_y));
-    const double f5_6 = XY5*(ww5_xx - ww5_yy) - ww5_xy*dJ5_xy - YZ5*f5_1b - XZ5*f5_2b + ZZ5*wd5_z + MX5*vd5_y
-        - MY5*vd5_x - (sin_th6*f6_4 + cos_th6*f6_5);
+    const double f5_5 = f6_6 - (XZ5*f5_1b - ww5_xz*dJ5_xz - YZ5*f5_1d - XY5*f5_3b - YY5*wd5_y - (MZ5*vd5_x + MX5*vd4_y));
+    const double f5_6 = -(XY5*(f5_1c - f6_1a) + ww5_xy*dJ5_xy - YZ5*f5_1e - XZ5*f5_2b - ZZ5*wd5_z + MY5*vd5_x
+        - MX5*vd5_y + sin_th6*f6_4 + cos_th6*f6_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
-    const double f4_1a = wd4_z - ww4_xy;
-    const double f4_1b = -(ww4_xz + wd4_y);
-    const double f4_2a = -(ww4_xy + wd4_z);
-    const double f4_2b = ww4_yz - wd4_x;
+    const double f4_1a = ww4_xx - ww4_zz;
+    const double f4_1b = vd4_zb - f4_1a;
+    const double f4_1c = wd4_z - ww4_xy;
+    const double f4_2a = wd4_z + ww4_xy;
     const double f4_3a = wd4_y - ww4_xz;
-    const double f4_3b = ww4_yz + wd4_x;
-    const double f4_1 = -(MX4*(ww4_yy + ww4_zz) + MY4*f4_1a + MZ4*f4_1b - M4*vd4_x + sin_th5*f5_2 - cos_th5*f5_1);
-    const double f4_2 = M4*vd4_y - (MX4*f4_2a + MY4*(ww4_xx + ww4_zz) - MZ4*f4_2b) - f5_3;
-    const double f4_3 = M4*vd4_z - (MX4*f4_3a - MY4*f4_3b + MZ4*(ww4_xx + ww4_yy)) + sin_th5*f5_1 + cos_th5*f5_2;
-    const double f4_4 = YZ4*(ww4_yy - ww4_zz) - ww4_yz*dJ4_yz - XZ4*f4_2a + XY4*f4_3a + XX4*wd4_x + MY4*vd4_z
-        - MZ4*vd4_y + cos_th5*f5_4 - sin_th5*f5_5;
-    const double f4_5 = -(XZ4*(ww4_xx - ww4_zz) - ww4_xz*dJ4_xz - YZ4*f4_1a - XY4*f4_3b - YY4*wd4_y + MX4*vd4_z
-        - MZ4*vd4_x + f5_6);
-    const double f4_6 = XY4*(ww4_xx - ww4_yy) - ww4_xy*dJ4_xy - YZ4*f4_1b - XZ4*f4_2b + ZZ4*wd4_z + MX4*vd4_y
-        - MY4*vd4_x + sin_th5*f5_4 + cos_th5*f5_5;
+    const double f4_3b = wd4_x + ww4_yz;
+    const double f4_1 = M4*vd4_x - (MX4*f4_1b + MY4*f4_1c - MZ4*vd4_xd) + cos_th5*f5_1 - sin_th5*f5_2;
+    const double f4_2 = M4*vd4_y + MX4*f4_2a - MY4*f5_1a - MZ4*vd4_ya - f5_3;
+    const double f4_3 = sin_th5*f5_1 + cos_th5*f5_2 - (MX4*f4_3a - MY4*f4_3b + MZ4*vd4_zb - M4*vd4_z);
+    const double f4_4 = YZ4*(vd4_zb - f5_1a) - ww4_yz*dJ4_yz + XZ4*f4_2a + XY4*f4_3a + XX4*wd4_x - (MZ4*vd4_y
+        - MY4*vd4_z) + cos_th5*f5_4 - sin_th5*f5_5;
+    const double f4_5 = -(XZ4*f4_1a - ww4_xz*dJ4_xz - YZ4*f4_1c - XY4*f4_3b - YY4*wd4_y - (MZ4*vd4_x - MX4*vd4_z) + f5_6);
+    const double f4_6 = sin_th5*f5_4 + cos_th5*f5_5 - (XY4*(f4_1b - f5_1a) + ww4_xy*dJ4_xy - YZ4*vd4_xd
+        - XZ4*vd4_ya - ZZ4*wd4_z + MY4*vd4_x - MX4*vd4_y);
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
-    const double f3_1a = -(ww3_xz + wd3_y);
-    const double f3_2a = ww3_yz - wd3_x;
+    const double f3_1a = wd3_z - ww3_xy;
+    const double f3_3a = wd3_x + ww3_yz;
     const double f3_4a = f4_4 - RL4*f4_2;
     const double f3_4b = -(f4_5 + RL4*f4_1);
-    const double f3_3a = -(sin_th4*f4_1 + cos_th4*f4_2);
-    const double f3_1 = -(MX3*vd4_xa + MY3*vd4_xb + MZ3*f3_1a - M3*vd3_x + sin_th4*f4_2 - cos_th4*f4_1);
-    const double f3_2 = M3*vd3_y - (MX3*vd4_zb + MY3*vd4_za - MZ3*f3_2a) + f4_3;
-    const double f3_3 = f3_3a - (MX3*vd4_xc - MY3*vd4_xd + MZ3*(ww3_xx + ww3_yy) - M3*vd3_z);
-    const double f3_4 = YZ3*(ww3_yy - ww3_zz) - ww3_yz*dJ3_yz - XZ3*vd4_zb + XY3*vd4_xc + XX3*wd3_x - (MZ3*vd3_y
+    const double f3_3b = sin_th4*f4_1 + cos_th4*f4_2;
+    const double f3_1 = M3*vd3_x - (MX3*vd4_xb + MY3*f3_1a - MZ3*vd3_xd) + cos_th4*f4_1 - sin_th4*f4_2;
+    const double f3_2 = M3*vd3_y + MX3*vd4_za - MY3*vd4_zb - MZ3*vd3_ya + f4_3;
+    const double f3_3 = -(MX3*vd4_xc - MY3*f3_3a + MZ3*ww1_zz - M3*vd3_z + f3_3b);
+    const double f3_4 = YZ3*(ww1_zz - vd4_zb) - ww3_yz*dJ3_yz + XZ3*vd4_za + XY3*vd4_xc + XX3*wd3_x - (MZ3*vd3_y
         - MY3*vd3_z) + cos_th4*f3_4a + sin_th4*f3_4b;
-    const double f3_5 = f4_6 - D4*f3_3a - (XZ3*(ww3_xx - ww3_zz) - ww3_xz*dJ3_xz - YZ3*vd4_xb - XY3*vd4_xd
-        - YY3*wd3_y + MX3*vd3_z - MZ3*vd3_x);
-    const double f3_6 = XY3*(ww3_xx - ww3_yy) - ww3_xy*dJ3_xy - YZ3*f3_1a - XZ3*f3_2a + ZZ3*wd3_z + MX3*vd3_y
-        - MY3*vd3_x - (sin_th4*f3_4a - cos_th4*f3_4b - D4*f4_3);
+    const double f3_5 = f4_6 + D4*f3_3b - (XZ3*vd4_xa - ww3_xz*dJ3_xz - YZ3*f3_1a - XY3*f3_3a - YY3*wd3_y
+        - (MZ3*vd3_x - MX3*vd3_z));
+    const double f3_6 = -(XY3*(vd4_xb - vd4_zb) + ww3_xy*dJ3_xy - YZ3*vd3_xd - XZ3*vd3_ya - ZZ3*wd3_z + MY3*vd3_x
+        - MX3*vd3_y + sin_th4*f3_4a - cos_th4*f3_4b - D4*f4_3);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
     const double f2_1a = qdd2 - ww2_xy;
+    const double f2_2a = ww2_xx + ww2_zz;
     const double f2_4a = f3_4 - R3*f3_2;
     const double f2_4b = -(f3_5 + R3*f3_1);
-    const double f2_2a = -(sin_th3*f3_1 + cos_th3*f3_2);
-    const double f2_1 = -(MX2*vd3_xa + MY2*f2_1a + MZ2*vd3_xb - M2*vd2_x + sin_th3*f3_2 - cos_th3*f3_1);
-    const double f2_2 = M2*vd2_y + MX2*vd3_xc - MY2*(ww2_xx + ww2_zz) - MZ2*vd3_xd - f2_2a;
-    const double f2_4 = YZ2*(ww2_yy - ww2_zz) - ww2_yz*dJ2_yz + XZ2*vd3_xc + XY2*vd3_za + XX2*wd2_x - (MZ2*vd2_y
+    const double f2_2b = sin_th3*f3_1 + cos_th3*f3_2;
+    const double f2_1 = M2*vd2_x - (MX2*vd3_xb + MY2*f2_1a + MZ2*vd2_xa) + cos_th3*f3_1 - sin_th3*f3_2;
+    const double f2_2 = M2*vd2_y + MX2*vd3_xc - MY2*f2_2a - MZ2*vd2_ya + f2_2b;
+    const double f2_4 = YZ2*(ww1_zz - f2_2a) - ww2_yz*dJ2_yz + XZ2*vd3_xc + XY2*vd3_za + XX2*wd2_x - (MZ2*vd2_y
         - MY2*vd2_z) + cos_th3*f2_4a + sin_th3*f2_4b;
-    const double f2_5 = sin_th3*f2_4a - cos_th3*f2_4b - D3*f3_3 - (XZ2*(ww2_xx - ww2_zz) - ww2_xz*dJ2_xz
-        - YZ2*f2_1a - XY2*(ww2_yz + wd2_x) - YY2*wd2_y + MX2*vd2_z - MZ2*vd2_x);
-    const double f2_6 = XY2*(ww2_xx - ww2_yy) - ww2_xy*dJ2_xy - YZ2*vd3_xb + XZ2*vd3_xd + ZZ2*qdd2 + MX2*vd2_y
-        - MY2*vd2_x + f3_6 - D3*f2_2a;
+    const double f2_5 = sin_th3*f2_4a - cos_th3*f2_4b - D3*f3_3 - (XZ2*vd3_xa - ww2_xz*dJ2_xz - YZ2*f2_1a
+        - XY2*(ww2_yz + wd2_x) - YY2*wd2_y - (MZ2*vd2_x - MX2*vd2_z));
+    const double f2_6 = f3_6 + D3*f2_2b - (XY2*(vd3_xb - f2_2a) + ww2_xy*dJ2_xy + YZ2*vd2_xa - XZ2*vd2_ya
+        - ZZ2*qdd2 - (MX2*vd2_y - MY2*vd2_x));
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
     const double f1_6 = ZZ1*qdd1 - (sin_th2*(f2_4 - R2*f2_2) + cos_th2*(f2_5 + R2*f2_1));
@@ -1234,18 +1374,26 @@ void puma560_inverse_dynamics_prepared(const double *q, const double *qd, const 
     const double Gamma6 = f6_6 + IA6*qdd6;
 
     /* Results. */
-    tau[0] = Gamma1;
-    tau[1] = Gamma2;
-    tau[2] = Gamma3;
-    tau[3] = Gamma4;
-    tau[4] = Gamma5;
-    tau[5] = Gamma6;
-    qdd[0] = qdd1;
-    qdd[1] = qdd2;
-    qdd[2] = qdd3;
-    qdd[3] = qdd4;
-    qdd[4] = qdd5;
-    qdd[5] = qdd6;
+    tau[0*lanes] = Gamma1;
+    tau[1*lanes] = Gamma2;
+    tau[2*lanes] = Gamma3;
+    tau[3*lanes] = Gamma4;
+    tau[4*lanes] = Gamma5;
+    tau[5*lanes] = Gamma6;
+    qdd[0*lanes] = qdd1;
+    qdd[1*lanes] = qdd2;
+    qdd[2*lanes] = qdd3;
+    qdd[3*lanes] = qdd4;
+    qdd[4*lanes] = qdd5;
+    qdd[5*lanes] = qdd6;
+}
+
+void puma560_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+{
+    double angle[5], sine[5], cosine[5];
+    puma560_inverse_dynamics_angles(1, 1, q, angle);
+    circles(5, angle, sine, cosine);
+    puma560_inverse_dynamics_state(1, 1, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
 }
 
 void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
@@ -1253,4 +1401,45 @@ void puma560_inverse_dynamics(const double *q, const double *qd, const double *q
     double c[PUMA560_INVERSE_DYNAMICS_CONSTANTS];
     puma560_inverse_dynamics_prepare(p, c);
     puma560_inverse_dynamics_prepared(q, qd, qdd_motor, p, c, tau, qdd);
+}
+
+APART void puma560_inverse_dynamics_state_lanes(size_t stride, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
+{
+    for (size_t l = 0; l < LANES; l++)
+        puma560_inverse_dynamics_state(stride, LANES, qd + l, qdd_motor + l, p, c, sine + l, cosine + l, tau + l, qdd + l);
+}
+
+static void puma560_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+{
+    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    for (size_t l = 0; l < LANES; l++)
+        puma560_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
+    circles(5*LANES, angle, sine, cosine);
+    puma560_inverse_dynamics_state_lanes(stride, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
+}
+
+void puma560_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
+{
+    double c[PUMA560_INVERSE_DYNAMICS_CONSTANTS];
+    puma560_inverse_dynamics_prepare(p, c);
+    double found_tau[6*LANES];
+    double found_qdd[6*LANES];
+    const size_t count = states%LANES;
+    size_t first = 0;
+    for (; first + LANES <= states; first += LANES) {
+        puma560_inverse_dynamics_lanes(states, q + first, qd + first, qdd_motor + first, p, c, found_tau, found_qdd);
+        store(6, states, LANES, found_tau, tau + first);
+        store(6, states, LANES, found_qdd, qdd + first);
+    }
+    if (count) {
+        double last_q[6*LANES];
+        load(6, states, count, q + first, last_q);
+        double last_qd[6*LANES];
+        load(6, states, count, qd + first, last_qd);
+        double last_qdd_motor[6*LANES];
+        load(6, states, count, qdd_motor + first, last_qdd_motor);
+        puma560_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
+        store(6, states, count, found_tau, tau + first);
+        store(6, states, count, found_qdd, qdd + first);
+    }
 }

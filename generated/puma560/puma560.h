@@ -1,7 +1,8 @@
 /* puma560: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  j1, motor, th1, rad
@@ -13,6 +14,8 @@
  */
 #ifndef PUMA560_H
 #define PUMA560_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -103,21 +106,22 @@ enum {
 extern const double puma560_defaults[PUMA560_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 707x 664+, 10 sin/cos a call; 24x 29+, 0 sin/cos once for each parameter set.
+ * 711x 628+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   tau (6): motor torques or forces, N m or N
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
  */
 void puma560_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void puma560_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define PUMA560_DIRECT_DYNAMICS_CONSTANTS 44
+#define PUMA560_DIRECT_DYNAMICS_CONSTANTS 27
 void puma560_direct_dynamics_prepare(const double *p, double *c);
 void puma560_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 321x 305+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+ * 315x 300+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   qdd_motor (6): motor accelerations, rad/s2 or m/s2
@@ -125,6 +129,7 @@ void puma560_direct_dynamics_prepared(const double *q, const double *qd, const d
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
  */
 void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void puma560_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
 #define PUMA560_INVERSE_DYNAMICS_CONSTANTS 15

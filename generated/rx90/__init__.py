@@ -2,11 +2,15 @@
 
 SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
 stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+
+Results are new arrays and share no memory with the arguments, which are read only: one array may
+serve as several of them. Results are float32 where all states are (more than a few states are
+computed in it, too), float64 otherwise.
 """
 
 import numpy as np
 
-from . import _run, _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics
 
 JOINTS = ("j1", "j2", "j3", "j4", "j5", "j6")
 MOTORS = (0, 1, 2, 3, 4, 5)
@@ -57,27 +61,23 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    632x 575+, 10 sin/cos a call; 24x 29+, 0 sin/cos once for each parameter set.
+    624x 538+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
     q (6): joint variables, rad or m
     qd (6): joint velocities, rad/s or m/s
     tau (6): motor torques or forces, N m or N
     -> qdd (6): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 6), ("qd", qd, 6), ("tau", tau, 6), )
-    results = _run.run(_direct_dynamics, arguments, p, 69, ((6,),))
-    return results[0]
+    return _direct_dynamics.model(q, qd, tau, p=p)
 
 
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
 
-    292x 277+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+    288x 274+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
     q (6): joint variables, rad or m
     qd (6): joint velocities, rad/s or m/s
     qdd_motor (6): motor accelerations, rad/s2 or m/s2
     -> tau (6): motor torques or forces, N m or N
     -> qdd (6): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 6), ("qd", qd, 6), ("qdd_motor", qdd_motor, 6), )
-    results = _run.run(_inverse_dynamics, arguments, p, 69, ((6,), (6,)))
-    return results
+    return _inverse_dynamics.model(q, qd, qdd_motor, p=p)

@@ -1,9 +1,14 @@
-"""How programs are called: shapes are checked, single states run on floats, stacks on arrays."""
+"""How programs are called: shapes are checked, few states run one by one on floats, many on buffers."""
 
 import functools
 import math
 
 import numpy as np
+
+from . import _buffers
+
+FEW = 24  # states that take less time one by one
+DOUBLE, SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 
 
 class Floats:
@@ -14,31 +19,66 @@ class Floats:
         return 1.0 if x > 0 else -1.0 if x < 0 else x
 
 
-class Arrays:
-    sin, cos, sqrt, sign, atan2 = np.sin, np.cos, np.sqrt, np.sign, np.arctan2
+class Model:
+    """A program, the sizes of its arguments by name, the number of parameters, the shapes of its results."""
 
+    def __init__(self, constants, program, arguments, parameters, results):
+        self.constants, self.program = constants, program
+        self.sizes = arguments | {"p": parameters}
+        self.single_state = [(size,) for size in self.sizes.values()]
+        self.shapes = results
 
-def run(module, arguments, p, parameters, shapes):
-    """Results of a generated program for states stacked along leading axes."""
-    arrays = [checked(name, value, size) for name, value, size in arguments]
-    p = checked("p", p, parameters)
-    lead = np.broadcast_shapes(p.shape[:-1], *(a.shape[:-1] for a in arrays))
-    if lead:
-        results = on_arrays(module, arrays, p)
-    else:
+    def __call__(self, *states, p):
+        """Results for states and parameter sets, which may be stacked along leading axes and broadcast."""
+        arrays = [x if type(x) is np.ndarray and x.dtype is DOUBLE else as_numbers(x) for x in states]
+        p = np.asarray(p, dtype=DOUBLE)
+        if [*[x.shape for x in arrays], p.shape] != self.single_state:
+            return self.stack(arrays, p)
         try:
-            constants = prepared(module.constants, p.tobytes())
-            results = module.program(Floats, *[a.tolist() for a in arrays], p.tolist(), constants)
+            entries = self.on_floats([x.tolist() for x in arrays], p.tobytes())
         except (ArithmeticError, ValueError):
-            results = on_arrays(module, arrays, p)
-    return tuple(stacked(entries, lead, shape) for entries, shape in zip(results, shapes))
+            return self.stack(arrays, p)
+        dtype = precision(arrays)
+        return unpacked([np.array(x, dtype).reshape(shape) for x, shape in zip(entries, self.shapes)])
 
+    def on_floats(self, state, p):
+        return self.program(Floats, *state, prepared(self.constants, p))
 
-def on_arrays(module, arrays, p):
-    with np.errstate(all="ignore"):
-        p = np.moveaxis(p, -1, 0)
-        columns = [np.moveaxis(a, -1, 0) for a in arrays]
-        return module.program(Arrays, *columns, p, module.constants(Arrays, p))
+    def stack(self, arrays, p):
+        for (name, size), x in zip(self.sizes.items(), [*arrays, p]):
+            if x.shape[-1:] != (size,):
+                raise ValueError(f"{name} has shape {x.shape}: (..., {size}) is expected")
+        lead = np.broadcast_shapes(*(x.shape[:-1] for x in [*arrays, p]))
+        few = 0 < math.prod(lead) <= FEW
+        results = self.one_by_one(arrays, p, lead) if few else None
+        if results is None:
+            results = self.on_buffers(arrays, p, lead)
+        dtype = precision(arrays)
+        return unpacked([np.asarray(x, dtype).reshape((*lead, *shape)) for x, shape in zip(results, self.shapes)])
+
+    def one_by_one(self, arrays, p, lead):
+        """Results by state; None where plain floats have none: the square root of -1, a division by 0."""
+        *states, sets = (spread(x, lead) for x in [*arrays, p])
+        rows = zip(*(x.tolist() for x in states), (x.tobytes() for x in sets))
+        try:
+            return [*zip(*(self.on_floats(state, p) for *state, p in rows))]
+        except (ArithmeticError, ValueError):
+            return None
+
+    def on_buffers(self, arrays, p, lead):
+        with np.errstate(all="ignore"):
+            (constants,) = self.steps_once.carry_out([p], p.shape[:-1], DOUBLE)
+            constants = constants.reshape((*p.shape[:-1], constants.shape[-1]))
+            return self.steps.carry_out([*arrays, constants], lead, precision(arrays))
+
+    @functools.cached_property
+    def steps_once(self):
+        return _buffers.Steps(lambda functions, p: [self.constants(functions, p)], [self.sizes["p"]])
+
+    @functools.cached_property
+    def steps(self):
+        sizes = [*self.sizes.values()][:-1]
+        return _buffers.Steps(self.program, [*sizes, len(self.steps_once.results[0])])
 
 
 @functools.lru_cache(maxsize=64)
@@ -47,15 +87,21 @@ def prepared(constants, p):
     return constants(Floats, np.frombuffer(p).tolist())
 
 
-def checked(name, value, size):
-    array = np.asarray(value, dtype=float)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"{name} has shape {array.shape}: (..., {size}) is expected")
-    return array
+def as_numbers(value):
+    array = np.asarray(value)
+    return np.asarray(array, dtype=SINGLE if array.dtype == SINGLE else DOUBLE)
 
 
-def stacked(entries, lead, shape):
-    result = np.empty((*lead, math.prod(shape)))
-    for k, entry in enumerate(entries):
-        result[..., k] = entry
-    return result.reshape((*lead, *shape))
+def precision(arrays):
+    for x in arrays:
+        if x.dtype != SINGLE:
+            return DOUBLE
+    return SINGLE if arrays else DOUBLE
+
+
+def spread(array, lead):
+    return np.broadcast_to(array, (*lead, array.shape[-1])).reshape(math.prod(lead), array.shape[-1])
+
+
+def unpacked(results):
+    return results[0] if len(results) == 1 else tuple(results)

@@ -1,7 +1,8 @@
 /* rx90: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  j1, motor, th1, rad
@@ -13,6 +14,8 @@
  */
 #ifndef RX90_H
 #define RX90_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -100,21 +103,22 @@ enum {
 extern const double rx90_defaults[RX90_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 632x 575+, 10 sin/cos a call; 24x 29+, 0 sin/cos once for each parameter set.
+ * 624x 538+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   tau (6): motor torques or forces, N m or N
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
  */
 void rx90_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void rx90_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define RX90_DIRECT_DYNAMICS_CONSTANTS 44
+#define RX90_DIRECT_DYNAMICS_CONSTANTS 27
 void rx90_direct_dynamics_prepare(const double *p, double *c);
 void rx90_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 292x 277+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+ * 288x 274+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   qdd_motor (6): motor accelerations, rad/s2 or m/s2
@@ -122,6 +126,7 @@ void rx90_direct_dynamics_prepared(const double *q, const double *qd, const doub
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
  */
 void rx90_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void rx90_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
 #define RX90_INVERSE_DYNAMICS_CONSTANTS 15

@@ -1,7 +1,8 @@
 /* two_axis: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  bed_yaw, elastic, q1, rad
@@ -19,6 +20,8 @@
  */
 #ifndef TWO_AXIS_H
 #define TWO_AXIS_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -41,16 +44,17 @@ enum {
 extern const double two_axis_defaults[TWO_AXIS_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 144x 123+, 4 sin/cos a call.
+ * 124x 116+, 4 sin/cos a call.
  *   q (12): joint variables, rad or m
  *   qd (12): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
  */
 void two_axis_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void two_axis_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 145x 124+, 4 sin/cos a call.
+ * 125x 118+, 4 sin/cos a call.
  *   q (12): joint variables, rad or m
  *   qd (12): joint velocities, rad/s or m/s
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
@@ -58,6 +62,7 @@ void two_axis_direct_dynamics(const double *q, const double *qd, const double *t
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
  */
 void two_axis_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void two_axis_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 #ifdef __cplusplus
 }

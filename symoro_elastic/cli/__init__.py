@@ -8,8 +8,10 @@ import click
 
 from symoro_elastic import __version__
 from symoro_elastic.cli.code import check, equations, generate
-from symoro_elastic.cli.identification import identify
+from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.machine import convert, models, show
+from symoro_elastic.cli.trade import trade
+from symoro_elastic.cli.vibration import compare, linearize, modes, response
 from symoro_elastic.errors import InputError
 
 
@@ -22,7 +24,9 @@ def cli() -> None:
     """
 
 
-for command in (generate, check, show, equations, convert, models, identify):
+for command in (
+    generate, check, show, equations, convert, models, excite, identify, linearize, modes, response, compare, trade,
+):  # fmt: skip
     cli.add_command(command)
 
 

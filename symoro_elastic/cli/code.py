@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MODEL, SCENE
+from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE
 from symoro_elastic.cli.output import counted, print_json, print_table, steps, write_text
-from symoro_elastic.cli.reading import among, read, scene_of
+from symoro_elastic.cli.reading import among, read, scene_of, with_merged_angles
 from symoro_elastic.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.machine.scene import Scene
 
 
 @click.command()
@@ -17,31 +22,47 @@ from symoro_elastic.errors import InputError
 @MODEL
 @click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c; both unless said.")
 @click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
+@click.option(
+    "--precision",
+    "precisions",
+    metavar="NAME",
+    multiple=True,
+    help="Of the C code: double (unless said), single, mixed, double-double; may be repeated.",
+)
 @FOLD
 @BASE
+@ONLY
 @SCENE
+@MERGE_ANGLES
 @JSON
 def generate(
     machine: str,
     models: tuple[str, ...],
     targets: tuple[str, ...],
     out: str,
+    precisions: tuple[str, ...],
     fold: tuple[str, ...],
     base: bool,
+    only: tuple[str, ...],
     scene: str | None,
+    merge_angles: float | None,
     as_json: bool,
 ) -> None:
     """Write the models of MACHINE as code to OUT/<machine name>/."""
+    from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import TARGETS
     from symoro_elastic.generate import generate
     from symoro_elastic.report.tables import models_json, models_table
 
-    chosen = among(targets, TARGETS, "--target") or tuple(TARGETS)
+    chosen = among(targets, TARGETS, "--target") or TARGETS
+    written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
     with steps() as step:
         step("read")
         found = read(machine, base)
-        asked = scene_of(found, scene, models, fold)
-        made = generate(found, asked, chosen, Path(out), step)
+        asked = with_merged_angles(scene_of(found, scene, models, fold, only), merge_angles)
+        made = generate(found, asked, chosen, Path(out), step, written_in)
+    if merge_angles is not None and not any(model.merged for model in made.models):
+        click.echo("note: sums of angles save nothing in these models, none was made", err=True)
     if as_json:
         print_json({"written": [str(p) for p in made.written], "models": models_json(made.models, made.whole)})
         return
@@ -55,16 +76,20 @@ def generate(
 @MODEL
 @FOLD
 @BASE
+@ONLY
 @SCENE
 @click.option("--seed", default=0, show_default=True, help="Chooses the random states.")
+@click.option("--self", "by_itself", is_flag=True, help="Digits that survive the four rounding modes; no reference.")
 @JSON
 def check(
     machine: str,
     models: tuple[str, ...],
     fold: tuple[str, ...],
     base: bool,
+    only: tuple[str, ...],
     scene: str | None,
     seed: int,
+    by_itself: bool,
     as_json: bool,
 ) -> None:
     """Compile the C, and compare C, numpy and the equations on floats with 50 digits.
@@ -78,9 +103,12 @@ def check(
     from symoro_elastic.report.tables import verification_json, verification_table
 
     found = read(machine, base)
-    asked = scene_of(found, scene, models, fold)
+    asked = scene_of(found, scene, models, fold, only)
     refuse_degenerate(found, asked)
     refuse_unverifiable(found, asked)
+    if by_itself:
+        _check_by_itself(found, asked, seed, as_json)
+        return
     try:
         with counted("verify") as progress:
             result = verify(found, asked, seed=seed, progress=progress)
@@ -98,14 +126,45 @@ def check(
         raise SystemExit(1)
 
 
+def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -> None:
+    """`check --self`."""
+    from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
+    from symoro_elastic.numerics.self_check import self_check
+    from symoro_elastic.numerics.values import NoValues
+    from symoro_elastic.report.self_check import least_digits, self_check_json, self_check_table
+
+    source = machine.source or machine.name
+    try:
+        with counted("verify") as progress:
+            found = self_check(machine, scene, seed=seed, progress=progress)
+    except CompilerMissing as error:
+        raise InputError(source, "C compiler", str(error)) from None
+    except (CompilationFailed, NoValues) as error:
+        raise InputError(source, "check --self", str(error)) from None
+    if as_json:
+        print_json(self_check_json(found))
+        return
+    print_table(self_check_table(found), f"{machine.name}: spread over the rounding modes, typical / worst")
+    click.echo(f"at moderate states {least_digits(found):.1f} digits survive at worst")
+
+
 @click.command()
 @MACHINE
 @click.option("--model", default="direct_dynamics", show_default=True, metavar="NAME", help="Model to write out.")
 @click.option("--format", "form", default="latex", show_default=True, metavar="NAME", help="latex, html or pdf.")
 @click.option("--out", metavar="FILE", type=click.Path(), help="File to write; standard output unless said.")
 @FOLD
+@ONLY
 @SCENE
-def equations(machine: str, model: str, form: str, out: str | None, fold: tuple[str, ...], scene: str | None) -> None:
+def equations(
+    machine: str,
+    model: str,
+    form: str,
+    out: str | None,
+    fold: tuple[str, ...],
+    only: tuple[str, ...],
+    scene: str | None,
+) -> None:
     """Write the equations of a model with their intermediate variables, in order."""
     from symoro_elastic.generate import described
     from symoro_elastic.report.page import html_page, latex_document
@@ -115,7 +174,7 @@ def equations(machine: str, model: str, form: str, out: str | None, fold: tuple[
     with steps() as step:
         step("trace")
         found = read(machine)
-        package = described(found, scene_of(found, scene, (model,), fold))
+        package = described(found, scene_of(found, scene, (model,), fold, only))
         step("render")
         text = (html_page if form == "html" else latex_document)(package, package.functions[0])
         if form == "pdf":

@@ -25,7 +25,7 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     from symoro_elastic.report.tables import machine_table
 
     found = read(machine)
-    asked = scene_of(found, scene, (), ())
+    asked = scene_of(found, scene)
     kept = restricted(found, asked)
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
     grouping, cross_check = checked_grouping(kept)
@@ -81,5 +81,5 @@ def models(as_json: bool) -> None:
         print_table(catalogue_table())
         click.echo(
             "n joints that move, m motors; frames: all rows of the table, or those a scene asks for "
-            "('tool in ram' is seen from ram); a point of a body is a fixed row of the table"
+            "('tool in ram' is seen from ram, 'tool at (0.1, 0, L2) in base' is a point in axes of tool, m)"
         )

@@ -60,7 +60,7 @@ def bodies(function: Function, parameters: Indices, joints: Sequence[str], diale
     """Print the program of a function in a dialect; `parameters` gives the index of each in p."""
     program = function.program
     printer = Printer(program, functions=dialect.functions)
-    writer = _Writer(printer, dialect, joints)
+    writer = Writer(printer, dialect, joints)
     lines = writer.statements(program.statements)
     results = [[printer.value(x) for x in output.entries] for output in program.outputs]
     used = frozenset(printer.referenced)
@@ -79,11 +79,14 @@ def numbered(names: Iterable[str]) -> Indices:
     return {name: str(k) for k, name in enumerate(names)}
 
 
-class _Writer:
+class Writer:
+    """Prints statements of a program in a dialect."""
+
     def __init__(self, printer: Printer, dialect: Dialect, joints: Sequence[str]) -> None:
         self.printer, self.dialect, self.joints = printer, dialect, joints
 
     def unpack(self, arguments: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+        """The entries of arrays that are used, by name."""
         used = set(used)
         return [
             f"    {self.dialect.declare}{symbol} = {array}[{index}]{self.dialect.end}"
@@ -93,6 +96,7 @@ class _Writer:
         ]
 
     def statements(self, statements: Sequence[Statement]) -> list[str]:
+        """Assignments below the headings of their sections."""
         lines: list[str] = []
         for section, group in by_section(statements):
             lines += ["", f"    {self.dialect.comment(self.heading(section))}"]
@@ -100,12 +104,14 @@ class _Writer:
         return lines
 
     def heading(self, section: Section) -> str:
+        """Recursion, joint and equations, as text."""
         if section.joint is None:
             return section.title
         joint = f"joint {section.joint} ({self.joints[section.joint - 1]})"
         return f"{section.title}, {joint} {section.equations}".rstrip() + "."
 
     def assignment(self, statement: Statement) -> str:
+        """One statement, broken into lines where it is long."""
         head = f"    {self.dialect.declare}{statement.name} = "
         right = self.printer.right_side(statement) + self.dialect.end
         if len(head) + len(right) <= LINE:

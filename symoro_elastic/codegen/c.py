@@ -1,27 +1,41 @@
-"""A package as C."""
+"""A package as C: one header and one source for each precision."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.codegen.body import C, bodies
+from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
+from symoro_elastic.codegen.c_printers import CPrinter, angles_of, printer_of
 from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.parts import Part, Step, cut
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.templates import render
+from symoro_elastic.symbolic.expression import SYMBOL, Expression, reachable
+from symoro_elastic.symbolic.program import Statement
+
+CIRCLES = ("sine", "cosine")
+STATE, WORK, PARAMETERS = "state", "work", "parameters"
 
 
-def render_c(package: Package) -> Files:
-    """`<name>.h` and `<name>.c`."""
-    macro = package.name.upper()
-    functions = [_c_function(package, macro, function) for function in package.functions]
+def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
+    """`<name>.h` and `<name>.c`, the precision in their names unless it is double."""
+    package = replace(package, name=package.name + precision.suffix)
+    functions = [_CFunction(package, function, precision).described() for function in package.functions]
+    text = "\n".join(line for f in functions for part in (*f["prepare_parts"], *f["parts"]) for line in part["lines"])
     context = shared(package) | {
-        "macro": macro,
+        "precision": precision,
+        "macro": package.name.upper(),
         "functions": functions,
         "parameters": [
-            {"name": p.name, "unit": in_comment(p.unit), "c_value": _c_number(p.value)} for p in package.parameters
+            {"name": p.name, "unit": in_comment(p.unit), "c_value": _number(p.value)} for p in package.parameters
         ],
-        "uses_sign": any("sign(" in f["body"] for f in functions),
+        "uses_sign": "sign(" in text or "signf(" in text,
+        "uses_circles": any(f["angles"] for f in functions),
+        "advances": precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
     }
     return {
         f"{package.name}.h": render("c/model.h.j2", **context),
@@ -35,33 +49,213 @@ def in_comment(text: str) -> str:
     return line.replace("*/", "* /").replace("/*", "/ *")
 
 
-def _c_function(package: Package, macro: str, function: Function) -> dict[str, Any]:
-    printed = bodies(function, {p.name: f"{macro}_P_{p.name}" for p in package.parameters}, package.joint_names, C)
-    parameters = ["p"] if package.parameters else []
-    inputs = [a.name for a in function.arguments] + parameters
-    results = [r.name for r in function.results]
-    prepared = [*inputs, "c", *results]
-    unused = [name for name in inputs if name not in printed.used]
-    body = [f"    (void){name};" for name in unused] + printed.lines + ["", "    /* Results. */"]
-    for result, values in zip(results, printed.results, strict=True):
-        body += [f"    {result}[{k}] = {value};" for k, value in enumerate(values)]
-    body += [f"    (void){r.name};" for r in function.results if 0 in r.shape]
-    stored = [f"    c[{k}] = {name};" for k, name in enumerate(printed.constants)]
-    return described(function) | {
-        "c_name": f"{package.name}_{function.name}",
-        "c_arguments": _signature(inputs, results),
-        "prepared_arguments": _signature([*inputs, "c"], results),
-        "prepared_call": ", ".join(prepared),
-        "constants": printed.constants,
-        "constants_macro": f"{macro}_{function.name.upper()}_CONSTANTS",
-        "prepare_body": "\n".join([*printed.once, "", *stored]),
-        "body": "\n".join(body),
+@dataclass(frozen=True)
+class Array:
+    """An array of a function: type, name, entries of one state, whether it is written, and what it belongs to."""
+
+    type: str
+    name: str
+    size: int = 0
+    is_written: bool = False
+    belongs_to: str = STATE
+
+    def declared(self, qualifier: str = "") -> str:
+        """As in a signature."""
+        return f"{'' if self.is_written else 'const '}{self.type} *{qualifier}{self.name}"
+
+
+class _CFunction:
+    """One model: its arrays, its parts, and what the templates are told."""
+
+    def __init__(self, package: Package, function: Function, precision: Precision) -> None:
+        self.package, self.function, self.precision = package, function, precision
+        self.name = f"{package.name}_{function.name}"
+        self.angles = angles_of(function.program)
+        self.printer = printer_of(function.program, precision, self.angles)
+        self.writer = Writer(self.printer, _dialect(precision), package.joint_names)
+        state = precision.state
+        macro = package.name.upper()
+        self.indices = {p.name: f"{macro}_P_{p.name}" for p in package.parameters}
+        self.inputs = [Array(state, a.name, a.size) for a in function.arguments]
+        self.results = [Array(state, r.name, math.prod(r.shape), True) for r in function.results]
+        self.parameters = [Array(state, "p", belongs_to=PARAMETERS)] if package.parameters else []
+        self.constants_array = Array(precision.real, "c", belongs_to=PARAMETERS)
+        self.entries: dict[str, Indices] = {
+            a.name: {s: f"{k}*stride" for k, s in enumerate(a.symbols)} for a in function.program.inputs
+        }
+
+    def described(self) -> dict[str, Any]:
+        """What the templates are told."""
+        program = self.function.program
+        values = [[self.printer.value(x) for x in output.entries] for output in program.outputs]
+        at_end = self._needed(values)
+        parts, places = cut(_of_use(self._steps(program.statements), at_end), at_end)
+        used = frozenset().union(*(part.uses for part in parts))
+        constants = [s.name for s in program.once if s.name in used]
+        prepare_parts, prepare_places = cut(self._steps(program.once), constants)
+        stored = [f"    {r.name}[{k}*lanes] = {self._stored(v)};" for r, vs in self._pairs(values) for k, v in vs]
+        live = Array(self.precision.real, "live", places, True, WORK)
+        arrays = [*self.inputs, *self.parameters, self.constants_array, *self._circles(), live, *self.results]
+        last = len(parts) - 1
+        return described(self.function) | {
+            "c_name": self.name,
+            "signature": _signature([*self.inputs, *self.parameters, *self.results]),
+            "prepared_signature": _signature([*self.inputs, *self.parameters, self.constants_array, *self.results]),
+            "lanes_signature": _signature(
+                [
+                    *self.inputs,
+                    *self.parameters,
+                    *([self.constants_array] if constants else []),
+                    *(r for r in self.results if r.size),
+                ]
+            ),
+            "inputs": self.inputs,
+            "results": self.results,
+            "parameters": self.parameters,
+            "constants": constants,
+            "constants_array": self.constants_array,
+            "constants_macro": f"{self.package.name.upper()}_{self.function.name.upper()}_CONSTANTS",
+            "angles": len(self.angles),
+            "angle_part": self._angle_part(),
+            "places": places,
+            "prepare_places": prepare_places,
+            "prepare_parts": _named(
+                f"{self.name}_constants",
+                [self._prepare_part(part, constants if part is prepare_parts[-1] else []) for part in prepare_parts],
+            ),
+            "parts": _named(
+                f"{self.name}_state",
+                [self._part(part, arrays, constants, stored if k == last else []) for k, part in enumerate(parts)],
+            ),
+            "unused": [a.name for a in (*self.inputs, *self.parameters) if not self._uses(a.name, used)],
+            "empty": [r.name for r in self.results if not r.size],
+        }
+
+    def _steps(self, statements: Sequence[Statement]) -> list[Step]:
+        steps = []
+        for statement in statements:
+            self.printer.referenced.clear()
+            self.printer.right_side(statement)
+            steps.append(Step(statement, frozenset(self.printer.referenced)))
+        return steps
+
+    def _needed(self, values: list[list[str]]) -> frozenset[str]:
+        """Names of the variables that the results are."""
+        self.printer.referenced.clear()
+        for output in self.function.program.outputs:
+            for x in output.entries:
+                self.printer.value(x)
+        return frozenset(self.printer.referenced)
+
+    def _pairs(self, values: list[list[str]]) -> list[tuple[Array, list[tuple[int, str]]]]:
+        return [(result, list(enumerate(entries))) for result, entries in zip(self.results, values, strict=True)]
+
+    def _stored(self, value: str) -> str:
+        return f"pair_rounded({value})" if self.precision.is_pair else value
+
+    def _circles(self) -> list[Array]:
+        return [Array(self.precision.circle, name, len(self.angles), belongs_to=WORK) for name in CIRCLES]
+
+    def _uses(self, array: str, used: frozenset[str]) -> bool:
+        """Whether the work of a call needs an array."""
+        if array == "p":
+            return bool(used & self.indices.keys())
+        angles = {symbol for angle in self.angles for symbol in _symbols(angle)}
+        return bool((used | angles) & self.entries[array].keys())
+
+    def _part(
+        self, part: Part, arrays: Sequence[Array], constants: Sequence[str], stored: Sequence[str]
+    ) -> dict[str, Any]:
+        """Lines of a part and the arrays it uses."""
+        groups: dict[str, Indices] = {
+            **self.entries,
+            "p": self.indices,
+            "c": numbered(constants),
+            "live": {name: f"{k}*lanes" for name, k in part.taken.items()},
+        }
+        used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(CIRCLES))
+        used |= {"live"} if part.left else set()
+        used |= {r.name for r in self.results if r.size} if stored else set()
+        lines = self._unpacked(groups, part.uses) + self.writer.statements([s.statement for s in part.steps])
+        lines += ["", *(f"    live[{k}*lanes] = {name};" for name, k in part.left.items())] if part.left else []
+        lines += ["", "    /* Results. */", *stored] if stored else []
+        return _part_context(lines, [a for a in arrays if a.name in used])
+
+    def _prepare_part(self, part: Part, constants: Sequence[str]) -> dict[str, Any]:
+        groups: dict[str, Indices] = {"p": self.indices, "live": numbered_places(part.taken)}
+        real = self.precision.real
+        lines = self._unpacked(groups, part.uses) + self.writer.statements([s.statement for s in part.steps])
+        lines += ["", *(f"    live[{k}] = {name};" for name, k in part.left.items())] if part.left else []
+        lines += ["", *(f"    c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
+        arrays = [*self.parameters] if part.uses & self.indices.keys() else []
+        arrays += [Array(real, "live", 1, True, WORK)] if part.taken or part.left else []
+        arrays += [Array(real, "c", 1, True, PARAMETERS)] if constants else []
+        return _part_context(lines, arrays)
+
+    def _unpacked(self, groups: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+        """Arguments by name; numbers of the caller become pairs."""
+        lines = self.writer.unpack(groups, used)
+        if not self.precision.is_pair:
+            return lines
+        given = {array: f" = {array}[" for array in (*self.entries, "p")}
+        return [
+            line.replace(" = ", " = pair(").replace(";", ", 0.0);") if any(g in line for g in given.values()) else line
+            for line in lines
+        ]
+
+    def _angle_part(self) -> dict[str, Any]:
+        """The part that finds the angles."""
+        wide = replace(self.precision, real=self.precision.circle)
+        printer: CPrinter = printer_of(self.function.program, wide, [])
+        printer.variables.clear()
+        lines = [f"    angle[{k}*lanes] = {printer.text(a).signed()};" for k, a in enumerate(self.angles)]
+        symbols = {symbol for angle in self.angles for symbol in _symbols(angle)}
+        writer = Writer(printer, _dialect(wide), self.package.joint_names)
+        head = self._unpacked(self.entries, symbols) if self.precision.is_pair else writer.unpack(self.entries, symbols)
+        arrays = [a for a in self.inputs if symbols & self.entries[a.name].keys()]
+        return _part_context([*head, *lines], [*arrays, Array(self.precision.circle, "angle", 1, True, WORK)])
+
+
+def numbered_places(places: dict[str, int]) -> Indices:
+    """Places as text."""
+    return {name: str(k) for name, k in places.items()}
+
+
+def _symbols(angle: Expression) -> list[str]:
+    return [node.operands[0] for node in reachable([angle]) if node.operation == SYMBOL]
+
+
+def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
+    """Steps that others or the results need: no sums whose sines and cosines are all that is asked of them."""
+    needed, kept = set(needed_at_end), []
+    for step in reversed(steps):
+        if step.statement.name in needed:
+            needed |= step.uses
+            kept.append(step)
+    return kept[::-1]
+
+
+def _dialect(precision: Precision) -> Dialect:
+    return replace(C, declare=f"const {precision.real} ")
+
+
+def _part_context(lines: list[str], arrays: Sequence[Array]) -> dict[str, Any]:
+    return {
+        "lines": lines,
+        "body": "\n".join(lines),
+        "arrays": arrays,
+        "signature": _signature(arrays, "restrict "),
     }
 
 
-def _signature(inputs: list[str], results: list[str]) -> str:
-    return ", ".join([*(f"const double *{name}" for name in inputs), *(f"double *{name}" for name in results)])
+def _named(stem: str, parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Parts with names: the stem, numbered where there are several."""
+    return [part | {"name": f"{stem}{k}" if len(parts) > 1 else stem} for k, part in enumerate(parts, start=1)]
 
 
-def _c_number(value: float) -> str:
+def _signature(arrays: Sequence[Array], qualifier: str = "") -> str:
+    return ", ".join(a.declared(qualifier) for a in arrays)
+
+
+def _number(value: float) -> str:
     return "NAN" if math.isnan(value) else repr(value)

@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 
-Array: TypeAlias = NDArray[np.float64]
+Array: TypeAlias = NDArray[Any]
 
 COMPILERS = ("gcc", "clang", "cc")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fPIC", "-shared")
-# gcc's register allocation is super-linear in straight-line code: 2000 statements take 1 s, 6000
-# take 10 s and 15 000 a minute at -O2 (and at -O1), 1.5 s at -O0.
 MOST_OPTIMISED = 3000
+"""Statements of a function that an optimising compiler takes a few seconds for; -O0 takes a tenth of that."""
 
 
 class CompilerMissing(Exception):
@@ -55,7 +55,7 @@ def find_compiler() -> tuple[str, ...]:
 
 
 def optimisation(package: Package) -> str:
-    """-O2, and -O0 for functions so long that an optimising compiler would take minutes."""
+    """The option with which code is compiled to be checked, not to be fast: -O2, and -O0 for long functions."""
     longest = max((len(f.program.once) + len(f.program.statements) for f in package.functions), default=0)
     return "-O2" if longest <= MOST_OPTIMISED else "-O0"
 
@@ -90,12 +90,20 @@ def _first_complaint(messages: str) -> str:
 class CompiledPackage:
     """The functions of a package, compiled; SI units, radians, arrays as in its header."""
 
-    def __init__(self, package: Package, library: Path) -> None:
-        """Load a library made from the C text of this package."""
-        self.package = package
+    def __init__(self, package: Package, library: Path, precision: Precision = DOUBLE) -> None:
+        """Load a library made from the C text of this package in a precision."""
+        self.package, self.precision = package, precision
+        self.type = np.dtype(precision.state.replace("float", "float32"))
         self._functions = {function.name: function for function in package.functions}
         loaded = ctypes.CDLL(str(library.resolve()))
-        self._entries = {name: _entry(loaded, package, function) for name, function in self._functions.items()}
+        self._entries = {
+            name: _entry(loaded, package, function, precision) for name, function in self._functions.items()
+        }
+        self._batches = {
+            name: _batch(loaded, package, function, precision)
+            for name, function in self._functions.items()
+            if function.arguments
+        }
         self._defaults = np.array([parameter.value for parameter in package.parameters], dtype=float)
 
     def call(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
@@ -108,13 +116,33 @@ class CompiledPackage:
         inputs = self._inputs(signature, arrays)
         lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs))
         states = math.prod(lead)
-        rows = [
-            np.ascontiguousarray(np.broadcast_to(a, (*lead, a.shape[-1]))).reshape(states, a.shape[-1]) for a in inputs
-        ]
-        results = [np.empty((states, math.prod(result.shape))) for result in signature.results]
+        rows = [self._rows(array, lead) for array in inputs]
+        results = [np.empty((states, math.prod(result.shape)), self.type) for result in signature.results]
         steps = [(array.ctypes.data, array.strides[0]) for array in (*rows, *results)]
         for state in range(states):
             entry(*(address + state * stride for address, stride in steps))
+        return self._named(signature, results, lead)
+
+    def call_batch(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
+        """Results by name at many states, as `call` gives them, by one call of the batch entry; one p for all."""
+        signature = self._functions[function]
+        inputs = self._inputs(signature, arrays)
+        count = len(signature.arguments)
+        lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs[:count]))
+        states = math.prod(lead)
+        columns = [np.ascontiguousarray(self._rows(array, lead).T) for array in inputs[:count]]
+        results = [np.empty((math.prod(result.shape), states), self.type) for result in signature.results]
+        parameters = [np.ascontiguousarray(p, self.type) for p in inputs[count:]]
+        self._batches[function](states, *(array.ctypes.data for array in (*columns, *parameters, *results)))
+        return self._named(signature, [np.ascontiguousarray(array.T) for array in results], lead)
+
+    def _rows(self, array: Array, lead: tuple[int, ...]) -> Array:
+        """An array broadcast to the leading axes, one state a row."""
+        size = array.shape[-1]
+        wide = np.broadcast_to(array, (*lead, size)).astype(self.type)
+        return np.ascontiguousarray(wide).reshape(math.prod(lead), size)
+
+    def _named(self, signature: Function, results: Sequence[Array], lead: tuple[int, ...]) -> dict[str, Array]:
         return {
             result.name: array.reshape((*lead, *result.shape))
             for result, array in zip(signature.results, results, strict=True)
@@ -131,27 +159,35 @@ class CompiledPackage:
 
 
 def compile_package(
-    package: Package, folder: Path, files: Mapping[str, str] | None = None, compiler: Sequence[str] = ()
+    package: Package,
+    folder: Path,
+    files: Mapping[str, str] | None = None,
+    compiler: Sequence[str] = (),
+    precision: Precision = DOUBLE,
+    flags: Sequence[str] = (),
 ) -> CompiledPackage:
-    """A package compiled in a folder, from its C text `files` where that is at hand.
+    """A package compiled in a folder, from its C text `files` where that is at hand, by default to be checked.
 
     Raises `CompilerMissing`, `CompilationFailed`.
     """
-    texts = render_c(package) if files is None else files
-    return CompiledPackage(package, compile_library(texts, folder, compiler, (optimisation(package),)))
+    texts = render_c(package, precision) if files is None else files
+    return CompiledPackage(
+        package, compile_library(texts, folder, compiler, flags or (optimisation(package),)), precision
+    )
 
 
-def _entry(library: ctypes.CDLL, package: Package, function: Function) -> Any:
-    entry = library[f"{package.name}_{function.name}"]
+def _entry(library: ctypes.CDLL, package: Package, function: Function, precision: Precision) -> Any:
+    entry = library[f"{package.name}{precision.suffix}_{function.name}"]
     count = len(function.arguments) + bool(package.parameters) + len(function.results)
     entry.argtypes, entry.restype = [ctypes.c_void_p] * count, None
     return entry
 
 
-def _rows(array: Array, lead: tuple[int, ...], states: int) -> Array:
-    """An array broadcast to the leading axes, one state a row."""
-    size = array.shape[-1]
-    return np.ascontiguousarray(np.broadcast_to(array, (*lead, size))).reshape(states, size)
+def _batch(library: ctypes.CDLL, package: Package, function: Function, precision: Precision) -> Any:
+    entry = library[f"{package.name}{precision.suffix}_{function.name}_batch"]
+    count = len(function.arguments) + bool(package.parameters) + len(function.results)
+    entry.argtypes, entry.restype = [ctypes.c_size_t, *[ctypes.c_void_p] * count], None
+    return entry
 
 
 def _checked(name: str, value: ArrayLike, size: int) -> Array:

@@ -42,13 +42,20 @@ def described(function: Function) -> dict[str, Any]:
         "title": function.title[:1].upper() + function.title[1:],
         "equations": function.equations,
         "counts": counts,
-        "documented": [*arguments, *(f"-> {text}" for text in results), *_columns(function)],
+        "documented": [*arguments, *(f"-> {text}" for text in results), *_rows(function), *_columns(function)],
     }
+
+
+def _rows(function: Function) -> list[str]:
+    """Rows of results, in lines, where a scene has chosen them."""
+    chosen = [result for result in function.results if result.rows and not result.whole]
+    texts = [f"rows of {result.name}: {', '.join(result.rows)}" for result in chosen]
+    return [line for text in texts for line in textwrap.wrap(text, LINE)]
 
 
 def _columns(function: Function) -> list[str]:
     """Labels of columns, in lines."""
-    labels = [label for result in function.results for label in result.columns]
+    labels = dict.fromkeys(label for result in function.results for label in result.columns)
     return textwrap.wrap("columns: " + ", ".join(labels), LINE) if labels else []
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from symoro_elastic.codegen.notation import BY_JOINT, FROM_BASE, RESULTS, Notation, literal
-from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.notation import BY_JOINT, BY_MOTOR, BY_ROW, FROM_BASE, RESULTS, Notation, literal
+from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.symbolic.expression import (
     ATAN2,
@@ -181,22 +181,32 @@ def arrays(package: Package, function: Function) -> list[Array]:
     """The results of a function with their symbols."""
     home = "0" if function.name in FROM_BASE else ""
     pairs = zip(function.program.outputs, function.results, strict=True)
-    return [_array(package, output, result.rows, home) for output, result in pairs]
+    return [_array(package, output, result, home) for output, result in pairs]
 
 
-def _array(package: Package, output: Output, names: Sequence[str], home: str) -> Array:
+def _array(package: Package, output: Output, result: Result, home: str) -> Array:
+    names = result.rows
     base = RESULTS.get(output.name) or literal(output.name)
     numbers = {name: str(j) for j, name in enumerate(package.joint_names, start=1)}
     rows = [_row(base, names[k] if k < len(names) else "", k + 1, numbers, home) for k in range(output.shape[0])]
     entries = rows
     for axis, size in enumerate(output.shape[1:], start=2):
         indices = [str(k + 1) for k in range(size)]
-        if axis == len(output.shape) and output.name in BY_JOINT:
-            indices = [numbers[name] for name in (names if axis == 2 else [moving.name for moving in package.axes])]
+        if axis == len(output.shape):
+            indices = [numbers[name] for name in _joints_of_columns(package, output, names)] or indices
         entries = [f"{entry},{index}" for entry in entries for index in indices]
     wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [base]
     columns = output.shape[-1] if len(output.shape) > 1 else 1
     return Array(output, tuple(f"{entry}}}" for entry in entries), tuple(wholes), columns)
+
+
+def _joints_of_columns(package: Package, output: Output, rows: Sequence[str]) -> Sequence[str]:
+    """Joints that the columns of an array follow; none where they follow no joints."""
+    if output.name in BY_ROW:
+        return rows
+    if output.name in BY_MOTOR:
+        return [package.axes[k].name for k in package.motors]
+    return [axis.name for axis in package.axes] if output.name in BY_JOINT else []
 
 
 def _row(base: str, name: str, count: int, numbers: Mapping[str, str], home: str) -> str:

@@ -74,6 +74,7 @@ TABLE = (
     Quantity("P", "r", "P", "", r"@,\mathrm{r}", "r_{j}", "[1]", "whole shift along the axis of joint j"),
     Quantity("P", "axis", "P", "", "@#", "{}^{0}P_{j}", "[2]", "origin of frame j, in frame 0"),
     Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "A"),
+    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "qdd"),
     Quantity("A", "entry", "A", "", "@,#", "{}^{0}A_{j}", "[2]", "orientation of frame j, in frame 0"),
     Quantity("Y", "parameter", "Y", "", r"@,\mathit{#}", "", "[15]", "entry of the regressor: joint j, parameter X"),
     Quantity("root", "number", r"\Delta", "", "@,#", "", "", "vanishes where solution i of joint j is singular"),
@@ -98,7 +99,7 @@ TABLE = (
              "acceleration of frame j, in frame 0"),
     Quantity("Jc", "row column", "J", "", "@,#", "", "[3]", "column i of the Jacobian of frame j"),
     Quantity("g", "six", r"\gamma", "", "@,#", r"{}^{j}\boldsymbol{\gamma}_{j}", "[7]",
-             "part of the acceleration that depends on velocities only"),
+             "part of the acceleration that depends on velocities only, in frame j before its turn by theta"),
     Quantity("b", "six", r"\beta", "", "@,#", r"{}^{j}\boldsymbol{\beta}_{j}", "[14]",
              "centrifugal, gyroscopic and external wrench of body j"),
     Quantity("bs", "six", r"\beta", "*", "@,#", r"{}^{j}\boldsymbol{\beta}^{*}_{j}", "[31], [55]",
@@ -117,15 +118,42 @@ TABLE = (
     Quantity("H", "", "H", "", "@", "", "[28], [50]", "inertia that joint j moves"),
     Quantity("Hinv", "", "H", "-1", "@", "", "[29], [51]", "inverse of the inertia that joint j moves"),
     Quantity("rho", "", r"\rho", "", "@", r"\mathit{Ia}_{j}\,H_{j}^{-1}", "[29]", "share of the rotor in this inertia"),
+    Quantity("qdf", "", r"\ddot{q}", "*", "@", r"\Gamma^{*}_{j}\,H_{j}^{-1}", "[30], [34]",
+             "acceleration of joint j where its antecedent has none"),
     Quantity("UH", "six", r"\overline{U_{@,#}H_{@}^{-1}}", "", "",
              r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}\,H_{j}^{-1}", "[29], [51]",
              "articulated inertia along the joint axis, over the inertia that joint j moves"),
     Quantity("K", "entry", "K", "", "@,#", r"{}^{j}\mathbf{K}_{j}", "[29], [51], [53]",
-             "what its antecedent feels of this articulated inertia"),
+             "what its antecedent feels of this articulated inertia, in frame j before its turn by theta"),
     Quantity("al", "six", r"\boldsymbol{\alpha}", "", "@,#", r"{}^{j}\boldsymbol{\alpha}_{j}", "[30], [52], [54]",
-             "wrench at joint j that does not depend on the acceleration of its antecedent"),
+             "wrench at joint j that does not depend on the acceleration of its antecedent, in the frame of K"),
     Quantity("f", "six", "f", "", "@,#", r"{}^{j}\mathbf{f}_{j}", "[15], [35], [58]",
              "wrench of the antecedent on body j"),
+    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dtau_dq"),
+    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dq"),
+    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dp"),
+    Quantity("Pc", "axis", "P", r"\mathrm{c}", "@,#", "", "",
+             "twice the momentum of body j and all it carries, seen from one that moves with the origin of frame j"),
+    Quantity("Qc", "entry", "Q", r"\mathrm{c}", "@,#", "", "",
+             "twice the moment of Coriolis forces on body j and all it carries, by how they turn"),
+    Quantity("Fa", "row column", "F", r"\mathrm{a}", "@,#", "", "[15]",
+             "wrench that accelerates all beyond joint j along it, in frame i"),
+    Quantity("Fh", "row column", "F", r"\mathrm{h}", "@,#", "", "[15]",
+             "torque of joint j by how joint i makes all beyond it turn, in frame i"),
+    Quantity("Fq", "row column", "F", "q", "@,#", "", "[15]",
+             "change of the wrench on body i by that of the variable of joint j"),
+    Quantity("Fv", "row column", "F", r"\dot{q}", "@,#", "", "[15]",
+             "change of the wrench on body i by that of the velocity of joint j"),
+    Quantity("Gq", "number", r"\partial_{q}\bar{\Gamma}", "", "@,#", "", "[15]",
+             "derivative of what moves joint j by the variable of joint i"),
+    Quantity("Gv", "number", r"\partial_{\dot{q}}\bar{\Gamma}", "", "@,#", "", "[15]",
+             "derivative of what moves joint j by the velocity of joint i"),
+    Quantity("qddq", "number", r"\partial_{q}\ddot{q}", "", "@,#", "", "[11]",
+             "derivative of the acceleration of joint j by the variable of joint i"),
+    Quantity("qddv", "number", r"\partial_{\dot{q}}\ddot{q}", "", "@,#", "", "[11]",
+             "derivative of the acceleration of joint j by the velocity of joint i"),
+    Quantity("qddt", "number", r"\partial_{\Gamma}\ddot{q}", "", "@,#", "", "[11]",
+             "derivative of the acceleration of joint j by the torque of joint i"),
 )
 # fmt: on
 FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}", "sign": r"\mathrm{sign}"}
@@ -145,11 +173,22 @@ RESULTS = {
     "X": "X",
     "q": "q",
     "singularity": r"\Delta",
+    "dtau_dq": r"[\partial\Gamma/\partial q]",
+    "dtau_dqd": r"[\partial\Gamma/\partial\dot{q}]",
+    "dtau_dqdd_motor": r"[\partial\Gamma/\partial\ddot{q}]",
+    "dtau_dp": r"[\partial\Gamma/\partial p]",
+    "dqdd_dq": r"[\partial\ddot{q}/\partial q]",
+    "dqdd_dqd": r"[\partial\ddot{q}/\partial\dot{q}]",
+    "dqdd_dqdd_motor": r"[\partial\ddot{q}/\partial\ddot{q}]",
+    "dqdd_dtau": r"[\partial\ddot{q}/\partial\Gamma]",
+    "dqdd_dp": r"[\partial\ddot{q}/\partial p]",
 }
 # Models whose results are seen from the base where nothing else is said, unlike what they are made of.
 FROM_BASE = ("geometric_model", "jacobian_dot_qd")
-# Results whose columns follow the joints that move.
-BY_JOINT = ("A", "J")
+# Results whose columns follow the joints that move, their own rows, or the motors.
+BY_JOINT = ("J", "dtau_dq", "dtau_dqd", "dqdd_dq", "dqdd_dqd")
+BY_ROW = ("A",)
+BY_MOTOR = ("dtau_dqdd_motor", "dqdd_dqdd_motor", "dqdd_dtau")
 _LETTERS = """
     alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
     Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega
@@ -208,6 +247,8 @@ class Notation:
         function, _, argument = name.partition("_")
         if function in FUNCTIONS and argument in self._users:
             return f"{FUNCTIONS[function]}_{{{self.quantity(argument) or user_symbol(argument)}}}"
+        if function == "by":
+            return self._derivative(argument)
         letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
         for row in _BY_NAME.get(letters, ()):
             found = _pattern(row.component).fullmatch(name, len(letters))
@@ -215,6 +256,14 @@ class Notation:
                 self.used.add(row)
                 self.parts |= bool(found["part"])
                 return row.symbol(found["j"], found.groupdict().get("c") or "", found["part"])
+        return ""
+
+    def _derivative(self, name: str) -> str:
+        """Symbol of a derivative, its variable first: `q2_f3_6` is that of `f3_6` by q2."""
+        for variable in self._users:
+            quantity = self.quantity(name.removeprefix(f"{variable}_")) if name.startswith(f"{variable}_") else ""
+            if quantity:
+                return rf"\partial_{{{self.quantity(variable) or user_symbol(variable)}}}{quantity}"
         return ""
 
     def meanings(self) -> Iterator[Meaning]:

@@ -36,13 +36,17 @@ class Argument:
 
 @dataclass(frozen=True)
 class Result:
-    """An array that a function gives: shape, what it is, and the names its first and last axes follow."""
+    """An array that a function gives: shape, what it is, and the names its first and last axes follow.
+
+    `whole` is False where its rows are those that a scene has chosen.
+    """
 
     name: str
     shape: tuple[int, ...]
     meaning: str
     rows: tuple[str, ...]
     columns: tuple[str, ...] = ()
+    whole: bool = True
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Package:
-    """Everything generated for one machine."""
+    """Everything generated for one machine; `joint_names` are the rows of its table, then points that are asked for."""
 
     name: str
     scene: str

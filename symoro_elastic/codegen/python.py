@@ -3,48 +3,78 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterable
 from typing import Any
 
-from symoro_elastic.codegen.body import PYTHON, Bodies, bodies, numbered
+from symoro_elastic.codegen.body import PYTHON, Writer
 from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
+
+SUPPORT = ("run", "notes", "buffers")
 
 
 def render_numpy(package: Package) -> Files:
-    """`__init__.py`, `_run.py` and one module of straight-line code for each model."""
+    """`__init__.py`, one module of straight-line code for each model, and three that carry them out."""
     functions = [_python_function(package, function) for function in package.functions]
     context = shared(package) | {
         "functions": functions,
-        "modules": ["_run", *(f["module"] for f in functions)],
         "parameters": [
             {"name": p.name, "python_value": Literal("np.nan" if math.isnan(p.value) else repr(p.value))}
             for p in package.parameters
         ],
     }
-    files = {"__init__.py": render("numpy/__init__.py.j2", **context), "_run.py": render("numpy/run.py.j2")}
+    files = {"__init__.py": render("numpy/__init__.py.j2", **context)}
+    files |= {f"_{name}.py": render(f"numpy/{name}.py.j2") for name in SUPPORT}
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files
 
 
 def _python_function(package: Package, function: Function) -> dict[str, Any]:
-    printed: Bodies = bodies(function, numbered(p.name for p in package.parameters), package.joint_names, PYTHON)
-    groups = [in_brackets("(", [Literal(v) for v in values], ")").replace("\n", "\n    ") for values in printed.results]
-    returned = "    return (\n        " + ",\n        ".join(g.replace("\n", "\n    ") for g in groups) + ",\n    )"
-    constants = in_brackets("(", [Literal(name) for name in printed.constants], ")").replace("\n", "\n    ")
+    arguments = [a.name for a in function.arguments]
+    parameters = [p.name for p in package.parameters]
+    prepare, body = _bodies(function, parameters, package.joint_names)
     return described(function) | {
         "module": f"_{function.name}",
-        "signature": ", ".join([*(a.name for a in function.arguments), "p=DEFAULTS"]),
-        "program_signature": ", ".join(["_f", *(a.name for a in function.arguments), "p", "c"]),
-        "sizes": function.arguments,
-        "shapes": in_brackets("(", [Literal(_tuple(r.shape)) for r in function.results], ")"),
+        "signature": ", ".join([*arguments, "p=DEFAULTS"]),
+        "call": ", ".join([*arguments, "p=p"]),
+        "program_signature": ", ".join(["_f", *arguments, "c"]),
+        "sizes": ", ".join(f"{a.name}={a.size}" for a in function.arguments),
+        "parameters": len(parameters),
+        "shapes": _tuple(_tuple(r.shape) for r in function.results),
         "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],
         "columns": next((r.columns for r in function.results if r.columns), ()),
-        "prepare_body": "\n".join([*printed.once, f"    return {constants}"]),
-        "body": "\n".join([*printed.lines, "", "    # Results.", returned]),
+        "prepare_body": "\n".join(prepare),
+        "body": "\n".join(body),
     }
 
 
-def _tuple(shape: tuple[int, ...]) -> str:
-    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+def _bodies(function: Function, parameters: list[str], joints: tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """The lines for a parameter set and those for a state; the first hand on all that the others need of p."""
+    program = function.program
+    printer = Printer(program, functions=PYTHON.functions)
+    writer = Writer(printer, PYTHON, joints)
+    lines = writer.statements(program.statements)
+    results = [_tuple(map(printer.value, output.entries), 2) for output in program.outputs]
+    used = frozenset(printer.referenced)
+    printer.referenced.clear()
+    once = writer.statements(program.once)
+    constants = [name for name in (*parameters, *(s.name for s in program.once)) if name in used]
+    prepare = [*_unpacked("p", parameters, {*printer.referenced, *constants}), *once]
+    unpacked = [line for a in program.inputs for line in _unpacked(a.name, a.symbols, used)]
+    body = [*unpacked, *_unpacked("c", constants, used), *lines, "", "    # Results.", "    return ("]
+    body += [f"        {result}," for result in results]
+    return [*prepare, f"    return {_tuple(constants, 1)}"], [*body, "    )"]
+
+
+def _unpacked(array: str, symbols: Iterable[str], used: Collection[str]) -> list[str]:
+    """The line that gives the entries of an array their names; `_` stands for those that are not used."""
+    names = [symbol if symbol in used else "_" for symbol in symbols]
+    return [] if set(names) <= {"_"} else [f"    {_tuple(names, 1)} = {array}"]
+
+
+def _tuple(items: Iterable[object], depth: int = 0) -> str:
+    """Source of a tuple, its lines after the first as deep as a statement at this depth."""
+    return in_brackets("(", [Literal(item) for item in items], ")").replace("\n", "\n" + "    " * depth)

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.python import render_numpy
 
-TARGETS: dict[str, Callable[[Package], Files]] = {"numpy": render_numpy, "c": render_c}
+TARGETS = ("numpy", "c")
+
+
+def render_targets(package: Package, targets: Iterable[str], precisions: Iterable[Precision] = (DOUBLE,)) -> Files:
+    """The files of all targets; C in each of the precisions. Raises `OverflowError` for constants no double holds."""
+    files: Files = {}
+    for target in targets:
+        if target == "numpy":
+            files |= render_numpy(package)
+        else:
+            for precision in precisions:
+                files |= render_c(package, precision)
+    return files

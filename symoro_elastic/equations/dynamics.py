@@ -17,7 +17,7 @@ from symoro_elastic.equations.kinematics import (
     angular_velocities,
     carried_velocity,
     coriolis,
-    squared_velocities,
+    turning,
     velocity_terms,
 )
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
@@ -42,7 +42,11 @@ from symoro_elastic.equations.spatial import (
     screw_to_child,
     subtract,
     times,
+    times_symmetric,
     to_child,
+    transpose,
+    turn,
+    turn_back,
     wrench_to_antecedent,
 )
 
@@ -77,7 +81,8 @@ class SingularPivot(ZeroDivisionError):
 class Elimination:
     """What the backward recursion finds at joint j: f_j = K_j jTi V'_i + al_j [35].
 
-    `ratio` is Ia / H, `residual` Gamma + a^T b*.
+    K and al are seen from the frame that lacks the joint's turn, where g_j is shortest; U = J* a,
+    `UH` = U / H, `ratio` = Ia / H, `residual` = Gamma + a^T b* and `free` = residual / H in frame j.
     """
 
     K: SpatialInertia
@@ -88,6 +93,7 @@ class Elimination:
     Hinv: Scalar = 0
     ratio: Scalar = 0
     residual: Scalar = 0
+    free: Scalar = 0
 
 
 @dataclass(frozen=True)
@@ -97,6 +103,7 @@ class Dynamics:
     w: list[Vector]
     wd: dict[int, Vector]
     vd: dict[int, Vector]
+    U: dict[int, Matrix]
     g: list[Pair]
     b: dict[int, Pair]
     bs: dict[int, Pair]
@@ -114,13 +121,12 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None]) ->
     Torques in N m or N, accelerations in rad/s2 or m/s2. Raises `SingularPivot`.
     """
     w = angular_velocities(mechanism, qd)
-    squares = squared_velocities(w)
-    g = velocity_terms(mechanism, qd, w, squares)
-    state = Dynamics(w, {}, {}, g, {}, {}, {}, {}, {}, {}, {})
+    g = velocity_terms(mechanism, qd, w)
+    state = Dynamics(w, {}, {}, {}, g, {}, {}, {}, {}, {}, {}, {})
     _accelerate_known(mechanism, qd, rules, state)
     for j, link in mechanism.numbered():
         if j not in state.vd:
-            state.b[j] = state.bs[j] = _bias(link, w[j], squares[j])
+            state.b[j] = state.bs[j] = _bias(link, w[j])
             state.Js[j] = SpatialInertia.of_body(link.body)
     _backward(mechanism, rules, state)
     _forward(mechanism, rules, state)
@@ -130,19 +136,20 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None]) ->
 def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None], state: Dynamics) -> None:
     """V'_j [6] and Newton-Euler wrenches [12], [15] of the bodies whose acceleration is known beforehand."""
     state.vd[0], state.wd[0] = mechanism.acceleration
-    turning: dict[int, Matrix] = {0: hat_plus_hat_squared(state.w[0], state.wd[0])}
+    state.U[0] = hat_plus_hat_squared(state.w[0], state.wd[0])
     for j, link in mechanism.numbered():
         i, rule = link.antecedent, rules[j]
-        if i not in turning or isinstance(rule, TorqueKnown):
+        if i not in state.vd or isinstance(rule, TorqueKnown):
             continue
         qdd = rule.qdd if rule else 0
         linear, angular = coriolis(link, carried_velocity(link, state.w[i]), qd[j])
         moved, turned = link.axis.screw(qdd)
         state.wd[j] = add(to_child(link.placement, state.wd[i]), add(angular, turned))
-        carried = to_child(link.placement, add(state.vd[i], times(turning[i], origin(link.placement))))
-        state.vd[j] = add(carried, add(linear, moved))
-        turning[j] = hat_plus_hat_squared(state.w[j], state.wd[j])
-        state.f[j] = _plus(newton_euler(link.body, state.w[j], state.wd[j], state.vd[j], turning[j]), link.wrench)
+        state.U[j] = turning(link, state.w[i], state.U[i], state.w[j], state.wd[j])
+        carried = to_child(link.placement, add(state.vd[i], times(state.U[i], origin(link.placement[:-1]))))
+        along = scale(link.placement[-1].shift, transpose(state.U[j])[Z])
+        state.vd[j] = add(add(carried, along), add(linear, moved))
+        state.f[j] = _plus(newton_euler(link.body, state.w[j], state.wd[j], state.vd[j], state.U[j]), link.wrench)
 
 
 def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, u: Matrix) -> Pair:
@@ -157,33 +164,37 @@ def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, u: Matri
 def _euler(inertia: Symmetric, w: Vector, wd: Vector, u: Matrix) -> Vector:
     """J wd + w x (J w)."""
     xx, xy, xz, yy, yz, zz = inertia
-    x2, y2, z2 = w[0] * w[0], w[1] * w[1], w[2] * w[2]
     return (
-        (y2 - z2) * yz + w[1] * w[2] * (zz - yy) + xz * u[1][0] - xy * u[2][0] + xx * wd[0],
-        (z2 - x2) * xz + w[0] * w[2] * (xx - zz) - yz * u[0][1] + xy * u[2][1] + yy * wd[1],
-        (x2 - y2) * xy + w[0] * w[1] * (yy - xx) + yz * u[0][2] - xz * u[1][2] + zz * wd[2],
+        (u[1][1] - u[2][2]) * yz + w[1] * w[2] * (zz - yy) + xz * u[1][0] - xy * u[2][0] + xx * wd[0],
+        (w[2] * w[2] - w[0] * w[0]) * xz + w[0] * w[2] * (xx - zz) - yz * u[0][1] + xy * u[2][1] + yy * wd[1],
+        (u[0][0] - u[1][1]) * xy + w[0] * w[1] * (yy - xx) + yz * u[0][2] - xz * u[1][2] + zz * wd[2],
     )
 
 
-def _bias(link: Link, w: Vector, squared: Symmetric) -> Pair:
+def _bias(link: Link, w: Vector) -> Pair:
     """b_j = -[w x (w x MS); w x (J w)] - external wrench [14]."""
-    u = hat_plus_hat_squared(w, ZERO)
-    return _minus(_plus(newton_euler(link.body, w, ZERO, ZERO, u), link.wrench))
+    force = cross(w, cross(w, link.body.moments))
+    moment = cross(w, times_symmetric(link.body.inertia, w))
+    return _minus(_plus((force, moment), link.wrench))
 
 
 def _backward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamics) -> None:
     """From the tips to the base: [28]-[32], [50]-[56], and [15] where accelerations are known."""
     for j, link in reversed(list(mechanism.numbered())):
         i = link.antecedent
-        if j not in state.vd:
+        if j in state.vd:
+            carried = wrench_to_antecedent(link.placement, state.f[j])
+        else:
             state.eliminated[j] = found = eliminate(j, link, rules[j], state.Js[j], state.bs[j], state.g[j])
             if i not in state.vd:
-                state.Js[i] = state.Js[i] + found.K.to_antecedent(link.placement)
-                state.bs[i] = _plus(state.bs[i], _minus(wrench_to_antecedent(link.placement, found.al)))
+                state.Js[i] = state.Js[i] + found.K.to_antecedent(link.unturned)
+                state.bs[i] = _plus(state.bs[i], _minus(wrench_to_antecedent(link.unturned, found.al)))
                 continue
-            state.f[j] = _plus(found.K.times(_carried(link, i, state)), found.al)
+            unturned = _plus(found.K.times(_carried(link, i, state)), found.al)
+            state.f[j] = _turned_back(link, unturned)
+            carried = wrench_to_antecedent(link.unturned, unturned)
         if i:
-            state.f[i] = _plus(state.f[i], wrench_to_antecedent(link.placement, state.f[j]))
+            state.f[i] = _plus(state.f[i], carried)
 
 
 def eliminate(j: int, link: Link, rule: Rule | None, Js: SpatialInertia, bs: Pair, g: Pair) -> Elimination:
@@ -192,26 +203,24 @@ def eliminate(j: int, link: Link, rule: Rule | None, Js: SpatialInertia, bs: Pai
     Where the torque is known, a^T al is written as a^T K g + (J Gamma - Ia a^T b*) / H with
     J = a^T J* a, which is Gamma itself for a joint without rotor inertia.
     """
-    if not isinstance(rule, TorqueKnown):
-        if rule is None:
-            return Elimination(Js, _plus(Js.times(g), _minus(bs)))
-        U = link.axis.column(Js)
-        return Elimination(Js, _plus(_plus(Js.times(g), _scaled(rule.qdd, U)), _minus(bs)), U)
     U = link.axis.column(Js)
+    if not isinstance(rule, TorqueKnown):
+        K, push = Js.turned(link.last_turn), _scaled(rule.qdd if rule else 0, U)
+        return Elimination(K, _plus(K.times(g), _turned(link, _plus(push, _minus(bs)))), U)
     H = link.axis.project(U) + link.rotor_inertia
     try:
         Hinv = 1 / H
     except ZeroDivisionError:
         raise SingularPivot(j) from None
-    UH = _scaled(Hinv, U)
-    ratio = link.rotor_inertia * Hinv
-    K = _without_joint(link.axis, Js, U, UH, _scaled(ratio, U))
-    Kg = K.times(g)
-    residual = rule.torque + link.axis.project(bs)
-    al = _plus(_plus(Kg, _scaled(residual, UH)), _minus(bs))
-    share = 1 if is_zero(link.rotor_inertia) else link.axis.project(UH)
-    along = link.axis.project(Kg) + (share * rule.torque - ratio * link.axis.project(bs))
-    return Elimination(K, _with_entry(link.axis, al, along), U, UH, H, Hinv, ratio, residual)
+    ratio, velocity_force = link.rotor_inertia * Hinv, link.axis.project(bs)
+    share = 1 if is_zero(link.rotor_inertia) else link.axis.project(U) * Hinv
+    UH = link.axis.with_along(_scaled(Hinv, U), share)
+    K = _without_joint(link.axis, Js, U, UH, _scaled(ratio, U)).turned(link.last_turn)
+    residual, Kg = rule.torque + velocity_force, K.times(g)
+    free = residual * Hinv
+    al = _plus(Kg, _turned(link, _plus(_scaled(free, U), _minus(bs))))
+    along = link.axis.project(Kg) + (share * rule.torque - ratio * velocity_force)
+    return Elimination(K, link.axis.with_along(al, along), U, UH, H, Hinv, ratio, residual, free)
 
 
 def _without_joint(axis: Axis, Js: SpatialInertia, U: Pair, UH: Pair, Ka: Pair) -> SpatialInertia:
@@ -246,22 +255,38 @@ def _forward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamics
 
 
 def _accelerate_found(j: int, link: Link, rule: Rule | None, state: Dynamics) -> None:
-    """qdd_j [34], f_j [35] and V'_j [36] of a body beyond a joint whose torque is known."""
+    """qdd_j [34], f_j [35] and V'_j [36] of a body beyond a joint whose torque is known.
+
+    Without rotor inertia U / H is 1 along the joint, and V'_j there does not depend on V'_i there.
+    """
     found = state.eliminated[j]
     carried = _carried(link, link.antecedent, state)
     if j not in state.f:
-        state.f[j] = _plus(found.K.times(carried), found.al)
-    linear, angular = _plus(carried, state.g[j])
-    qdd = rule.qdd if isinstance(rule, AccelerationKnown) else 0
-    if isinstance(rule, TorqueKnown):
-        qdd = (found.residual - dot(found.U[0], linear) - dot(found.U[1], angular)) * found.Hinv
-        state.qdd[j], state.Gamma[j] = qdd, rule.torque
-    state.vd[j], state.wd[j] = _plus((linear, angular), link.axis.screw(qdd))
+        state.f[j] = _turned_back(link, _plus(found.K.times(carried), found.al))
+    motion = _turned_back(link, _plus(carried, state.g[j]))
+    if not isinstance(rule, TorqueKnown):
+        state.vd[j], state.wd[j] = _plus(motion, link.axis.screw(rule.qdd if rule else 0))
+        return
+    linear, angular = link.axis.with_along(found.UH, 0)
+    left = found.free - dot(linear, motion[0]) - dot(angular, motion[1])
+    before = link.axis.project(motion)
+    qdd = left - link.axis.project(found.UH) * before
+    after = left if is_zero(link.rotor_inertia) else before + qdd
+    state.qdd[j], state.Gamma[j] = qdd, rule.torque
+    state.vd[j], state.wd[j] = link.axis.with_along(motion, after)
 
 
 def _carried(link: Link, i: int, state: Dynamics) -> Pair:
     """jTi V'_i [33]."""
-    return screw_to_child(link.placement, (state.vd[i], state.wd[i]))
+    return screw_to_child(link.unturned, (state.vd[i], state.wd[i]))
+
+
+def _turned(link: Link, p: Pair) -> Pair:
+    return turn(link.last_turn, p[0]), turn(link.last_turn, p[1])
+
+
+def _turned_back(link: Link, p: Pair) -> Pair:
+    return turn_back(link.last_turn, p[0]), turn_back(link.last_turn, p[1])
 
 
 def _plus(p: Pair, q: Pair) -> Pair:
@@ -274,11 +299,3 @@ def _minus(p: Pair) -> Pair:
 
 def _scaled(factor: Scalar, p: Pair) -> Pair:
     return scale(factor, p[0]), scale(factor, p[1])
-
-
-def _with_entry(axis: Axis, wrench: Pair, along: Scalar) -> Pair:
-    """A wrench whose component along the joint is written directly."""
-    force, moment = wrench
-    if axis is Axis.REVOLUTE:
-        return force, (moment[0], moment[1], along)
-    return (force[0], force[1], along), moment

@@ -11,14 +11,14 @@ from symoro_elastic.equations.spatial import (
     ZERO,
     Matrix,
     Pair,
+    Placement,
     Scalar,
-    Symmetric,
     Vector,
     add,
+    arm,
     cross,
-    full,
     hat_plus_hat_squared,
-    hat_squared,
+    is_zero,
     origin,
     scale,
     screw_to_child,
@@ -105,14 +105,14 @@ def angular_velocities(mechanism: Mechanism, qd: Scalars) -> list[Vector]:
     return w
 
 
-def velocity_terms(mechanism: Mechanism, qd: Scalars, w: list[Vector], squares: list[Symmetric]) -> list[Pair]:
-    """g_j [7], the part of V'_j that depends on velocities only; `squares` are hat(w_j) hat(w_j)."""
-    g: list[Pair] = [((0, 0, 0), (0, 0, 0))]
+def velocity_terms(mechanism: Mechanism, qd: Scalars, w: list[Vector]) -> list[Pair]:
+    """g_j [7], the part of V'_j that depends on velocities only, in frame j without its last turn."""
+    g: list[Pair] = [(ZERO, ZERO)]
     for j, link in mechanism.numbered():
-        i = link.antecedent
-        carried = to_child(link.placement, times(full(squares[i]), origin(link.placement)))
-        linear, angular = coriolis(link, carried_velocity(link, w[i]), qd[j])
-        g.append((add(carried, linear), angular))
+        carried = to_child(link.unturned, w[link.antecedent])
+        slide, spin = link.axis.screw(qd[j])
+        centripetal = cross(carried, cross(carried, arm(link.unturned)))
+        g.append((add(centripetal, cross(carried, add(slide, slide))), cross(carried, spin)))
     return g
 
 
@@ -125,9 +125,24 @@ def coriolis(link: Link, jw_i: Vector, qd: Scalar) -> Pair:
     return cross(jw_i, (0, 0, qd + qd)), (0, 0, 0)
 
 
-def squared_velocities(w: list[Vector]) -> list[Symmetric]:
-    """hat(w_j) hat(w_j) of every link."""
-    return [hat_squared(w_j) for w_j in w]
+def turning(link: Link, w_i: Vector, U_i: Matrix, w_j: Vector, wd_j: Vector) -> Matrix:
+    """U_j = hat(wd_j) + hat(w_j) hat(w_j); the turn about z leaves w_x^2 + w_y^2 as it is."""
+    if link.axis is not Axis.REVOLUTE:
+        return hat_plus_hat_squared(w_j, wd_j)
+    return hat_plus_hat_squared(w_j, wd_j, _across(link.unturned, w_i, U_i))
+
+
+def _across(placement: Placement, w: Vector, U: Matrix) -> Scalar:
+    """w_x^2 + w_y^2 in the moved frame; quarter turns find it on the diagonal of U."""
+    if not all(screw.turns_by_quarters for screw in placement):
+        x, y, _ = to_child(placement, w)
+        return x * x + y * y
+    diagonal = [U[0][0], U[1][1], U[2][2]]
+    for screw in placement:
+        if is_zero(screw.cosine):
+            i, j = screw.plane
+            diagonal[i], diagonal[j] = diagonal[j], diagonal[i]
+    return -diagonal[2]
 
 
 def velocities(mechanism: Mechanism, qd: Scalars) -> list[Pair]:

@@ -30,9 +30,16 @@ class Axis(Enum):
         along = (0, 0, rate)
         return (along if self is Axis.PRISMATIC else ZERO, along if self is Axis.REVOLUTE else ZERO)
 
-    def project(self, wrench: Pair) -> Scalar:
-        """a_j^T f."""
-        return wrench[self is Axis.REVOLUTE][2]
+    def project(self, pair: Pair) -> Scalar:
+        """a_j^T f of a wrench, or the component of a screw along the joint."""
+        return pair[self is Axis.REVOLUTE][2]
+
+    def with_along(self, pair: Pair, along: Scalar) -> Pair:
+        """The same screw or wrench but for its component along the joint."""
+        linear, angular = pair
+        if self is Axis.REVOLUTE:
+            return linear, (angular[0], angular[1], along)
+        return (linear[0], linear[1], along), angular
 
     def column(self, inertia: SpatialInertia) -> Pair:
         """J a_j."""
@@ -49,6 +56,16 @@ class Link:
     body: RigidInertia = RigidInertia()
     rotor_inertia: Scalar = 0
     wrench: Pair = (ZERO, ZERO)
+
+    @property
+    def last_turn(self) -> Screw:
+        """The turn by theta about z, last of the placement but for the shift along the same axis."""
+        return self.placement[-1]._replace(shift=0)
+
+    @property
+    def unturned(self) -> Placement:
+        """Placement of the frame that lacks the last turn: origin and axis z are those of frame j."""
+        return (*self.placement[:-1], self.placement[-1]._replace(cosine=1, sine=0))
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from symoro_elastic.equations.spatial import (
     Vector,
     cross,
     dot,
-    hat_plus_hat_squared,
     is_zero,
     origin,
     to_child,
@@ -55,9 +54,8 @@ def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> I
     `found` are the velocities and accelerations [3], [6] of every link, all accelerations known.
     """
     for j, names in wanted.items():
-        u = hat_plus_hat_squared(found.w[j], found.wd[j])
         for name in names:
-            wrench = newton_euler(body_of({name: 1}), found.w[j], found.wd[j], found.vd[j], u)
+            wrench = newton_euler(body_of({name: 1}), found.w[j], found.wd[j], found.vd[j], found.U[j])
             yield j, name, torques(mechanism, j, wrench)
 
 

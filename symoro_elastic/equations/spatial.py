@@ -34,12 +34,23 @@ class Screw(NamedTuple):
     shift: Scalar
 
     @property
+    def turns_by_quarters(self) -> bool:
+        """Whether the turn only exchanges coordinates, or is none."""
+        return is_zero(self.sine) or is_zero(self.cosine)
+
+    @property
     def plane(self) -> tuple[int, int]:
         """The two coordinates that turn, in positive sense."""
         return (1, 2) if self.axis == X else (0, 1)
 
 
 Placement = tuple[Screw, ...]
+
+
+def translation(v: Vector) -> Placement:
+    """A shift without a turn: along z, and along x and y between two quarter turns."""
+    x, y, z = v
+    return Screw(Z, 0, 1, z), Screw(X, 1, 0, y), Screw(Z, 0, -1, 0), Screw(X, 1, 0, x)
 
 
 def add(u: Vector, v: Vector) -> Vector:
@@ -87,20 +98,21 @@ def transpose(m: Matrix) -> Matrix:
     return ((m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2]))
 
 
-def hat_squared(w: Vector) -> Symmetric:
-    """hat(w) hat(w): velocity part of the acceleration of points of a turning body."""
+def hat_plus_hat_squared(w: Vector, wd: Vector, across: Scalar | None = None) -> Matrix:
+    """U = hat(wd) + hat(w) hat(w), the acceleration of points of a turning body by where they are.
+
+    `across` is w_x^2 + w_y^2; where it is known, U takes one square less.
+    """
     x, y, z = w
-    xx, yy, zz = x * x, y * y, z * z
-    return (-(yy + zz), x * y, x * z, -(xx + zz), y * z, -(xx + yy))
-
-
-def hat_plus_hat_squared(w: Vector, wd: Vector) -> Matrix:
-    """U = hat(wd) + hat(w) hat(w)."""
-    xx, xy, xz, yy, yz, zz = hat_squared(w)
+    xx, xy, xz, yz, zz = x * x, x * y, x * z, y * z, z * z
+    if across is None:
+        along_x, across = -(y * y + zz), xx + y * y
+    else:
+        along_x = (xx - zz) - across
     return (
-        (xx, xy - wd[2], xz + wd[1]),
-        (xy + wd[2], yy, yz - wd[0]),
-        (xz - wd[1], yz + wd[0], zz),
+        (along_x, xy - wd[2], xz + wd[1]),
+        (xy + wd[2], -(xx + zz), yz - wd[0]),
+        (xz - wd[1], yz + wd[0], -across),
     )
 
 
@@ -141,6 +153,14 @@ def origin(placement: Placement) -> Vector:
     point = ZERO
     for screw in reversed(placement):
         point = turn(screw, shifted(screw, point))
+    return point
+
+
+def arm(placement: Placement) -> Vector:
+    """Origin of the moved frame seen from that of the antecedent frame, in the moved frame."""
+    point = ZERO
+    for screw in placement:
+        point = shifted(screw, turn_back(screw, point))
     return point
 
 
@@ -187,14 +207,14 @@ def _turned_block(screw: Screw, a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> t
     """R [[a, b], [c, d]] R^T for the planar turn R of a screw.
 
     The trace and b - c do not change; what does follows from one combination of a - d and b + c.
-    Quarter turns permute the entries.
+    Quarter turns permute the entries. Of a symmetric matrix b and c are one, and 2 C serves all its blocks.
     """
     cosine, sine = screw.cosine, screw.sine
     if is_zero(sine):
         return a, b, c, d
     if is_zero(cosine):
         return d, -c, -b, a
-    h = sine * (a - d) + cosine * (b + c)
+    h = sine * (a - d) + (2 * cosine * b if b is c else cosine * (b + c))
     return a - sine * h, cosine * h - c, cosine * h - b, d + sine * h
 
 
@@ -304,11 +324,12 @@ class SpatialInertia:
         """jTi^T K jTi, screw by screw [32]."""
         moved = self
         for screw in reversed(placement):
-            moved = moved._shifted(screw)
-            moved = SpatialInertia(
-                turn_symmetric(screw, moved.A), turn_matrix(screw, moved.B), turn_symmetric(screw, moved.D)
-            )
+            moved = moved._shifted(screw).turned(screw)
         return moved
+
+    def turned(self, screw: Screw) -> SpatialInertia:
+        """The same inertia in axes turned back by a screw, about the same origin."""
+        return SpatialInertia(turn_symmetric(screw, self.A), turn_matrix(screw, self.B), turn_symmetric(screw, self.D))
 
     def _shifted(self, screw: Screw) -> SpatialInertia:
         """Shift by p along a coordinate axis: B - A hat(p), D + (hat(p) B)^T + hat(p) (B - A hat(p))."""

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.grouping import FROM_DATA, Grouping, formula, group
+from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 
 Array = NDArray[np.float64]
 
+FROM_DATA = 1e-6  # independence of columns of length 1
 GOOD = 0.1  # relative standard deviation
 ROUNDS = 3  # of weighting
 LAGS = 10  # over which residuals may be correlated
@@ -93,7 +94,7 @@ class Estimation:
 
     estimates: tuple[Estimate, ...]
     solution: Solution
-    grouping: Grouping
+    grouping: IndependentColumns
     joints: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -205,7 +206,7 @@ def estimate(
     (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
     """
     _refuse_short(Y, unknowns, source)
-    grouping = group(_balanced(Y), tolerance)
+    grouping = independent_columns(_balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and faster")
     kept = list(grouping.kept)
@@ -222,6 +223,15 @@ def estimate(
         *_absorbed(found.values()),
     )
     return Estimation(tuple(found[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
+
+
+def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
+    """A group as text: `ZZ1 + Ia1 + 0.25 M3`."""
+    text = label
+    for other, b in terms:
+        size = "" if abs(abs(b) - 1.0) < 1e-12 else f"{abs(b):.6g} "
+        text += f" {'+' if b > 0 else '-'} {size}{other}"
+    return text
 
 
 def _refuse_short(Y: Array, unknowns: Sequence[Unknown], source: str) -> None:
@@ -241,7 +251,7 @@ def _balanced(Y: Array) -> Array:
 def _judged(
     k: int,
     c: int,
-    grouping: Grouping,
+    grouping: IndependentColumns,
     unknowns: Sequence[Unknown],
     solution: Solution,
     Y: Array,
@@ -285,7 +295,7 @@ def _lost(unknown: Unknown, still: dict[int, str]) -> Estimate:
     return Estimate(unknown, math.nan, math.nan, Verdict.NOT, why)
 
 
-def _inseparable(c: int, grouping: Grouping, unknowns: Sequence[Unknown], still: dict[int, str]) -> Estimate:
+def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknown], still: dict[int, str]) -> Estimate:
     others = [
         unknowns[kept].label for k, kept in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]
     ]

@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.grouping import group
 from symoro_elastic.identification.identify import structural_grouping
 from symoro_elastic.identification.optional import optional
 from symoro_elastic.identification.regression import Regressor, regressor
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.numerics.independence import independent_columns
 
 Array = NDArray[np.float64]
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
+BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
 SEEN = 1e-4  # independence of columns that the search keeps
 STEP = 1e-4  # of differences, of the limits
 AWAY = 0.05  # of the limits, where a search starts again
@@ -100,10 +102,10 @@ def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
     """The same motion scaled and centred so that it keeps all limits; smaller motions stay as they are."""
     fine = np.linspace(0.0, motion.period, 4 * len(motion.times()), endpoint=False)
     q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(fine)
-    low, high = q.min(axis=0), q.max(axis=0)
-    ratios = ((high - low) / (limits.high - limits.low), np.abs(qd).max(axis=0) / limits.velocity,
-              np.abs(qdd).max(axis=0) / limits.acceleration)  # fmt: skip
-    scale = 1 / np.maximum(1.0, 1.002 * np.max(ratios, axis=0))
+    low, high = BETWEEN * q.min(axis=0), BETWEEN * q.max(axis=0)
+    ratios = ((high - low) / (limits.high - limits.low), BETWEEN * np.abs(qd).max(axis=0) / limits.velocity,
+              BETWEEN * np.abs(qdd).max(axis=0) / limits.acceleration)  # fmt: skip
+    scale = 1 / np.maximum(1.0, np.max(ratios, axis=0))
     centre = np.clip(motion.centre, limits.low - scale * low, limits.high - scale * high)
     return replace(motion, centre=centre, a=motion.a * scale[:, None], b=motion.b * scale[:, None])
 
@@ -126,7 +128,12 @@ class Condition:
     def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
         self.machine, self.Y = machine, Y
         self._motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
-        sought = [c for c, column in enumerate(Y.columns) if column.label not in known]
+        labels = [column.label for column in Y.columns]
+        for label in known:
+            if label not in labels:
+                what = f"no such parameter{did_you_mean(label, labels)}"
+                raise InputError(machine.source or machine.name, f"known {label}", what)
+        sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(Y, sought, len(machine.moving), machine)
         self._kept = [sought[c] for c in structure.kept]
         self._springs = self._stiffness()
@@ -134,7 +141,7 @@ class Condition:
         self._rows = np.sqrt((W**2).mean(axis=(0, 2)))
         self._rows[self._rows == 0.0] = 1.0
         flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
-        seen = list(group(flat, SEEN).kept)
+        seen = list(independent_columns(flat, SEEN).kept)
         if not seen:
             raise InputError(machine.source or machine.name, "limits", "no motion within them excites a parameter")
         self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
@@ -213,7 +220,7 @@ def excite(
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
         raise InputError(machine.source or machine.name, "limits", what)
-    tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, starts))]
+    tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, min(starts, evaluations)))]
     condition = Condition(machine, regressor(machine, values), tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)
     for motion in tried:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate
+from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
 from symoro_elastic.identification.filtering import (
     Filter,
     Motion,
@@ -21,14 +21,15 @@ from symoro_elastic.identification.filtering import (
     reverses,
     thin,
 )
-from symoro_elastic.identification.grouping import STRUCTURAL, Grouping, formula, group
 from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.identification.regression import Column, Regressor, regressor
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 
 Array = NDArray[np.float64]
 
+STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 STATES = 60  # random states of the structural rank
 DRAWS = 2  # of sensor noise, each with both signs
 PIECE = 4000  # samples evaluated at a time
@@ -133,14 +134,16 @@ def _known(columns: Sequence[Column], known: Mapping[str, float], machine: Machi
     return {numbers[label]: value for label, value in known.items()}
 
 
-def structural_grouping(Y: Regressor, sought: Sequence[int], joints: int, machine: Machine, seed: int = 0) -> Grouping:
+def structural_grouping(
+    Y: Regressor, sought: Sequence[int], joints: int, machine: Machine, seed: int = 0
+) -> IndependentColumns:
     """Columns that are independent for some motion, and how the others join them, at random states."""
     rng = np.random.default_rng(seed)
     q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
     W = Y.evaluate(q, qd, qdd, sought)
     if not np.isfinite(W).all():
         raise InputError(machine.source or machine.name, "regressor", "has no value at ordinary positions")
-    return group(W.reshape(-1, len(sought)), STRUCTURAL)
+    return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
 
 
 def _stack(
@@ -202,7 +205,9 @@ def _in_pieces(rows: Callable[..., Array], motion: Motion) -> Array:
     return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
 
-def _unknowns(columns: Sequence[Column], sought: Sequence[int], structure: Grouping, machine: Machine) -> list[Unknown]:
+def _unknowns(
+    columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns, machine: Machine
+) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
     found = []
     for k, kept in enumerate(structure.kept):
@@ -214,7 +219,7 @@ def _unknowns(columns: Sequence[Column], sought: Sequence[int], structure: Group
     return found
 
 
-def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure: Grouping) -> list[str]:
+def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns) -> list[str]:
     labels = ", ".join(columns[sought[c]].label for c in structure.vanishing)
     return [f"without effect on any torque of this machine: {labels}"] if labels else []
 

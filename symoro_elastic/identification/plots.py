@@ -1,4 +1,7 @@
-"""Pictures of an identification: torques measured and predicted, residuals, relative standard deviations."""
+"""Pictures of an identification: torques measured and predicted, residuals, relative standard deviations.
+
+And of an exciting motion: positions, velocities and accelerations within their limits, the search for it.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Verdict
+from symoro_elastic.identification.excitation import Excitation, Limits
 from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.optional import optional
-from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.identification.trajectory import Trajectory, motors_of
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.pictures import new_figure, save_figures
 
-FORMATS = ("png", "svg", "pdf")
 COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
 DARK, LIGHT = "#14365d", "#9aa5b1"
 MEASURED = {"color": "#e3b261", "linewidth": 3.0}
@@ -27,21 +30,47 @@ def plot(found: Identification, folder: str | Path, form: str = "png") -> list[P
 
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
-    if form not in FORMATS:
-        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(FORMATS)}")
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return [
-            _saved(figure, folder / f"{name}.{form}")
-            for name, figure in (
-                ("torques", torques(found)),
-                ("residuals", residuals(found)),
-                ("parameters", parameters(found)),
-            )
-        ]
-    except OSError as error:
-        raise InputError(str(folder), "folder", f"cannot be written: {error.strerror or error}") from None
+    pictures = {"torques": torques, "residuals": residuals, "parameters": parameters}
+    return save_figures({name: draw(found) for name, draw in pictures.items()}, folder, form)
+
+
+def plot_excitation(
+    found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, folder: str | Path, form: str = "png"
+) -> list[Path]:
+    """Write trajectory.<form> and search.<form> to a folder; returns their paths. Raises `InputError` as `plot`."""
+    return save_figures({"trajectory": motion(sampled, limits, machine), "search": search(found)}, folder, form)
+
+
+def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
+    """Position, velocity and acceleration of each motor, with their limits."""
+    motors = motors_of(machine)
+    figure = new_figure(2.0 + 3.0 * len(motors), 6.0)
+    axes = figure.subplots(3, len(motors), sharex=True, squeeze=False)
+    rows = (
+        ("", sampled.q, limits.low, limits.high),
+        ("/s", sampled.qd, -limits.velocity, limits.velocity),
+        ("/s2", sampled.qdd, -limits.acceleration, limits.acceleration),
+    )
+    for row, (per, block, low, high) in zip(axes, rows, strict=True):
+        for k, (axis, joint) in enumerate(zip(row, motors, strict=True)):
+            axis.plot(sampled.t, block[:, k], color=DARK, linewidth=0.8)
+            for limit in (low[k], high[k]):
+                axis.axhline(limit, color=LIGHT, linewidth=0.8, linestyle="--")
+            axis.set_ylabel(f"{joint.name}, {'m' if joint.sigma == 1 else 'rad'}{per}")
+    for axis in axes[-1]:
+        axis.set_xlabel("t, s")
+    figure.suptitle(f"{machine.name}: exciting motion and its limits")
+    return figure
+
+
+def search(found: Excitation) -> Any:
+    """The best condition number after each evaluation."""
+    figure = new_figure(6.0, 3.5)
+    axis = figure.add_subplot()
+    axis.semilogy(range(1, len(found.history) + 1), found.history, color=DARK)
+    axis.set_xlabel("motions tried")
+    axis.set_ylabel("condition number of the regressor")
+    return figure
 
 
 def torques(found: Identification) -> Any:
@@ -78,7 +107,7 @@ def residuals(found: Identification) -> Any:
 def parameters(found: Identification) -> Any:
     """Relative standard deviations as bars, coloured by verdict; what is not identifiable has an empty bar."""
     shown = found.estimates[:MOST_BARS]
-    figure = _figure(8.0, 1.2 + 0.2 * len(shown))
+    figure = new_figure(8.0, 1.2 + 0.2 * len(shown))
     axis = figure.add_subplot()
     sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST for e in shown]
     for verdict, colour in COLOURS.items():
@@ -128,20 +157,6 @@ def _unit(joint: Joint) -> str:
 
 
 def _stacked_axes(count: int) -> tuple[Any, list[Any]]:
-    figure = _figure(8.0, 1.0 + 1.5 * count)
+    figure = new_figure(8.0, 1.0 + 1.5 * count)
     axes = figure.subplots(count, 1, sharex=True, squeeze=False)
     return figure, list(axes[:, 0])
-
-
-def _figure(width: float, height: float) -> Any:
-    """A figure without a window."""
-    figure = optional("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
-    optional("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    return figure
-
-
-def _saved(figure: Any, path: Path) -> Path:
-    with optional("matplotlib").rc_context({"svg.hashsalt": "symoro_elastic"}):
-        dated = {"Date": None} if path.suffix == ".svg" else {"CreationDate": None} if path.suffix == ".pdf" else {}
-        figure.savefig(path, dpi=110, metadata=dated)
-    return path

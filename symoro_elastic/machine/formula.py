@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from numbers import Integral
+from typing import Any, SupportsFloat
 
 MAX_LENGTH = 1000
 MAX_TOKENS = 300
@@ -49,15 +50,12 @@ class Formula:
     tree: Tree
 
     @classmethod
-    def parse(cls, source: str | int | float | Decimal | Fraction) -> Formula:
-        """Read a number or a text; raises `FormulaError`."""
+    def parse(cls, source: str | SupportsFloat) -> Formula:
+        """Read a number, of numpy too, or a text; raises `FormulaError`."""
         if isinstance(source, bool):
             raise FormulaError(f"{source} is no number")
-        if isinstance(source, Fraction):
-            source = str(source)
-        elif isinstance(source, int | float | Decimal):
-            source = _plain_number(source)
-        return cls(source.strip(), _Parser(source).parse())
+        text = source if isinstance(source, str) else _plain_number(source)
+        return cls(text.strip(), _Parser(text).parse())
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -87,7 +85,8 @@ class Formula:
         try:
             result = float(_evaluate(self.tree, {"pi": math.pi, **(names or {})}, functions, lambda exact: exact))
         except (ArithmeticError, ValueError) as error:
-            raise FormulaError(f"{self.text!r} has no value: {error}") from None
+            reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
+            raise FormulaError(f"{self.text!r} has no value: {reason}") from None
         if not math.isfinite(result):
             raise FormulaError(f"{self.text!r} is not finite")
         return result
@@ -96,14 +95,17 @@ class Formula:
         return self.text
 
 
-def _plain_number(value: int | float | Decimal) -> str:
-    if isinstance(value, int):
-        if value.bit_length() > 4 * MAX_LENGTH:
-            raise FormulaError(f"a whole number of {value.bit_length()} bits is out of range")
+def _plain_number(value: SupportsFloat) -> str:
+    if isinstance(value, Fraction):
         return str(value)
+    if isinstance(value, Integral):
+        bits = int(value).bit_length()
+        if bits > 4 * MAX_LENGTH:
+            raise FormulaError(f"a whole number of {bits} bits is out of range")
+        return str(int(value))
     if not math.isfinite(value):
         raise FormulaError(f"{value} is not finite")
-    return repr(value) if isinstance(value, float) else str(value)
+    return str(value) if isinstance(value, Decimal) else repr(float(value))
 
 
 def _function_of_floats(name: str) -> Callable[..., float]:

@@ -15,6 +15,7 @@ def _words(text: str) -> frozenset[str]:
 
 MODELS = (
     "direct_dynamics",
+    "direct_dynamics_by_inertia_matrix",
     "inverse_dynamics",
     "inertia_matrix",
     "bias_forces",
@@ -34,35 +35,36 @@ MODELS = (
     "base_parameters",
     "regressor",
     "energy_regressor",
+    "inverse_dynamics_derivatives",
+    "direct_dynamics_derivatives",
+    "inverse_dynamics_parameter_derivatives",
+    "direct_dynamics_parameter_derivatives",
     "linearization",
 )
 
-SEEN_FROM_FRAMES = (
-    "geometric_model",
-    "velocities",
-    "accelerations",
-    "jacobian",
-    "jacobian_dot_qd",
-    "inverse_geometric_model",
-    "inverse_position_model",
-)
+# Models of frames: of any point of them, and those that place one frame in another.
+AT_POINTS = ("geometric_model", "velocities", "accelerations", "jacobian", "jacobian_dot_qd")
+SEEN_FROM_FRAMES = (*AT_POINTS, "inverse_geometric_model", "inverse_position_model")
 # Models whose results belong to the machine as a whole.
 WHOLE = ("energy", "energy_regressor", "base_parameters")
 
 # Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
 # `<letters><joint number>_<component>`, and `<prefix><anything>`.
 QUANTITIES: dict[str, Collection[str]] = {
-    "scalars": _words("H Hinv Gamma Gb qd qdd tau rho"),
+    "scalars": _words("H Hinv Gamma Gb qd qdd qdf tau rho"),
     "components": _words(
-        "A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root length"
+        """
+        A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root length
+        Pc Qc Fa Fh Fq Fv Gq Gv qddq qddv qddt
+        """
     ),
-    "prefixes": ("sin_", "cos_", "sign_", "result_"),
+    "prefixes": ("sin_", "cos_", "sign_", "result_", "pair_", "by_"),
 }
 
 GENERATED = _words(
     """
-    q qd qdd tau p c qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy JOINTS MOTORS ELASTIC PARAMETERS
-    DEFAULTS FRAMES OUTPUTS parameters all nan inf NaN Inf infinity
+    q qd qdd tau p c stride lanes live sine cosine angle qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy
+    JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters all nan inf NaN Inf infinity
     """
 ).union(MODELS)
 
@@ -82,7 +84,7 @@ KEYWORDS = _words(
 
 LIBRARY = _words(
     """
-    I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
+    LANES INLINE APART LARGEST_ANGLE double_double pair I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
     math_errhandling linux unix near far main printf malloc free memcpy size_t

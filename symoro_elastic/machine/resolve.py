@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import MODELS, SEEN_FROM_FRAMES, WHOLE, did_you_mean, quoted
-from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
+from symoro_elastic.machine.names import AT_POINTS, MODELS, SEEN_FROM_FRAMES, WHOLE, did_you_mean, quoted
+from symoro_elastic.machine.scene import BASE, Asked, Scene
 
 
 def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, source: str = "") -> Scene:
@@ -16,37 +17,57 @@ def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, sour
 
     A joint may be called by its name, its variable or its number in the table.
     """
-    source = source or machine.source or machine.name
+    source = source or scene.source or machine.source or machine.name
     joints = _joints_by_any_name(machine)
     for model in (*scene.models, *scene.outputs):
         _known(model, models, "model", source, "models" if model in scene.models else "outputs")
     for name in () if isinstance(scene.fold, str) else scene.fold:
         _known(name, [parameter.name for parameter in machine.parameters], "parameter", source, "fold")
     outputs = {
-        model: tuple(_output(name, model, joints, source) for name in names) for model, names in scene.outputs.items()
+        model: tuple(_output(text, model, joints, machine, source) for text in texts)
+        for model, texts in scene.outputs.items()
     }
     locked = {joints[_known(name, joints, "joint", source, "locked")]: value for name, value in scene.locked.items()}
     if len(locked) < len(scene.locked):
         raise InputError(source, "scene, locked", "a joint is locked twice, by two of its names")
     _check_locked(locked, machine, source)
-    return Scene(scene.models, outputs, locked, scene.fold, scene.gravity)
+    return replace(scene, outputs=outputs, locked=locked, source=source)
 
 
-def _output(name: str, model: str, joints: dict[str, str], source: str) -> str:
-    """A joint, or a frame as in "tool in bed_x", by the names that the machine has."""
-    first, *seen_from = name.split(SEEN_FROM)
-    if seen_from and model not in SEEN_FROM_FRAMES:
-        what = f"{quoted(name)}: only {', '.join(SEEN_FROM_FRAMES)} can be asked for as seen from a frame"
-        raise InputError(source, f"scene, outputs, {model}", what)
+def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
+    """A joint or frame as `Asked` reads it, by the names that the machine has."""
+    asked, key = _asked(text, model, source), f"outputs, {model}"
+    for is_asked, models, how in (
+        (asked.seen_from is not None, SEEN_FROM_FRAMES, "as seen from a frame"),
+        (asked.at is not None, AT_POINTS, "at a point"),
+    ):
+        if is_asked and model not in models:
+            what = f"{quoted(text)}: only {', '.join(models)} can be asked for {how}"
+            raise InputError(source, f"scene, {key}", what)
     if model in WHOLE:
-        raise InputError(source, f"scene, outputs, {model}", "it has no part for a joint or frame: leave it out")
+        raise InputError(source, f"scene, {key}", "it has no part for a joint or frame: leave it out")
     places = {**joints, BASE: BASE}
-    known = places if seen_from else joints
-    found = [known[_known(first.strip(), known, "joint", source, f"outputs, {model}")]]
-    found += [places[_known(place.strip(), places, "frame", source, f"outputs, {model}")] for place in seen_from]
-    if len(found) > 2:
-        raise InputError(source, f"scene, outputs, {model}", f"{quoted(name)}: write one frame in one other")
-    return SEEN_FROM.join(found)
+    known = joints if asked.seen_from is None else places
+    name = known[_known(asked.name, known, "joint", source, key)]
+    for coordinate in asked.at or ():
+        _check_value(coordinate, machine, source, key)
+    if asked.seen_from is None:
+        return str(Asked(name, asked.at))
+    return str(Asked(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
+
+
+def _asked(text: str, model: str, source: str) -> Asked:
+    try:
+        return Asked.parse(text)
+    except FormulaError as error:
+        raise InputError(source, f"scene, outputs, {model}", f"{quoted(text)}: {error}") from None
+
+
+def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
+    """The formulas of all points that a scene asks for; raises `InputError` for one that cannot be read."""
+    for model, texts in scene.outputs.items():
+        for text in texts:
+            yield from _asked(text, model, source).at or ()
 
 
 def _joints_by_any_name(machine: Machine) -> dict[str, str]:
@@ -66,10 +87,19 @@ def _known(name: str, known: Iterable[str], what: str, source: str, key: str) ->
 
 def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> None:
     fixed = {joint.name for joint in machine.joints if joint.sigma == 2}
-    parameters = {parameter.name for parameter in machine.parameters}
     for joint, value in locked.items():
         if joint in fixed:
             raise InputError(source, f"scene, locked, {joint}", "a fixed frame has no variable to lock")
-        for name in sorted(value.names - parameters):
-            what = f"{quoted(name)} is no parameter of the machine{did_you_mean(name, parameters)}"
-            raise InputError(source, f"scene, locked, {joint}", what)
+        _check_value(value, machine, source, f"locked, {joint}")
+
+
+def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:
+    parameters = {parameter.name for parameter in machine.parameters}
+    for name in sorted(value.names - parameters):
+        what = f"{quoted(name)} is no parameter of the machine{did_you_mean(name, parameters)}"
+        raise InputError(source, f"scene, {key}", what)
+    if not value.names:
+        try:
+            value.value()
+        except FormulaError as error:
+            raise InputError(source, f"scene, {key}", str(error)) from None

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError
 
 ALL = "all"
 BASE = "base"
 SEEN_FROM = " in "
+AT = " at "
+
+Point = tuple[Formula, Formula, Formula]
 
 
 @dataclass(frozen=True)
 class Scene:
     """A request; the empty scene asks for the default models of the whole machine.
 
-    `outputs` maps a model's name to joint (or frame) names, a frame also as "tool in bed_x" or
-    "tool in base", the frame from which it is seen; `locked` a joint's name to the value
-    at which its variable is held; `fold` lists parameters that become constants, or is `ALL`.
+    `outputs` maps a model's name to joint (or frame) names, a frame also as `Asked` reads it:
+    "tool in bed_x", "tool at (0.1, 0, L2)"; `locked` a joint's name to the value at which its
+    variable is held; `fold` lists parameters that become constants, or is `ALL`. `merge_angles` is
+    the largest angle, rad, up to which sums of angles may stand for products of sines and cosines.
+    `source` is the file that the request stands in, where it has one of its own.
     """
 
     models: tuple[str, ...] = ()
@@ -25,3 +31,52 @@ class Scene:
     locked: dict[str, Formula] = field(default_factory=dict)
     fold: tuple[str, ...] | str = ()
     gravity: bool = True
+    merge_angles: float | None = None
+    source: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A joint or frame that is asked for: its name, a point of its body, the frame it is seen from.
+
+    Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base". The
+    point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
+    """
+
+    name: str
+    at: Point | None = None
+    seen_from: str | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Asked:
+        """Read a request; raises `FormulaError`."""
+        first, *seen_from = text.split(SEEN_FROM)
+        if len(seen_from) > 1:
+            raise FormulaError("write one frame in one other")
+        name, *at = first.split(AT)
+        if len(at) > 1:
+            raise FormulaError("write one point of one frame")
+        return cls(name.strip(), _point(at[0].strip()) if at else None, seen_from[0].strip() if seen_from else None)
+
+    def __str__(self) -> str:
+        at = f"{AT}({', '.join(map(str, self.at))})" if self.at else ""
+        return self.name + at + (f"{SEEN_FROM}{self.seen_from}" if self.seen_from else "")
+
+
+def _point(text: str) -> Point:
+    cells = list(_cells(text[1:-1])) if text.startswith("(") and text.endswith(")") else []
+    if len(cells) != 3:
+        raise FormulaError("a point has three coordinates in brackets, as in 'tool at (0.1, 0, L2)'")
+    x, y, z = (Formula.parse(" ".join(cell.split())) for cell in cells)
+    return x, y, z
+
+
+def _cells(text: str) -> Iterator[str]:
+    """What stands between the commas that are in no inner brackets."""
+    start = depth = 0
+    for position, character in enumerate(text):
+        depth += (character == "(") - (character == ")")
+        if character == "," and depth == 0:
+            yield text[start:position]
+            start = position + 1
+    yield text[start:]

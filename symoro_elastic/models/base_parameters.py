@@ -7,18 +7,18 @@ parallel, perpendicular, along gravity then mean so for every value, angles of 0
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.equations.base_parameters import ROTOR, Leaving, group, leaving
+from symoro_elastic.equations.base_parameters import ROTOR, Leaving, Settle, group, leaving
 from symoro_elastic.equations.mechanism import Axis, Mechanism
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
 from symoro_elastic.equations.spatial import is_zero
+from symoro_elastic.machine.checks import GEOMETRY, parameter_values
 from symoro_elastic.machine.checks import formulas as formulas_of
-from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import (
     BASE_PARAMETERS,
@@ -41,6 +41,10 @@ SEED = 20261
 KEPT, GROUPED, NO_EFFECT = "kept", "grouped", "without effect"
 LONGEST_SUMS = (1000, 400, 120, 40)
 """Characters beyond which a sum on its way to the base gets a name of its own; the next where a formula is too long."""
+Label = tuple[int, str]
+"""A parameter: number of the joint, and XX ... M or IA."""
+Relations = Mapping[Label, Mapping[Label, float]]
+"""Base parameters, and the coefficients with which others join each of them."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +73,18 @@ class Grouping:
 
     parameters: tuple[BaseParameter, ...]
     composites: Mapping[str, Formula]
-    effects: Mapping[tuple[int, str], str]
+    effects: Mapping[Label, str]
     machine: Machine
 
     @property
+    def kept(self) -> list[Label]:
+        """Base inertial parameters of the structure, rotor inertias included."""
+        return [label for label, effect in self.effects.items() if effect == KEPT]
+
+    @property
     def count(self) -> int:
-        """Number of base inertial parameters of the structure, rotor inertias included."""
-        return sum(effect == KEPT for effect in self.effects.values())
+        """Their number."""
+        return len(self.kept)
 
     @cached_property
     def formulas(self) -> dict[str, str]:
@@ -107,11 +116,37 @@ def grouped(machine: Machine) -> Grouping:
     """
     zero = ZeroPosition(machine)
     found = zero.leaving()
-    texts = _written_sums(zero, found)
-    parameters = tuple(texts.parameters)
+    mechanism = zero.polynomials()
+    texts = _written_sums(zero, mechanism, lambda settle: group(mechanism, found, settle))
     effects = {(j, name): effect for j in found for name, effect in _effects(zero, j, found[j])}
+    return _grouping(texts, effects)
+
+
+def joined(machine: Machine, relations: Relations) -> Grouping:
+    """The grouping with coefficients that are numbers, for the one geometry at which they were found."""
+    zero = ZeroPosition(machine)
+    mechanism = zero.polynomials()
+    texts = _written_sums(zero, mechanism, lambda settle: _sums(mechanism, relations, settle))
+    gone = {label for others in relations.values() for label in others}
+    entries = [(j, name) for j, _ in mechanism.numbered() for name, _ in _effects(zero, j, ())]
+    return _grouping(texts, {x: KEPT if x in relations else GROUPED if x in gone else NO_EFFECT for x in entries})
+
+
+def _sums(mechanism: Mechanism, relations: Relations, settle: Settle) -> dict[int, dict[str, Any]]:
+    own = {j: _own(mechanism, j) for j, _ in mechanism.numbered()}
+    found: dict[int, dict[str, Any]] = {j: {} for j in own}
+    for (j, entry), others in relations.items():
+        total = own[j][entry]
+        for (k, other), coefficient in others.items():
+            total = settle(j, entry, total + Fraction(repr(coefficient)) * own[k][other])
+        found[j][entry] = total
+    return found
+
+
+def _grouping(texts: _Texts, effects: Mapping[Label, str]) -> Grouping:
+    parameters = tuple(texts.parameters)
     composites = _needed(texts.composites, [parameter.formula for parameter in parameters])
-    return Grouping(parameters, composites, effects, _regrouped(machine, parameters, composites))
+    return Grouping(parameters, composites, effects, _regrouped(texts.machine, parameters, composites))
 
 
 class ZeroPosition:
@@ -134,6 +169,14 @@ class ZeroPosition:
         base = self.machine.base
         motion = (base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
         return any(not formula.is_zero for vector in motion for formula in vector)
+
+    @property
+    def geometry(self) -> list[str]:
+        """Parameters of the geometry and, where the base stands still, of gravity: what the grouping depends on."""
+        cells = [getattr(joint, key) for joint in self.machine.joints for key in GEOMETRY]
+        cells += [] if self.free_base else self.machine.base.gravity
+        used = {name for formula in cells for name in formula.names}
+        return [parameter.name for parameter in self.machine.parameters if parameter.name in used]
 
     def modulo_prime(self) -> Mechanism:
         """At random values of all parameters."""
@@ -224,12 +267,14 @@ class _Texts:
         self.parameters.append(BaseParameter(name, j, entry, formula))
 
 
-def _written_sums(zero: ZeroPosition, found: Mapping[int, Sequence[Leaving]]) -> _Texts:
-    mechanism = zero.polynomials()
+def _written_sums(
+    zero: ZeroPosition, mechanism: Mechanism, sums: Callable[[Settle], Mapping[int, Mapping[str, Any]]]
+) -> _Texts:
+    """Formulas of the grouped parameters, split as little as their length allows."""
     for longest in LONGEST_SUMS:
         texts = _Texts(zero, longest)
         try:
-            for j, values in sorted(group(mechanism, found, texts.settle).items()):
+            for j, values in sorted(sums(texts.settle).items()):
                 own = _own(mechanism, j)
                 for entry, x in values.items():
                     texts.add(j, entry, x, Polynomial.of(x).terms == Polynomial.of(own[entry]).terms)

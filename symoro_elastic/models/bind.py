@@ -17,15 +17,18 @@ from symoro_elastic.equations.spatial import (
     X,
     Z,
     subtract,
+    translation,
 )
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.scene import Point
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
 
+Points = tuple[tuple[int, Point], ...]
 PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
 """Entries of the placement of a frame in frame 0, row by row; the fourth column holds its position."""
 
@@ -36,10 +39,13 @@ def _exact(x: Scalar) -> Scalar:
 
 
 class Bound:
-    """A machine whose cells are expressions of one graph."""
+    """A machine whose cells are expressions of one graph.
 
-    def __init__(self, machine: Machine, folded: Sequence[str] = ()) -> None:
-        self.machine = machine
+    Each of the `points`, (number of the frame, coordinates in it), is one more fixed frame of its mechanism.
+    """
+
+    def __init__(self, machine: Machine, folded: Sequence[str] = (), points: Points = ()) -> None:
+        self.machine, self.points = machine, points
         self.graph = Graph()
         self.names = Names()
         self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
@@ -89,13 +95,17 @@ class Bound:
         return tuple(map(self.cell, written))
 
     def _place(self, formula: Formula) -> str:
-        return next((place for place, written in formulas(self.machine) if written == formula), "parameters")
+        of_point = any(formula in at for _, at in self.points)
+        elsewhere = "scene, outputs" if of_point else "parameters"
+        return next((place for place, written in formulas(self.machine) if written == formula), elsewhere)
 
     def _mechanism(self) -> Mechanism:
         base = self.machine.base
         gravity = self.cells(base.gravity)
+        links = [self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)]
+        links += [Link(j, Axis.NONE, translation(self.cells(at))) for j, at in self.points]
         return Mechanism(
-            tuple(self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)),
+            tuple(links),
             (self.cells(base.velocity), self.cells(base.angular_velocity)),
             (subtract(self.cells(base.acceleration), gravity), self.cells(base.angular_acceleration)),
         )
@@ -161,12 +171,12 @@ class Bound:
         return found
 
     def rates(self) -> list[Scalar]:
-        """qd by joint number, zero for fixed frames and the base."""
-        return [self.qd.get(j, 0) for j in range(len(self.machine.joints) + 1)]
+        """qd by link number, zero for fixed frames and the base."""
+        return [self.qd.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
 
     def given_accelerations(self) -> list[Scalar]:
-        """qdd by joint number, zero for fixed frames and the base."""
-        return [self.qdd.get(j, 0) for j in range(len(self.machine.joints) + 1)]
+        """qdd by link number, zero for fixed frames and the base."""
+        return [self.qdd.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
 
     @property
     def base_acceleration(self) -> Pair:
@@ -181,11 +191,15 @@ class Bound:
             rules[j] = AccelerationKnown(self.qdd[j])
         return rules
 
+    def exerted(self, j: int) -> Scalar:
+        """What moves joint j: motor, spring and damper, less friction."""
+        return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
+
     def direct_rules(self) -> list[Rule | None]:
         """Every torque known."""
         rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
         for j in self.machine.moving:
-            rules[j] = TorqueKnown(self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j))
+            rules[j] = TorqueKnown(self.exerted(j))
         return rules
 
     def inverse_rules(self) -> list[Rule | None]:

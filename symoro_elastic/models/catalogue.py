@@ -7,33 +7,52 @@ from collections.abc import Sequence
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import BASE, SEEN_FROM, Scene
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.machine.scene import BASE, Asked, Scene
+from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.merging import with_merged_angles
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
 from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-MODELS: dict[str, Model] = {model.name: model for model in (*DYNAMIC, *GEOMETRIC, *INVERSE_GEOMETRIC, *IDENTIFICATION)}
+FAMILIES = (DYNAMIC, DERIVATIVES, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION)
+MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
 
-def trace(machine: Machine, name: str, asked: Joints | Frames = (), folded: Sequence[str] = ()) -> TracedModel:
+def trace(
+    machine: Machine,
+    name: str,
+    asked: Joints | Frames = (),
+    folded: Sequence[str] = (),
+    points: Points = (),
+    merge_angles: bool = False,
+) -> TracedModel:
     """Run the equations of a model on the symbols of a machine, prune and schedule.
 
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
+    `points` are numbered before those of `asked`; `merge_angles` allows sums of angles.
     Raises `SingularPivot` where a joint has no inertia.
     """
     model = MODELS[name]
-    bound = Bound(machine, folded)
+    own = points_of(asked)
+    bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else ())
     results = model.run(bound, tuple(asked) or _everything(machine, model))
     inputs = [Input(argument, bound.arguments()[argument]) for argument in model.arguments]
     outputs = [Output(name, r.shape, r.entries) for name, r in results.items()]
-    return TracedModel(model, results, build(inputs, outputs, bound.names))
+    traced = TracedModel(model, results, build(inputs, outputs, bound.names), not asked, bound.points)
+    return with_merged_angles(traced, bound.graph, bound.names) if merge_angles else traced
+
+
+def points_of(asked: Joints | Frames) -> Points:
+    """Points among the frames that are asked for, each once."""
+    frames = [frame for frame in asked if isinstance(frame, Frame)]
+    return tuple(dict.fromkeys((frame.number, frame.at) for frame in frames if frame.at))
 
 
 def _everything(machine: Machine, model: Model) -> Joints | Frames:
@@ -49,25 +68,43 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     for what such a machine cannot give.
     """
     kept, constants = restricted(machine, scene), _constants(machine, scene)
+    models = scene.models or DEFAULT_MODELS
+    _refuse_idle_outputs(kept, scene, models)
     if kept.is_grouped and "reaction_wrenches" in scene.models:
         what = "base inertial parameters keep the torques, not the reaction wrenches: leave out --base"
         raise InputError(kept.source or kept.name, "reaction_wrenches", what)
-    return [trace(kept, name, _asked(kept, scene, name), constants) for name in scene.models or DEFAULT_MODELS]
+    asked = {name: _asked(kept, scene, name) for name in models}
+    points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
+    merge = scene.merge_angles is not None
+    return [trace(kept, name, some, constants, points, merge) for name, some in asked.items()]
+
+
+def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:
+    """Refuse outputs of a model that is not asked for, which would be passed over in silence."""
+    for name, outputs in scene.outputs.items():
+        if outputs and name not in models:
+            what = f"{name} is not asked for: add it to models (or --model {name}), or leave its outputs out"
+            raise InputError(_source(kept, scene), f"scene, outputs, {name}", what)
+
+
+def _source(machine: Machine, scene: Scene) -> str:
+    """The file to be named in a message about a scene."""
+    return scene.source or machine.source or machine.name
 
 
 def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     """Joints (or frames) that a scene asks of a model; none when it asks for all."""
     numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
-    asked = [name.split(SEEN_FROM) for name in scene.outputs.get(model, ())]
+    asked = [Asked.parse(text) for text in scene.outputs.get(model, ())]
     if MODELS[model].rows == FRAMES:
-        return tuple(Frame(numbers[name], *(numbers[place] for place in seen_from)) for name, *seen_from in asked)
-    joints = tuple(numbers[name] for name, *_ in asked)
+        return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
+    joints = tuple(numbers[a.name] for a in asked)
     for j in joints:
         if j not in kept.moving:
             joint = kept.joints[j - 1].name
             why = "is locked" if joint in scene.locked else "is a fixed frame"
             what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
-            raise InputError(kept.source or kept.name, f"scene, outputs, {model}", what)
+            raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)
     return joints
 
 
@@ -78,5 +115,5 @@ def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:
     for name in names:
         if name not in valued:
             what = f"{name} has no value, so it cannot become a constant: give it one or leave it out"
-            raise InputError(machine.source or machine.name, "scene, fold", what)
+            raise InputError(_source(machine, scene), "scene, fold", what)
     return names

@@ -21,7 +21,7 @@ def _geometric_model(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        for row, x in zip(*views[frame.seen_from or 0].placed[frame.number], strict=True):
+        for row, x in zip(*views[frame.seen_from or 0].placed[_link(bound, frame)], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
@@ -41,9 +41,9 @@ def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
     """V' on a base at rest, at zero joint accelerations; components in frame 0 where no other is named."""
     _refuse_without_joints(bound, "jacobian_dot_qd")
     still, qdd = replace(bound.mechanism, velocity=(ZERO, ZERO), acceleration=(ZERO, ZERO)), [0] * len(bound.rates())
-    in_base = tuple(Frame(frame.number, frame.seen_from or 0) for frame in asked)
+    in_base = tuple(replace(frame, seen_from=frame.seen_from or 0) for frame in asked)
     found = _screws(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
-    return {"Vd": replace(found, seen_from=tuple(frame.seen_from for frame in asked))}
+    return {"Vd": replace(found, frames=asked)}
 
 
 def _jacobian(bound: Bound, asked: Frames) -> Results:
@@ -52,10 +52,10 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        columns = jacobian(bound.mechanism, views[frame.seen_from or 0], frame.number)
+        columns = jacobian(bound.mechanism, views[frame.seen_from or 0], _link(bound, frame))
         rows = {j: (*v, *w) for j, (v, w) in columns.items()}
         if not frame.seen_from:
-            name_jacobian(bound, rows, frame.number)
+            name_jacobian(bound, rows, _link(bound, frame))
         entries += [rows[j][k] if j in rows else 0 for k in range(6) for j in bound.machine.moving]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
 
@@ -75,7 +75,7 @@ def _screws(bound: Bound, asked: Frames, quantity: str, own: list[Pair], mechani
     motions = {k: seen_motion(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
     _name_seen(bound, *motions[0], EQUATIONS[quantity])
     seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
-    screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[f.number] for f in asked]
+    screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[_link(bound, f)] for f in asked]
     return _of_frames(asked, [x for screw in screws for part in screw for x in part], (6,))
 
 
@@ -90,7 +90,14 @@ def _name_seen(bound: Bound, V: list[Pair], Vd: list[Pair], equations: str) -> N
 
 
 def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -> Result:
-    return Result(tuple(f.number for f in asked), tuple(entries), columns, tuple(f.seen_from for f in asked))
+    return Result(tuple(f.number for f in asked), tuple(entries), columns, asked)
+
+
+def _link(bound: Bound, frame: Frame) -> int:
+    """The number of a frame in the mechanism, where points come after the table."""
+    if frame.at is None:
+        return frame.number
+    return len(bound.machine.joints) + 1 + bound.points.index((frame.number, frame.at))
 
 
 def _refuse_without_joints(bound: Bound, model: str) -> None:

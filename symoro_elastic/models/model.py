@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.machine.scene import Point
+from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.symbolic.expression import Scalar
 from symoro_elastic.symbolic.program import Program
 
@@ -15,10 +16,14 @@ Joints = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that is asked for, and the frame it is seen from where a scene names one (0 is the base)."""
+    """A frame that is asked for, the frame it is seen from where a scene names one (0 is the base).
+
+    `at` moves its origin to a point of its body: coordinates in the frame's own axes, m.
+    """
 
     number: int
     seen_from: int | None = None
+    at: Point | None = None
 
 
 Frames = tuple[Frame, ...]
@@ -29,14 +34,14 @@ JOINTS, FRAMES = "joints", "frames"
 class Result:
     """A result of a model: the joints (or frames) along its first axis, its entries, its other axes.
 
-    `rows` is None where no axis follows joints; `seen_from` gives the frame in which each row is seen,
-    `column_labels` the names along the last axis where they are parameters.
+    `rows` is None where no axis follows joints; `frames` are the frames of its rows where a model is of
+    frames, `column_labels` the names along the last axis where they are parameters.
     """
 
     rows: Joints | None
     entries: tuple[Scalar, ...]
     columns: tuple[int, ...] = ()
-    seen_from: tuple[int | None, ...] = ()
+    frames: Frames = ()
     column_labels: tuple[str, ...] = ()
 
     @property
@@ -66,11 +71,18 @@ class Model:
 
 @dataclass(frozen=True)
 class TracedModel:
-    """A model of one machine as a program; `results` are as in its trace, `rows` their joints (or frames)."""
+    """A model of one machine as a program; `results` are as in its trace, `rows` their joints (or frames).
+
+    `whole` tells that no joints or frames were chosen, `points` which ones have equations, numbered after the joints,
+    `merged` that it sums angles.
+    """
 
     model: Model
     results: Results
     program: Program
+    whole: bool = True
+    points: Points = ()
+    merged: bool = False
 
     @property
     def rows(self) -> dict[str, tuple[int, ...]]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.lagrange import InertiaMatrix
-from symoro_elastic.equations.spatial import ENTRY, Matrix, Pair, SpatialInertia, Symmetric, Vector
+from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix
+from symoro_elastic.equations.spatial import ENTRY, Matrix, Pair, RigidInertia, SpatialInertia, Symmetric, Vector
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.expression import COS, SIGN, SIN, SYMBOL, Expression, Scalar
 from symoro_elastic.symbolic.program import Names, Section
@@ -135,6 +135,7 @@ def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> N
     names.give(found.Gamma[j] if eliminated.Hinv else 0, f"Gamma{j}", section)
     names.give(eliminated.residual, f"Gb{j}", section)
     names.give(eliminated.ratio, f"rho{j}", section)
+    names.give(eliminated.free, f"qdf{j}", section)
     _name_pair(names, eliminated.UH, f"UH{j}", section)
     _name_inertia(names, eliminated.K, f"K{j}", section)
     _name_pair(names, eliminated.al, f"al{j}", section)
@@ -145,13 +146,28 @@ def name_composites(bound: Bound, found: InertiaMatrix) -> None:
     _name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
     for j, _ in reversed(list(bound.mechanism.numbered())):
         here = Section("Composite inertias and inertia matrix", j, "[8], [13]")
-        composite = found.composite[j]
-        bound.names.give(composite.mass, f"M{j}_c", here)
-        _name_vector(bound.names, composite.moments, f"MS{j}_c", here)
-        for entry, x in zip(INERTIA_ENTRIES, composite.inertia, strict=True):
-            bound.names.give(x, f"J{j}_c{entry}", here)
+        name_composite(bound.names, found.composite[j], j, here)
         for i in range(1, j + 1):
             bound.names.give(found.A[i][j], f"A{i}_{j}", here)
+
+
+def name_composite(names: Names, composite: RigidInertia, j: int, section: Section) -> None:
+    """Name mass, first moments and inertia of body j and all it carries."""
+    names.give(composite.mass, f"M{j}_c", section)
+    _name_vector(names, composite.moments, f"MS{j}_c", section)
+    for entry, x in zip(INERTIA_ENTRIES, composite.inertia, strict=True):
+        names.give(x, f"J{j}_c{entry}", section)
+
+
+def name_factors(bound: Bound, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]) -> None:
+    """Name the pivots of the inertia matrix, and the accelerations it gives."""
+    for j, pivot in factors.pivots.items():
+        here = Section("Solution, from the tips to the base", j, "[8]")
+        bound.names.give(pivot, f"H{j}", here)
+        bound.names.give(factors.inverses[j], f"Hinv{j}", here)
+        bound.names.give(forces[j], f"Gb{j}", here)
+    for j, x in qdd.items():
+        bound.names.give(x, f"qdd{j}", Section("Solution, from the base to the tips", j, "[8]"))
 
 
 def name_frames(bound: Bound, placed: list[tuple[Matrix, Vector]]) -> None:

@@ -27,11 +27,12 @@ Candidate = Callable[[TracedModel, States], Results]
 _numbers = itertools.count()
 
 
-def c_code(compiled: CompiledPackage, p: Array) -> Candidate:
-    """The compiled functions, state by state."""
+def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Candidate:
+    """The compiled functions: state by state, or all states by one call where a model depends on the state."""
 
     def run(traced: TracedModel, states: States) -> Results:
-        return _spread(traced, compiled.call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
+        call = compiled.call_batch if batch and traced.model.arguments else compiled.call
+        return _spread(traced, call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
 
     return run
 

@@ -1,14 +1,13 @@
-"""The count of base inertial parameters from numbers: rank of the regressor stacked at random states.
+"""Base inertial parameters from numbers: rank of the regressor stacked at random states, relations of its columns.
 
-Gautier (1991): the columns that a QR factorization with column pivoting takes first are a base set,
-and R tells how the others join them. Structural rank is not practical rank: `Conditioning` says how
-far the columns of each base parameter are from those of all others.
+Structural rank is not practical rank: `Conditioning` says how far the columns of each base
+parameter are from those of all others.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,15 +19,16 @@ from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
 from symoro_elastic.equations.spatial import Screw, Vector, Z, hat_plus_hat_squared, is_zero
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import KEPT, Grouping, ZeroPosition
+from symoro_elastic.models.base_parameters import Grouping, Label, Relations, ZeroPosition
+from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
 from symoro_elastic.numerics.values import parameter_values
 
 Array = NDArray[np.float64]
-Label = tuple[int, str]
-"""A parameter: number of the joint, and XX ... M or IA."""
 
 ROUNDING = 1e-9
-"""Singular values of columns of length one that are smaller, compared with the largest, are zero."""
+"""Columns are zero or dependent where what is left of them is smaller."""
+NEGLIGIBLE = 1e-12
+"""Coefficients of columns of length one that are rounding."""
 TORQUES_AGREE = 1e-12
 LEAST_STATES = 40
 ROWS_PER_COLUMN = 4
@@ -63,25 +63,6 @@ class Stacked:
 
 
 @dataclass(frozen=True)
-class NumericalGrouping:
-    """A base set found by numbers: the other parameters join it by `relations` (others, base)."""
-
-    base: tuple[Label, ...]
-    others: tuple[Label, ...]
-    relations: Array
-
-    @property
-    def formulas(self) -> dict[str, str]:
-        """What each base parameter stands for, coefficients of the values that the machine had."""
-        return {_name(label): self._formula(k, label) for k, label in enumerate(self.base)}
-
-    def _formula(self, k: int, label: Label) -> str:
-        joined = zip(self.others, self.relations[:, k], strict=True)
-        terms = [f" {'-' if x < 0 else '+'} {abs(x):.6g}*{_name(other)}" for other, x in joined if abs(x) > 1e-9]
-        return _name(label) + "".join(terms)
-
-
-@dataclass(frozen=True)
 class Conditioning:
     """How well a motion tells base parameters apart.
 
@@ -96,22 +77,32 @@ class Conditioning:
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """The rules against numbers: rank of the regressor and torques after grouping, relative.
+    """A grouping against numbers: its count, the rank of the regressor, and the change of torques, relative.
 
-    `numerical` is the grouping to use instead where they disagree.
+    `doubt` tells where they disagree and what came of it, `refused` that no grouping can be used.
     """
 
     count: int
     rank: int
     torque_error: float
     conditioning: Conditioning
-    message: str
-    numerical: NumericalGrouping | None = None
+    doubt: str = ""
+    refused: bool = False
 
     @property
     def agrees(self) -> bool:
         """Whether count and torques are right."""
-        return self.numerical is None
+        return not self.doubt
+
+    @property
+    def torques_stay(self) -> bool:
+        """Whether torques are the same before and after grouping."""
+        return self.torque_error <= TORQUES_AGREE
+
+    @property
+    def message(self) -> str:
+        """What the check says, as one line."""
+        return self.doubt or f"{self.rank} base parameters, as the rank of the regressor"
 
 
 def random_motion(machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None) -> Motion:
@@ -190,83 +181,40 @@ def enough_states(machine: Machine) -> int:
     return max(LEAST_STATES, math.ceil(ROWS_PER_COLUMN * columns / max(1, len(machine.moving))))
 
 
-def numerical_rank(W: Array) -> int:
-    """Rank of a matrix after its columns are scaled to length one."""
-    sizes = np.linalg.svd(_triangle(_scaled(W)[0]), compute_uv=False)
-    return int(np.sum(sizes > ROUNDING * sizes[0])) if sizes.size and sizes[0] > 0 else 0
-
-
-def _scaled(W: Array) -> tuple[Array, Array]:
-    """Columns of length one, and their lengths; columns of rounding are zero."""
-    lengths = np.linalg.norm(W, axis=0)
-    lengths = np.where(lengths > ROUNDING * lengths.max(initial=0.0), lengths, 0.0)
-    return W * np.where(lengths > 0, 1 / np.where(lengths > 0, lengths, 1.0), 0.0), lengths
-
-
-def _triangle(W: Array) -> Array:
-    """R of W = Q R."""
-    return np.asarray(np.linalg.qr(W, mode="r"), dtype=float)
-
-
-def pivoted_qr(W: Array) -> tuple[Array, list[int]]:
-    """(R, order): W[:, order] = Q R by Householder reflections, the longest remaining column first."""
-    R: Array = _triangle(W)
-    order = list(range(R.shape[1]))
-    for k in range(min(R.shape)):
-        lengths = np.linalg.norm(R[k:, k:], axis=0)
-        best = k + int(np.argmax(lengths))
-        order[k], order[best] = order[best], order[k]
-        R[:, [k, best]] = R[:, [best, k]]
-        v = R[k:, k].copy()
-        v[0] += math.copysign(float(np.linalg.norm(v)), v[0])
-        square = float(v @ v)
-        if square > 0:
-            R[k:, k:] -= np.outer(v, (2 / square) * (v @ R[k:, k:]))
-    return R, order
-
-
-def numerical_grouping(stacked: Stacked) -> NumericalGrouping:
-    """A base set and the relations of the others to it."""
-    scaled, lengths = _scaled(stacked.W)
-    R, order = pivoted_qr(scaled)
-    rank = numerical_rank(stacked.W)
-    base, others = order[:rank], [k for k in order[rank:] if lengths[k] > 0]
-    positions = [order.index(k) for k in others]
-    joined = np.linalg.solve(R[:rank, :rank], R[:rank, positions])
-    relations = (joined * lengths[others] / lengths[base][:, None]).T
-    return NumericalGrouping(
-        tuple(stacked.labels[k] for k in base), tuple(stacked.labels[k] for k in others), relations
-    )
+def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: int = 0) -> Relations:
+    """A base set, those of `first` that are independent in it, and how other parameters join each of it."""
+    stacked = stacked_regressor(random_motion(machine, enough_states(machine), seed))
+    labels = stacked.labels
+    wanted = [k for k, label in enumerate(labels) if label in first]
+    found = independent_columns(stacked.W, ROUNDING, ROUNDING, wanted, NEGLIGIBLE)
+    return {labels[k]: {labels[c]: b for c, b in found.terms(i)} for i, k in enumerate(found.kept)}
 
 
 def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
     """Conditioning of a base regressor, whose columns are independent."""
     if not names:
         return Conditioning(1.0, {})
-    R = _triangle(_scaled(W)[0])
+    R = triangle(unit_columns(W, ROUNDING)[0])
     sizes = np.linalg.svd(R, compute_uv=False)
-    apart = 1 / np.linalg.norm(np.linalg.pinv(R), axis=1)
+    rows = np.linalg.norm(np.linalg.pinv(R), axis=1)
+    apart = np.divide(1.0, rows, out=np.zeros_like(rows), where=rows > 0)
     weakest_first = sorted(zip(names, apart.tolist(), strict=True), key=lambda pair: pair[1])
     return Conditioning(float(sizes[0] / sizes[-1]) if sizes[-1] > 0 else math.inf, dict(weakest_first))
 
 
 def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossCheck:
-    """The rules' count against the rank of the stacked regressor, and torques before and after grouping.
+    """The count of a grouping against the rank of the stacked regressor, and torques before and after it.
 
-    Parameters without value are drawn at random. Where the numbers disagree, the result holds the
-    grouping found by QR, and its message says so.
+    Parameters without value are drawn at random.
     """
     values = parameter_values(machine, seed)
     motion = random_motion(machine, enough_states(machine), seed, values)
     stacked = stacked_regressor(motion)
-    rank = numerical_rank(stacked.W)
-    kept = [label for label, effect in grouping.effects.items() if effect == KEPT]
-    spread = conditioning(stacked.columns(kept), [_name(label) for label in kept])
+    found = rank(stacked.W, ROUNDING, ROUNDING)
+    kept = grouping.kept
+    spread = conditioning(stacked.columns(kept), [f"{entry}{j}" for j, entry in kept])
     error = torque_error(machine, grouping, motion, values, seed)
-    message = _message(grouping.count, rank, error)
-    numerical = numerical_grouping(stacked) if message else None
-    agreed = f"{rank} base parameters, as the rank of the regressor"
-    return CrossCheck(grouping.count, rank, error, spread, message or agreed, numerical)
+    return CrossCheck(grouping.count, found, error, spread, _doubt(grouping.count, found, error))
 
 
 def torque_error(
@@ -279,17 +227,7 @@ def torque_error(
     return float(np.abs(after - before).max(initial=0.0) / max(np.abs(before).max(initial=0.0), 1e-300))
 
 
-def _message(count: int, rank: int, error: float) -> str:
+def _doubt(count: int, rank: int, error: float) -> str:
     if count != rank:
-        return (
-            f"the rules give {count} base parameters, the rank of the regressor at random states is {rank}: "
-            "the grouping found by QR is used"
-        )
-    if error > TORQUES_AGREE:
-        return f"torques change by {error:.2g} after grouping by the rules: the grouping found by QR is used"
-    return ""
-
-
-def _name(label: Label) -> str:
-    j, entry = label
-    return f"{entry}{j}"
+        return f"the rules give {count} base parameters, the rank of the regressor at random states is {rank}"
+    return f"torques change by {error:.2g} after grouping by the rules" if error > TORQUES_AGREE else ""

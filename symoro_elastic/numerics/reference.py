@@ -102,7 +102,8 @@ class Point:
         """Results of a model, entry by entry. Raises `Singular`."""
         own = {"geometric_model": self._frames, "inertia_matrix": self._inertia, "bias_forces": self._bias}
         if self.reference.solved:
-            own |= {"direct_dynamics": self._direct, "inverse_dynamics": self._inverse}
+            direct = dict.fromkeys(("direct_dynamics", "direct_dynamics_by_inertia_matrix"), self._direct)
+            own |= direct | {"inverse_dynamics": self._inverse}
         if traced.model.name in own:
             return own[traced.model.name](traced)
         return self.run(traced.program, {argument: self._numbers(argument) for argument in traced.model.arguments})
@@ -225,9 +226,16 @@ class Point:
         variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
         for j, joint in enumerate(self.reference.machine.joints, start=1):
             placed.append(product(placed[joint.antecedent], self._placement(joint, variables.get(j, zero))))
-        seen_from = traced.results["T"].seen_from or [None] * len(traced.rows["T"])
-        seen = [product(inverse(placed[k or 0]), placed[j]) for j, k in zip(traced.rows["T"], seen_from, strict=True)]
+        seen = []
+        for frame in traced.results["T"].frames:
+            there = product(placed[frame.number], self._shifted(frame.at)) if frame.at else placed[frame.number]
+            seen.append(product(inverse(placed[frame.seen_from or 0]), there))
         return {"T": [x for placement in seen for row in placement for x in row]}
+
+    def _shifted(self, at: Sequence[Formula]) -> Matrix:
+        """Trans(x), Trans(y), Trans(z)."""
+        unit = [[int(m == n) for n in range(3)] for m in range(3)]
+        return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
     def _placement(self, joint: Joint, q: Any) -> Matrix:
         """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""

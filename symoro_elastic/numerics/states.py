@@ -41,6 +41,10 @@ class States:
         joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ARGUMENTS}
         return States(**joined, titles=self.titles + other.titles)
 
+    def part(self, rows: slice) -> States:
+        """Some of the states."""
+        return States(**{name: getattr(self, name)[rows] for name in ARGUMENTS}, titles=self.titles[rows])
+
     def at(self, state: int) -> dict[str, Array]:
         """The arguments of one state, by name."""
         return {name: getattr(self, name)[state] for name in ARGUMENTS}

@@ -176,7 +176,8 @@ def _run(
             ("equations", equations_on_floats(values)),
         ]
         try:
-            found.append(("c", c_code(compile_package(described, Path(folder) / "c", render_c(described)), p)))
+            compiled = compile_package(described, Path(folder) / "c", render_c(described))
+            found += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
         except CompilerMissing as error:
             missing = str(error)
         runs = {model.model.name: [(name, run(model, states)) for name, run in found] for model in traced}

@@ -21,6 +21,7 @@ SIGNS = {
     "+ ": '<mo form="infix" lspace="0.22em" rspace="0.22em">+</mo>',
     "- ": '<mo form="infix" lspace="0.22em" rspace="0.22em">&minus;</mo>',
     ",": '<mo lspace="0em" rspace="0.1em">,</mo>',
+    "/": "<mo>/</mo>",
 }
 
 
@@ -111,7 +112,7 @@ class _Reader:
             return f"<mi>{token}</mi>"
         if token[0] == "\\":
             return self.command(token[1:])
-        if token in "()":
+        if token in "()[]":
             return f'<mo stretchy="false">{token}</mo>'
         if token in SIGNS:
             return SIGNS[token]
@@ -135,6 +136,8 @@ class _Reader:
             return f'<mi class="rm">{name}</mi>'
         if name == "cdot":
             return "<mo>&middot;</mo>"
+        if name == "partial":
+            return "<mi>&part;</mi>"
         if name == "frac":
             return f"<mfrac>{self.group()}{self.group()}</mfrac>"
         if name == "sqrt":

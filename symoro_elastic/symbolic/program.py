@@ -27,6 +27,7 @@ from symoro_elastic.symbolic.expression import (
     Scalar,
     reachable,
 )
+from symoro_elastic.symbolic.factoring import factored
 
 MAX_INLINE_DEPTH = 8
 
@@ -130,10 +131,26 @@ class Names:
         if node.operation != SYMBOL:
             self.labels.setdefault(node.id, (Label(name, section), negative))
 
+    def moved(self, values: Mapping[int, Scalar]) -> Names:
+        """The same names for new values of the nodes."""
+        moved = Names()
+        for section in self.order:
+            moved.reserve(section)
+        for number, (label, negative) in self.labels.items():
+            if number in values:
+                moved.give(-values[number] if negative else values[number], label.name, label.section)
+        for number, label_and_sign in self.labels.items():
+            if number not in values:
+                moved.labels.setdefault(number, label_and_sign)
+        return moved
+
 
 def build(inputs: Iterable[Input], outputs: Iterable[Output], names: Names) -> Program:
     """Prune what the outputs do not need, schedule the rest by section, name and count it."""
     outputs = tuple(outputs)
+    values = factored((x for o in outputs for x in o.entries), names.labels)
+    outputs = tuple(_with_values(output, values) for output in outputs)
+    names = names.moved(values)
     nodes = reachable(x for o in outputs for x in o.entries)
     plan = _Plan(nodes, outputs, names)
     statements = plan.statements()
@@ -146,6 +163,11 @@ def build(inputs: Iterable[Input], outputs: Iterable[Output], names: Names) -> P
         _count(n for n in nodes if n.level == Level.STATE),
         _count(n for n in nodes if n.level == Level.PARAMETER),
     )
+
+
+def _with_values(output: Output, values: Mapping[int, Scalar]) -> Output:
+    entries = tuple(values[x.id] if isinstance(x, Expression) else x for x in output.entries)
+    return Output(output.name, output.shape, entries)
 
 
 def _count(nodes: Iterable[Expression]) -> OperationCount:

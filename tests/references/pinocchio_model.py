@@ -83,6 +83,12 @@ def frames(machine: Machine, q: Numbers, values: Values | None = None) -> Array:
     return np.array([(built.data.oMi[carrier] * place).homogeneous for carrier, place in placed])
 
 
+def model_of(machine: Machine, values: Values | None = None) -> tuple[Any, list[int], MachineNumbers]:
+    """Pinocchio's model, the index in its velocity of each entry of q, and the numbers it was made of."""
+    built = _build(machine, values)
+    return built.model, built.order, built.numbers
+
+
 def _inertia_matrix(built: _Built, q: Numbers) -> Array:
     pin.crba(built.model, built.data, _put(built, q, position=True))
     matrix = np.triu(built.data.M) + np.triu(built.data.M, 1).T

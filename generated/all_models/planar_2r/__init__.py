@@ -2,11 +2,15 @@
 
 SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
 stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+
+Results are new arrays and share no memory with the arguments, which are read only: one array may
+serve as several of them. Results are float32 where all states are (more than a few states are
+computed in it, too), float64 otherwise.
 """
 
 import numpy as np
 
-from . import _run, _direct_dynamics, _inverse_dynamics, _inertia_matrix, _bias_forces, _geometric_model
+from . import _direct_dynamics, _inverse_dynamics, _inertia_matrix, _bias_forces, _geometric_model
 
 JOINTS = ("shoulder", "elbow")
 MOTORS = (0, 1)
@@ -51,15 +55,13 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    30x 16+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+    28x 15+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
     q (2): joint variables, rad or m
     qd (2): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (2): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 2), ("qd", qd, 2), ("tau", tau, 2), )
-    results = _run.run(_direct_dynamics, arguments, p, 9, ((2,),))
-    return results[0]
+    return _direct_dynamics.model(q, qd, tau, p=p)
 
 
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
@@ -72,9 +74,7 @@ def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     -> tau (2): motor torques or forces, N m or N
     -> qdd (2): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 2), ("qd", qd, 2), ("qdd_motor", qdd_motor, 2), )
-    results = _run.run(_inverse_dynamics, arguments, p, 9, ((2,), (2,)))
-    return results
+    return _inverse_dynamics.model(q, qd, qdd_motor, p=p)
 
 
 def inertia_matrix(q, p=DEFAULTS):
@@ -84,9 +84,7 @@ def inertia_matrix(q, p=DEFAULTS):
     q (2): joint variables, rad or m
     -> A (2 x 2): inertia matrix, kg m2, kg m or kg
     """
-    arguments = (("q", q, 2), )
-    results = _run.run(_inertia_matrix, arguments, p, 9, ((2, 2),))
-    return results[0]
+    return _inertia_matrix.model(q, p=p)
 
 
 def bias_forces(q, qd, p=DEFAULTS):
@@ -97,9 +95,7 @@ def bias_forces(q, qd, p=DEFAULTS):
     qd (2): joint velocities, rad/s or m/s
     -> H (2): Coriolis, centrifugal, gravity and friction forces, N m or N
     """
-    arguments = (("q", q, 2), ("qd", qd, 2), )
-    results = _run.run(_bias_forces, arguments, p, 9, ((2,),))
-    return results[0]
+    return _bias_forces.model(q, qd, p=p)
 
 
 def geometric_model(q, p=DEFAULTS):
@@ -109,6 +105,4 @@ def geometric_model(q, p=DEFAULTS):
     q (2): joint variables, rad or m
     -> T (3 x 4 x 4): placement of each frame, row by row, lengths in m
     """
-    arguments = (("q", q, 2), )
-    results = _run.run(_geometric_model, arguments, p, 9, ((3, 4, 4),))
-    return results[0]
+    return _geometric_model.model(q, p=p)

@@ -1,34 +1,27 @@
 """Forces at zero joint acceleration of planar_2r [8]: 17x 8+, 4 sin/cos a call; 2x 0+, 0 sin/cos once for each parameter set.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    m1 = p[1]
-    m2 = p[2]
-    lc1 = p[5]
-    lc2 = p[6]
+    (g0, m1, m2, l1, _, lc1, lc2, _, _) = p
 
     # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
     MS1_x = m1*lc1
 
     # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
     MS2_x = m2*lc2
-    return (MS1_x, MS2_x)
+    return (g0, m2, l1, MS1_x, MS2_x)
 
 
-def program(_f, q, qd, p, c):
-    q1 = q[0]
-    q2 = q[1]
-    qd1 = qd[0]
-    qd2 = qd[1]
-    g0 = p[0]
-    m2 = p[2]
-    l1 = p[3]
-    MS1_x = c[0]
-    MS2_x = c[1]
+def program(_f, q, qd, c):
+    (q1, q2) = q
+    (qd1, qd2) = qd
+    (g0, m2, l1, MS1_x, MS2_x) = c
 
     # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
     sin_q1 = _f.sin(q1)
@@ -42,9 +35,9 @@ def program(_f, q, qd, p, c):
     cos_q2 = _f.cos(q2)
     w2_z = qd1 + qd2
     ww2_zz = w2_z*w2_z
-    vd2_xa = l1*ww1_zz - vd1_x
-    vd2_x = sin_q2*vd1_y - cos_q2*vd2_xa
-    vd2_y = sin_q2*vd2_xa + cos_q2*vd1_y
+    vd2_xa = vd1_x - l1*ww1_zz
+    vd2_x = cos_q2*vd2_xa + sin_q2*vd1_y
+    vd2_y = cos_q2*vd1_y - sin_q2*vd2_xa
 
     # Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [15].
     f2_2 = m2*vd2_y
@@ -58,3 +51,12 @@ def program(_f, q, qd, p, c):
     return (
         (f1_6, f2_6),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=2, qd=2),
+    parameters=9,
+    results=((2,),),
+)

@@ -1,19 +1,20 @@
 """Placement of frames of planar_2r [1], [2]: 8x 4+, 4 sin/cos a call.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    return ()
+    (_, _, _, l1, l2, _, _, _, _) = p
+    return (l1, l2)
 
 
-def program(_f, q, p, c):
-    q1 = q[0]
-    q2 = q[1]
-    l1 = p[3]
-    l2 = p[4]
+def program(_f, q, c):
+    (q1, q2) = q
+    (l1, l2) = c
 
     # Geometry, joint 1 (shoulder) [1], [2].
     sin_q1 = _f.sin(q1)
@@ -40,3 +41,12 @@ def program(_f, q, p, c):
             1.0,
         ),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=2),
+    parameters=9,
+    results=((3, 4, 4),),
+)

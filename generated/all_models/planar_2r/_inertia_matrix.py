@@ -1,18 +1,14 @@
 """Inertia matrix of planar_2r [8]: 3x 5+, 1 sin/cos a call; 5x 2+, 0 sin/cos once for each parameter set.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    m1 = p[1]
-    m2 = p[2]
-    l1 = p[3]
-    lc1 = p[5]
-    lc2 = p[6]
-    I1 = p[7]
-    I2 = p[8]
+    (_, m1, m2, l1, _, lc1, lc2, I1, I2) = p
 
     # Geometry, joint 1 (shoulder) [1].
     MS1_x = m1*lc1
@@ -24,16 +20,12 @@ def constants(_f, p):
 
     # Composite inertias and inertia matrix, joint 1 (shoulder) [8], [13].
     J1_czza = m2*l1
-    return (J1_yy, MS2_x, J2_yy, J1_czza)
+    return (l1, J1_yy, MS2_x, J2_yy, J1_czza)
 
 
-def program(_f, q, p, c):
-    q2 = q[1]
-    l1 = p[3]
-    J1_yy = c[0]
-    MS2_x = c[1]
-    J2_yy = c[2]
-    J1_czza = c[3]
+def program(_f, q, c):
+    (_, q2) = q
+    (l1, J1_yy, MS2_x, J2_yy, J1_czza) = c
 
     # Geometry, joint 2 (elbow) [1].
     cos_q2 = _f.cos(q2)
@@ -49,3 +41,12 @@ def program(_f, q, p, c):
     return (
         (J1_czz, A1_2, A1_2, J2_yy),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=2),
+    parameters=9,
+    results=((2, 2),),
+)

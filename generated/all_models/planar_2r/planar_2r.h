@@ -1,7 +1,8 @@
 /* planar_2r: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  shoulder, motor, q1, rad
@@ -9,6 +10,8 @@
  */
 #ifndef PLANAR_2R_H
 #define PLANAR_2R_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -36,16 +39,17 @@ enum {
 extern const double planar_2r_defaults[PLANAR_2R_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 30x 16+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+ * 28x 15+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
  *   q (2): joint variables, rad or m
  *   qd (2): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (2): joint accelerations, rad/s2 or m/s2
  */
 void planar_2r_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void planar_2r_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS 8
+#define PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS 7
 void planar_2r_direct_dynamics_prepare(const double *p, double *c);
 void planar_2r_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
@@ -58,6 +62,7 @@ void planar_2r_direct_dynamics_prepared(const double *q, const double *qd, const
  *   -> qdd (2): joint accelerations, rad/s2 or m/s2
  */
 void planar_2r_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void planar_2r_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
 #define PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS 4
@@ -70,6 +75,7 @@ void planar_2r_inverse_dynamics_prepared(const double *q, const double *qd, cons
  *   -> A (2 x 2): inertia matrix, kg m2, kg m or kg
  */
 void planar_2r_inertia_matrix(const double *q, const double *p, double *A);
+void planar_2r_inertia_matrix_batch(size_t states, const double *q, const double *p, double *A);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
 #define PLANAR_2R_INERTIA_MATRIX_CONSTANTS 4
@@ -83,6 +89,7 @@ void planar_2r_inertia_matrix_prepared(const double *q, const double *p, const d
  *   -> H (2): Coriolis, centrifugal, gravity and friction forces, N m or N
  */
 void planar_2r_bias_forces(const double *q, const double *qd, const double *p, double *H);
+void planar_2r_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
 #define PLANAR_2R_BIAS_FORCES_CONSTANTS 2
@@ -95,6 +102,7 @@ void planar_2r_bias_forces_prepared(const double *q, const double *qd, const dou
  *   -> T (3 x 4 x 4): placement of each frame, row by row, lengths in m
  */
 void planar_2r_geometric_model(const double *q, const double *p, double *T);
+void planar_2r_geometric_model_batch(size_t states, const double *q, const double *p, double *T);
 
 #ifdef __cplusplus
 }

@@ -2,11 +2,15 @@
 
 SI units, radians. q, qd, qdd follow JOINTS, tau and qdd_motor follow MOTORS. States may be
 stacked along leading axes, which broadcast. NaN in the inputs a result depends on gives NaN.
+
+Results are new arrays and share no memory with the arguments, which are read only: one array may
+serve as several of them. Results are float32 where all states are (more than a few states are
+computed in it, too), float64 otherwise.
 """
 
 import numpy as np
 
-from . import _run, _direct_dynamics, _inverse_dynamics, _inertia_matrix, _bias_forces, _geometric_model
+from . import _direct_dynamics, _inverse_dynamics, _inertia_matrix, _bias_forces, _geometric_model
 
 JOINTS = (
     "bed_yaw", "bed_y", "bed_x", "motor_secondary", "motor_x", "cart_yaw", "cart_x", "cart_y",
@@ -72,55 +76,47 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    144x 123+, 4 sin/cos a call.
+    124x 116+, 4 sin/cos a call.
     q (12): joint variables, rad or m
     qd (12): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (12): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 12), ("qd", qd, 12), ("tau", tau, 2), )
-    results = _run.run(_direct_dynamics, arguments, p, 4, ((12,),))
-    return results[0]
+    return _direct_dynamics.model(q, qd, tau, p=p)
 
 
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
 
-    145x 124+, 4 sin/cos a call.
+    125x 118+, 4 sin/cos a call.
     q (12): joint variables, rad or m
     qd (12): joint velocities, rad/s or m/s
     qdd_motor (2): motor accelerations, rad/s2 or m/s2
     -> tau (2): motor torques or forces, N m or N
     -> qdd (12): joint accelerations, rad/s2 or m/s2
     """
-    arguments = (("q", q, 12), ("qd", qd, 12), ("qdd_motor", qdd_motor, 2), )
-    results = _run.run(_inverse_dynamics, arguments, p, 4, ((2,), (12,)))
-    return results
+    return _inverse_dynamics.model(q, qd, qdd_motor, p=p)
 
 
 def inertia_matrix(q, p=DEFAULTS):
     """Inertia matrix [8].
 
-    61x 72+, 2 sin/cos a call; 5x 1+, 0 sin/cos once for each parameter set.
+    51x 64+, 2 sin/cos a call; 3x 0+, 0 sin/cos once for each parameter set.
     q (12): joint variables, rad or m
     -> A (12 x 12): inertia matrix, kg m2, kg m or kg
     """
-    arguments = (("q", q, 12), )
-    results = _run.run(_inertia_matrix, arguments, p, 4, ((12, 12),))
-    return results[0]
+    return _inertia_matrix.model(q, p=p)
 
 
 def bias_forces(q, qd, p=DEFAULTS):
     """Forces at zero joint acceleration [8].
 
-    78x 58+, 4 sin/cos a call.
+    70x 58+, 4 sin/cos a call.
     q (12): joint variables, rad or m
     qd (12): joint velocities, rad/s or m/s
     -> H (12): Coriolis, centrifugal, gravity and friction forces, N m or N
     """
-    arguments = (("q", q, 12), ("qd", qd, 12), )
-    results = _run.run(_bias_forces, arguments, p, 4, ((12,),))
-    return results[0]
+    return _bias_forces.model(q, qd, p=p)
 
 
 def geometric_model(q, p=DEFAULTS):
@@ -130,6 +126,4 @@ def geometric_model(q, p=DEFAULTS):
     q (12): joint variables, rad or m
     -> T (13 x 4 x 4): placement of each frame, row by row, lengths in m
     """
-    arguments = (("q", q, 12), )
-    results = _run.run(_geometric_model, arguments, p, 4, ((13, 4, 4),))
-    return results[0]
+    return _geometric_model.model(q, p=p)

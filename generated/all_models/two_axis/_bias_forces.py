@@ -1,41 +1,21 @@
-"""Forces at zero joint acceleration of two_axis [8]: 78x 58+, 4 sin/cos a call.
+"""Forces at zero joint acceleration of two_axis [8]: 70x 58+, 4 sin/cos a call.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    return ()
+    (D4, _, _, D13) = p
+    return (D4, D13)
 
 
-def program(_f, q, qd, p, c):
-    q1 = q[0]
-    q2 = q[1]
-    q3 = q[2]
-    q4 = q[3]
-    q5 = q[4]
-    q6 = q[5]
-    q7 = q[6]
-    q8 = q[7]
-    q9 = q[8]
-    q10 = q[9]
-    q11 = q[10]
-    q13 = q[11]
-    qd1 = qd[0]
-    qd2 = qd[1]
-    qd3 = qd[2]
-    qd4 = qd[3]
-    qd5 = qd[4]
-    qd6 = qd[5]
-    qd7 = qd[6]
-    qd8 = qd[7]
-    qd9 = qd[8]
-    qd10 = qd[9]
-    qd11 = qd[10]
-    qd13 = qd[11]
-    D4 = p[0]
-    D13 = p[3]
+def program(_f, q, qd, c):
+    (q1, q2, q3, q4, q5, q6, q7, q8, q9, q10, q11, q13) = q
+    (qd1, qd2, qd3, qd4, qd5, qd6, qd7, qd8, qd9, qd10, qd11, qd13) = qd
+    (D4, D13) = c
 
     # Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14].
     sin_q1 = _f.sin(q1)
@@ -46,19 +26,20 @@ def program(_f, q, qd, p, c):
 
     # Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14].
     vd2_z = vd1_y - q2*ww1_zz
-    vd2_y = vd1_x - 2.0*qd2*qd1
+    vd2_ya = 2.0*qd1
+    vd2_y = vd1_x - qd2*vd2_ya
 
     # Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14].
     vd3_z = vd2_y - q3*ww1_zz
-    vd3_x = 2.0*qd3*qd1 + vd2_z
+    vd3_x = vd2_z + qd3*vd2_ya
 
     # Forward recursion: velocities, joint 4 (motor_secondary) [1], [3], [7], [14].
     vd4_z = vd3_z - q4*ww1_zz
-    vd4_x = 2.0*qd4*qd1 - (D4*ww1_zz - vd3_x)
+    vd4_x = qd4*vd2_ya - (D4*ww1_zz - vd3_x)
 
     # Forward recursion: velocities, joint 5 (motor_x) [1], [3], [7], [14].
     vd5_z = vd4_z - q5*ww1_zz
-    vd5_x = 2.0*qd5*qd1 + vd4_x
+    vd5_x = qd5*vd2_ya + vd4_x
 
     # Forward recursion: velocities, joint 6 (cart_yaw) [1], [3], [7], [14].
     sin_q6 = _f.sin(q6)
@@ -69,28 +50,29 @@ def program(_f, q, qd, p, c):
     vd6_y = -(sin_q6*vd5_x + cos_q6*vd5_z)
 
     # Forward recursion: velocities, joint 7 (cart_x) [1], [3], [7], [14].
+    vd7_ya = 2.0*w6_z
     vd7_z = -(q7*ww6_zz + vd6_y)
-    vd7_y = -(2.0*qd7*w6_z + vd6_x)
+    vd7_y = -(qd7*vd7_ya + vd6_x)
 
     # Forward recursion: velocities, joint 8 (cart_y) [1], [3], [7], [14].
     vd8_z = -(q8*ww6_zz + vd7_y)
-    vd8_x = vd7_z - 2.0*qd8*w6_z
+    vd8_x = vd7_z - qd8*vd7_ya
 
     # Forward recursion: velocities, joint 9 (motor_y) [1], [3], [7], [14].
     vd9_z = vd8_z - q9*ww6_zz
-    vd9_x = vd8_x - 2.0*qd9*w6_z
+    vd9_x = vd8_x - qd9*vd7_ya
 
     # Forward recursion: velocities, joint 10 (y_chain_1) [1], [3], [7], [14].
     vd10_z = vd9_z - q10*ww6_zz
-    vd10_x = vd9_x - 2.0*qd10*w6_z
+    vd10_x = vd9_x - qd10*vd7_ya
 
     # Forward recursion: velocities, joint 11 (ram) [1], [3], [7], [14].
     vd11_z = vd10_z - q11*ww6_zz
-    vd11_x = vd10_x - 2.0*qd11*w6_z
+    vd11_x = vd10_x - qd11*vd7_ya
 
     # Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14].
     vd13_z = vd5_z - q13*ww1_zz
-    vd13_x = 2.0*qd13*qd1 - (D13*ww1_zz - vd5_x)
+    vd13_x = qd13*vd2_ya - (D13*ww1_zz - vd5_x)
 
     # Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [15].
     f13_1 = 0.6*vd13_x
@@ -98,7 +80,7 @@ def program(_f, q, qd, p, c):
 
     # Backward recursion: articulated inertias and wrenches, joint 11 (ram) [15].
     f11_1 = 95.0*vd11_x
-    f11_3 = 95.0*vd11_z + 14.25*ww6_zz
+    f11_3 = 14.25*ww6_zz + 95.0*vd11_z
     f11_5 = -14.25*vd11_x
 
     # Backward recursion: articulated inertias and wrenches, joint 10 (y_chain_1) [15].
@@ -131,7 +113,7 @@ def program(_f, q, qd, p, c):
     f4_3 = 90.0*vd4_z + f5_3
 
     # Backward recursion: articulated inertias and wrenches, joint 3 (bed_x) [15].
-    f3_1 = 2500.0*vd3_x + 500.0*ww1_zz + f4_1
+    f3_1 = 500.0*ww1_zz + 2500.0*vd3_x + f4_1
     f3_3 = 2500.0*vd3_z + f4_3
     f3_5 = 500.0*vd3_z + f4_5 + q4*f4_1 - D4*f4_3
 
@@ -145,3 +127,12 @@ def program(_f, q, qd, p, c):
     return (
         (f1_6, f3_1, f3_3, f4_3, f5_3, f6_6, f8_1, f8_3, f10_3, f10_3, f11_3, f13_3),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=12, qd=12),
+    parameters=4,
+    results=((12,),),
+)

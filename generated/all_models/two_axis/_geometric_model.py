@@ -1,31 +1,20 @@
 """Placement of frames of two_axis [1], [2]: 32x 28+, 4 sin/cos a call.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
-the same lines serve plain floats and arrays.
+the same lines serve plain floats and stacks of states.
 """
+
+from . import _run
 
 
 def constants(_f, p):
-    return ()
+    (D4, D12, L12, D13) = p
+    return (D4, D12, L12, D13)
 
 
-def program(_f, q, p, c):
-    q1 = q[0]
-    q2 = q[1]
-    q3 = q[2]
-    q4 = q[3]
-    q5 = q[4]
-    q6 = q[5]
-    q7 = q[6]
-    q8 = q[7]
-    q9 = q[8]
-    q10 = q[9]
-    q11 = q[10]
-    q13 = q[11]
-    D4 = p[0]
-    D12 = p[1]
-    L12 = p[2]
-    D13 = p[3]
+def program(_f, q, c):
+    (q1, q2, q3, q4, q5, q6, q7, q8, q9, q10, q11, q13) = q
+    (D4, D12, L12, D13) = c
 
     # Geometry, joint 1 (bed_yaw) [1], [2].
     sin_q1 = _f.sin(q1)
@@ -100,3 +89,12 @@ def program(_f, q, p, c):
             cos_q1, 0.0, sin_q1, P13_y, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
         ),
     )
+
+
+model = _run.Model(
+    constants,
+    program,
+    arguments=dict(q=12),
+    parameters=4,
+    results=((13, 4, 4),),
+)

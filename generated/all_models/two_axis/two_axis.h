@@ -1,7 +1,8 @@
 /* two_axis: generated models.
  *
  * SI units, radians. q, qd, qdd follow the joints in table order, tau and qdd_motor the motors.
- * Matrices are stored row by row. No function allocates, keeps state or changes its inputs;
+ * Matrices are stored row by row. Functions called ..._batch compute many states, all with the same p:
+ * entry k of state s is at [k*states + s]. No function allocates, keeps state or changes its inputs;
  * inputs and outputs must not overlap. NaN in the inputs a result depends on gives NaN.
  *
  *   q[0]  bed_yaw, elastic, q1, rad
@@ -19,6 +20,8 @@
  */
 #ifndef TWO_AXIS_H
 #define TWO_AXIS_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -41,16 +44,17 @@ enum {
 extern const double two_axis_defaults[TWO_AXIS_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 144x 123+, 4 sin/cos a call.
+ * 124x 116+, 4 sin/cos a call.
  *   q (12): joint variables, rad or m
  *   qd (12): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
  */
 void two_axis_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void two_axis_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 145x 124+, 4 sin/cos a call.
+ * 125x 118+, 4 sin/cos a call.
  *   q (12): joint variables, rad or m
  *   qd (12): joint velocities, rad/s or m/s
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
@@ -58,26 +62,29 @@ void two_axis_direct_dynamics(const double *q, const double *qd, const double *t
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
  */
 void two_axis_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
+void two_axis_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* Inertia matrix [8].
- * 61x 72+, 2 sin/cos a call; 5x 1+, 0 sin/cos once for each parameter set.
+ * 51x 64+, 2 sin/cos a call; 3x 0+, 0 sin/cos once for each parameter set.
  *   q (12): joint variables, rad or m
  *   -> A (12 x 12): inertia matrix, kg m2, kg m or kg
  */
 void two_axis_inertia_matrix(const double *q, const double *p, double *A);
+void two_axis_inertia_matrix_batch(size_t states, const double *q, const double *p, double *A);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define TWO_AXIS_INERTIA_MATRIX_CONSTANTS 5
+#define TWO_AXIS_INERTIA_MATRIX_CONSTANTS 3
 void two_axis_inertia_matrix_prepare(const double *p, double *c);
 void two_axis_inertia_matrix_prepared(const double *q, const double *p, const double *c, double *A);
 
 /* Forces at zero joint acceleration [8].
- * 78x 58+, 4 sin/cos a call.
+ * 70x 58+, 4 sin/cos a call.
  *   q (12): joint variables, rad or m
  *   qd (12): joint velocities, rad/s or m/s
  *   -> H (12): Coriolis, centrifugal, gravity and friction forces, N m or N
  */
 void two_axis_bias_forces(const double *q, const double *qd, const double *p, double *H);
+void two_axis_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H);
 
 /* Placement of frames [1], [2].
  * 32x 28+, 4 sin/cos a call.
@@ -85,6 +92,7 @@ void two_axis_bias_forces(const double *q, const double *qd, const double *p, do
  *   -> T (13 x 4 x 4): placement of each frame, row by row, lengths in m
  */
 void two_axis_geometric_model(const double *q, const double *p, double *T);
+void two_axis_geometric_model_batch(size_t states, const double *q, const double *p, double *T);
 
 #ifdef __cplusplus
 }

@@ -33,8 +33,13 @@ def load_text(path: str | Path) -> str:
 
 def save_text(text: str, path: str | Path) -> None:
     """Write a file as UTF-8 with plain line ends."""
+    save_bytes(text.encode("utf-8"), path)
+
+
+def save_bytes(content: bytes, path: str | Path) -> None:
+    """Write a file as it is."""
     try:
-        Path(path).write_text(text, encoding="utf-8", newline="\n")
+        Path(path).write_bytes(content)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise InputError(str(path), "file", f"cannot be written: {reason}") from None

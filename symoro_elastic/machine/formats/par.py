@@ -19,7 +19,7 @@ from symoro_elastic.machine.formats.tables import Table
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.resolve import coordinates, resolve
 from symoro_elastic.machine.scene import Scene
 
 
@@ -28,7 +28,7 @@ def read(text: str, source: str) -> Machine:
     found = take_apart(text, source)
     columns = Columns(found)
     scene, springs, central = _scene(found), _springs(columns), _central_bodies(columns)
-    names = Names(columns, _formulas_of_extensions(scene, springs, central))
+    names = Names(columns, _formulas_of_extensions(scene, springs, central, source))
     joints = [_joint(columns, j, names, springs[j - 1]) for j in range(1, columns.count + 1)]
     joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
     machine = Machine(
@@ -101,7 +101,7 @@ def _base(columns: Columns) -> Base:
 
 
 def _formulas_of_extensions(
-    scene: Scene | None, springs: Iterable[Spring], central: Mapping[int, Body]
+    scene: Scene | None, springs: Iterable[Spring], central: Mapping[int, Body], source: str
 ) -> Iterator[Formula]:
     for spring in springs:
         yield from (spring.damping, spring.neutral)
@@ -109,6 +109,7 @@ def _formulas_of_extensions(
         yield from (*body.moments, *body.inertia)
     if scene:
         yield from scene.locked.values()
+        yield from coordinates(scene, source)
 
 
 def _central_bodies(columns: Columns) -> dict[int, Body]:

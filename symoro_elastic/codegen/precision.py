@@ -1,0 +1,49 @@
+"""The precisions in which C can be written: types of arrays, of arithmetic and of sines and cosines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+LIBM = ("sin", "cos", "sqrt", "atan2")
+
+
+@dataclass(frozen=True)
+class Precision:
+    """`state` is the type of a function's arrays, `real` that of its arithmetic, `circle` that of sines and cosines.
+
+    A batch computes `lanes` states side by side; `digits` is the unit roundoff of the arithmetic in bits.
+    """
+
+    name: str
+    title: str
+    state: str
+    real: str
+    circle: str
+    bits: int
+    lanes: int = 8
+    literal_suffix: str = ""
+    functions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def suffix(self) -> str:
+        """What the names of files and functions end with."""
+        return "" if self is DOUBLE else "_" + self.name.replace("-", "_")
+
+    @property
+    def is_pair(self) -> bool:
+        """Whether a number is the sum of two doubles, and operators are functions."""
+        return self.real == "double_double"
+
+
+_FLOAT = {name: f"{name}f" for name in (*LIBM, "sign")}
+
+DOUBLE = Precision("double", "double precision", "double", "double", "double", 53)
+SINGLE = Precision("single", "single precision", "float", "float", "float", 24, 16, "f", _FLOAT)
+MIXED = Precision(
+    "mixed", "single precision, states and angles in double", "double", "float", "double", 24, 16, "f", _FLOAT
+)
+DOUBLE_DOUBLE = Precision(
+    "double-double", "sums of two doubles, states in double", "double", "double_double", "double_double", 106
+)
+PRECISIONS: dict[str, Precision] = {p.name: p for p in (DOUBLE, SINGLE, MIXED, DOUBLE_DOUBLE)}

@@ -1,0 +1,97 @@
+"""Linear systems in the inertia matrix: A x = right, where the torques of all joints are known.
+
+Where nothing else changes, a change `right` of the torques makes one of x of the accelerations. Short
+trees are solved by the factors of A, where nothing fills in; long chains by the articulated inertias
+that the motion was found with, in a number of operations that grows as the number of joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias
+
+from symoro_elastic.equations.derivatives import Entries
+from symoro_elastic.equations.dynamics import NOTHING, Dynamics, Elimination
+from symoro_elastic.equations.kinematics import path
+from symoro_elastic.equations.lagrange import factorization, solution
+from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.spatial import (
+    Pair,
+    Scalar,
+    add,
+    dot,
+    is_zero,
+    scale,
+    screw_to_child,
+    wrench_to_antecedent,
+)
+
+LONG = 16
+"""Joints before a joint, on average, from which on the recursion needs fewer operations than the factors."""
+
+
+Solve: TypeAlias = Callable[[Mapping[int, Scalar]], dict[int, Scalar]]
+
+
+def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
+    """What solves A x = right, by joint number, in the way that needs fewer operations."""
+    moving = {j for j, link in mechanism.numbered() if link.axis is not Axis.NONE}
+    before = sum(len(moving.intersection(path(mechanism, j))) - 1 for j in moving)
+    if before <= LONG * len(moving):
+        return _by_factors(mechanism, A)
+    return lambda right: _by_recursion(mechanism, found, right)
+
+
+def inverse(joints: Sequence[int], solve: Solve) -> Entries:
+    """The inverse of A, one triangle computed."""
+    entries: Entries = {}
+    for k in joints:
+        column = solve({j: int(j == k) for j in joints})
+        entries |= {place: column[j] for j in joints if j <= k for place in ((j, k), (k, j))}
+    return entries
+
+
+def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
+    """By A = L^T D L."""
+    numbered = [0, *(j for j, _ in mechanism.numbered())]
+    factors = factorization(mechanism, [[A.get((i, j), 0) for j in numbered] for i in numbered])
+    return lambda right: solution(factors, right)
+
+
+def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """By the recursions [28]-[36] without velocities, gravity and wrenches."""
+    alone = _pushed(mechanism, found, right)
+    motions: dict[int, Pair] = {}
+    qdd: dict[int, Scalar] = {}
+    for j, link in mechanism.numbered():
+        motions[j] = screw_to_child(link.placement, motions.get(link.antecedent, NOTHING))
+        if j in alone:
+            qdd[j], motions[j] = _accelerated(link, found.eliminated[j], alone[j], motions[j])
+    return qdd
+
+
+def _pushed(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Acceleration of each joint where its antecedent has none [30]-[31]."""
+    wrenches: dict[int, Pair] = {}
+    alone: dict[int, Scalar] = {}
+    for j, link in reversed(list(mechanism.numbered())):
+        al = wrenches.get(j, NOTHING)
+        if j in right:
+            here, along = found.eliminated[j], link.axis.project(al)
+            alone[j] = (right[j] - along) * here.Hinv
+            al = add(al[0], scale(alone[j], here.U[0])), add(al[1], scale(alone[j], here.U[1]))
+            al = link.axis.with_along(al, link.axis.project(here.UH) * right[j] + here.ratio * along)
+        force, moment = wrench_to_antecedent(link.placement, al)
+        before = wrenches.get(link.antecedent, NOTHING)
+        wrenches[link.antecedent] = add(before[0], force), add(before[1], moment)
+    return alone
+
+
+def _accelerated(link: Link, here: Elimination, alone: Scalar, motion: Pair) -> tuple[Scalar, Pair]:
+    """qdd_j [34] and V'_j [36] from jTi V'_i."""
+    before = link.axis.project(motion)
+    linear, angular = link.axis.with_along(here.UH, 0)
+    left = alone - dot(linear, motion[0]) - dot(angular, motion[1])
+    qdd = left - link.axis.project(here.UH) * before
+    after = left if is_zero(link.rotor_inertia) else before + qdd
+    return qdd, link.axis.with_along(motion, after)

@@ -1,0 +1,225 @@
+"""Derivatives of Gamma(q, qd, qdd) by one recursion over composite bodies.
+
+While joint j moves a little, all that it carries is displaced as one body. In axes of that body the
+field of accelerations changes by a screw dA, and the angular velocities by a vector theta. For a
+revolute joint
+
+    by q_j:    dA = [vd x z; wd x z + w x (w x z)],   theta = w x z,
+    by qd_j:   dA = [0; 2 w x z],                     theta = z,
+    by qdd_j:  dA = a_j,                              theta = 0,
+
+with V'_j = [vd; wd], in the inertial frame that moves along with the origin of frame j. The wrench on
+everything beyond joint i changes by
+
+    df_i = I_i dA + [theta x p_i; Q_i theta],
+
+where I_i is the composite inertia, p_i twice the momentum of these bodies and Q_i theta twice the
+moment of their Coriolis forces in a turn theta, in the inertial frame of the origin of frame i. The
+rows of joint i meet the changes that joints before it make on their way to the base; its columns go
+there as wrenches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.kinematics import Scalars, path
+from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.spatial import (
+    ZERO,
+    Matrix,
+    Pair,
+    RigidInertia,
+    Scalar,
+    Screw,
+    SpatialInertia,
+    Vector,
+    Z,
+    add,
+    cross,
+    dot,
+    hat_plus_hat_squared,
+    scale,
+    shifted,
+    times,
+    transpose,
+    turn,
+    turn_back,
+    turn_matrix,
+    wrench_to_antecedent,
+)
+
+ALONG: Vector = (0, 0, 1)
+Entries = dict[tuple[int, int], Scalar]
+"""Entries of a matrix by the joints of row and column; those that are missing are zero."""
+Step = list[tuple[Screw, Vector]]
+"""The screws of a placement from its end to its start, each with twice the velocity that it adds."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a small motion of a joint changes beyond it: field of accelerations dA, and theta."""
+
+    acceleration: Pair
+    theta: Vector
+
+
+@dataclass(frozen=True)
+class Row:
+    """A joint's torque as a linear function of dA and theta."""
+
+    of_acceleration: Pair
+    of_theta: Vector
+
+    def of(self, change: Change) -> Scalar:
+        """The torque of a change."""
+        (force, moment), (linear, angular) = self.of_acceleration, change.acceleration
+        return dot(force, linear) + dot(moment, angular) + dot(self.of_theta, change.theta)
+
+    def to_antecedent(self, step: Step) -> Row:
+        """The same torque, of changes seen from the antecedent frame."""
+        wrench, of_theta = self.of_acceleration, self.of_theta
+        for screw, boost in step:
+            of_theta = turn(screw, add(of_theta, cross(boost, wrench[0])))
+            wrench = wrench_to_antecedent((screw,), wrench)
+        return Row(wrench, of_theta)
+
+
+@dataclass(frozen=True)
+class Composite:
+    """All bodies beyond a joint as one: their inertia, p and Q."""
+
+    inertia: RigidInertia
+    p: Vector
+    Q: Matrix
+
+    @classmethod
+    def of_body(cls, body: RigidInertia, w: Vector) -> Composite:
+        """p = 2 w x MS, Q = -hat(w) (tr(J) 1 - 2 J)."""
+        xx, xy, xz, yy, yz, zz = body.inertia
+        x, y, z = (yy + zz - xx, -2 * xy, -2 * xz), (-2 * xy, xx + zz - yy, -2 * yz), (-2 * xz, -2 * yz, xx + yy - zz)
+        return cls(body, cross(w, scale(2, body.moments)), transpose((cross(x, w), cross(y, w), cross(z, w))))
+
+    def __add__(self, other: Composite) -> Composite:
+        return Composite(self.inertia + other.inertia, add(self.p, other.p), _sum(self.Q, other.Q))
+
+    def wrench(self, change: Change) -> Pair:
+        """df of a change."""
+        force, moment = SpatialInertia.of_body(self.inertia).times(change.acceleration)
+        return add(force, cross(change.theta, self.p)), add(moment, times(self.Q, change.theta))
+
+    def row(self, axis: Axis) -> Row:
+        """a^T df of any change."""
+        of_theta = self.Q[Z] if axis is Axis.REVOLUTE else cross(self.p, ALONG)
+        return Row(axis.column(SpatialInertia.of_body(self.inertia)), of_theta)
+
+    def to_antecedent(self, step: Step) -> Composite:
+        """The same bodies, taken at the antecedent frame."""
+        inertia, p, Q = self.inertia, self.p, self.Q
+        for screw, boost in step:
+            Q = _sum(Q, _swept(inertia.moments, boost))
+            p = add(p, scale(inertia.mass, boost))
+            Q = turn_matrix(screw, _sum(Q, _swept(shifted(screw, ZERO), p)))
+            inertia, p = inertia.to_antecedent((screw,)), turn(screw, p)
+        return Composite(inertia, p, Q)
+
+
+@dataclass(frozen=True)
+class TorqueDerivatives:
+    """Derivatives of Gamma by q, qd and qdd (the inertia matrix), and what they are made of, by joint.
+
+    `rows` and `columns` belong to (joint j, link i on the path to it) and are taken at link i; a column
+    holds the wrenches by q_j and by qd_j.
+    """
+
+    by_q: Entries
+    by_qd: Entries
+    by_qdd: Entries
+    composites: dict[int, Composite]
+    moved: dict[int, Change]
+    sped: dict[int, Change]
+    rows: dict[tuple[int, int], Row]
+    columns: dict[tuple[int, int], tuple[Pair, Pair]]
+
+
+def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> TorqueDerivatives:
+    """Derivatives of the torques of all joints, friction and springs left out, at the motion `found`.
+
+    Units N m/rad, N m s/rad, kg m2, or with m and N.
+    """
+    composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.numbered()}
+    made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
+    for j, link in mechanism.numbered():
+        if link.axis is not Axis.NONE:
+            made.moved[j], made.sped[j] = _changes(link.axis, j, found)
+    steps = {j: _step(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.numbered()}
+    for j, link in reversed(list(mechanism.numbered())):
+        if link.antecedent:
+            composites[link.antecedent] += composites[j].to_antecedent(steps[j])
+        if link.axis is not Axis.NONE:
+            _add_row(mechanism, j, steps, made)
+            made.by_qdd[j, j] = made.by_qdd[j, j] + link.rotor_inertia
+            _add_columns(mechanism, j, found.f[j], made)
+    return made
+
+
+def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
+    """What q_j and qd_j change."""
+    w, U = found.w[j], found.U.get(j) or hat_plus_hat_squared(found.w[j], found.wd[j])
+    tilt, swung = cross(w, ALONG), transpose(U)[Z]
+    twice = add(tilt, tilt)
+    if axis is Axis.PRISMATIC:
+        return Change((swung, ZERO), ZERO), Change((twice, ZERO), ZERO)
+    return Change((cross(found.vd[j], ALONG), swung), tilt), Change((ZERO, twice), ALONG)
+
+
+def _step(link: Link, w: Vector, qd: Scalar) -> Step:
+    """`w` is that of the antecedent."""
+    step: Step = []
+    for screw in link.placement:
+        w = turn_back(screw, w)
+        step.append((screw, cross(w, scale(2, shifted(screw, ZERO)))))
+    screw, boost = step.pop()
+    (moved, _) = link.axis.screw(2 * qd)
+    return [(screw, add(boost, moved)), *reversed(step)]
+
+
+def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Step], made: TorqueDerivatives) -> None:
+    """Torque of joint j, by the variables of joints on the path to it."""
+    row = made.composites[j].row(mechanism.links[j - 1].axis)
+    for i in reversed(path(mechanism, j)):
+        made.rows[j, i] = row
+        if i in made.moved:
+            made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
+            made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.links[i - 1].axis.project(row.of_acceleration)
+        row = row.to_antecedent(steps[i])
+
+
+def _add_columns(mechanism: Mechanism, j: int, f: Pair, made: TorqueDerivatives) -> None:
+    """Torques of the joints on the path to joint j, by q_j and qd_j; f_j turns with the joint."""
+    force, moment = cross(ALONG, f[0]), cross(ALONG, f[1])
+    if mechanism.links[j - 1].axis is Axis.PRISMATIC:
+        force, moment = ZERO, force
+    lifted, by_qd = made.composites[j].wrench(made.moved[j]), made.composites[j].wrench(made.sped[j])
+    by_q = add(lifted[0], force), add(lifted[1], moment)
+    for i in reversed(path(mechanism, j)):
+        made.columns[j, i] = by_q, by_qd
+        axis, placement = mechanism.links[i - 1].axis, mechanism.links[i - 1].placement
+        if i != j and i in made.moved:
+            made.by_q[i, j], made.by_qd[i, j] = axis.project(by_q), axis.project(by_qd)
+        by_q, by_qd = wrench_to_antecedent(placement, by_q), wrench_to_antecedent(placement, by_qd)
+
+
+def _swept(b: Vector, a: Vector) -> Matrix:
+    """The matrix of theta -> b x (theta x a)."""
+    x, y, z = a[0] * b[0], a[1] * b[1], a[2] * b[2]
+    return (
+        (y + z, -(a[0] * b[1]), -(a[0] * b[2])),
+        (-(a[1] * b[0]), x + z, -(a[1] * b[2])),
+        (-(a[2] * b[0]), -(a[2] * b[1]), x + y),
+    )
+
+
+def _sum(m: Matrix, n: Matrix) -> Matrix:
+    return add(m[0], n[0]), add(m[1], n[1]), add(m[2], n[2])

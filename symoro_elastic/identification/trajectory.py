@@ -1,0 +1,209 @@
+"""An exciting motion as a trajectory for a controller: from rest, some periods, to rest, sampled evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.names import did_you_mean
+
+Array = NDArray[np.float64]
+
+POSITION = "--position"
+FORMATS = (".csv", ".npz")
+LEAST_SAMPLES = 20  # in a period of the fastest harmonic
+MOST_SAMPLES = 5_000_000
+LONGEST_START = 8  # periods
+SLOWED = np.linspace(0.0, 1.0, 400)
+ALLOWED = 1 + 1e-9  # of the limits
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Evenly sampled motion of the motors: t (N) s, q, qd, qdd (N, m) rad or m; `start` s long it gains its pace."""
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    start: float
+
+
+def motors_of(machine: Machine) -> list[Joint]:
+    """The joints with a motor, in table order."""
+    joints = [machine.joints[j - 1] for j in machine.moving]
+    return [joint for joint in joints if joint.kind is Kind.MOTOR]
+
+
+def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
+    """Limits of each motor from ranges by option and by name of a motor, or of its variable; "" is all others.
+
+    Raises `InputError` for a motor without limits, or a name that is no motor's.
+    """
+    motors = motors_of(machine)
+    known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
+    ranges: dict[str, list[tuple[float, float]]] = {}
+    for option, by_name in given.items():
+        for name in by_name:
+            if name and name not in known:
+                raise InputError("symoro-elastic", option, f"no motor {name!r}{did_you_mean(name, known)}")
+        found = {known[name]: limit for name, limit in by_name.items() if name}
+        _refuse_without_room(option, by_name)
+        missing = [joint.name for joint in motors if joint.name not in found and "" not in by_name]
+        if missing:
+            what = f"no limit for {', '.join(missing)}: give one for all, or {missing[0]}=..."
+            raise InputError("symoro-elastic", option, what)
+        ranges[option] = [found[joint.name] if joint.name in found else by_name[""] for joint in motors]
+    position, velocity, acceleration = ranges.values()
+    low, high = zip(*position, strict=True) if position else ((), ())
+    return Limits.of(low, high, [v for _, v in velocity], [a for _, a in acceleration])
+
+
+def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]) -> None:
+    for name, (low, high) in by_name.items():
+        if not low < high:
+            what = f"{name or 'all'}: no room between {low:g} and {high:g}"
+            raise InputError("symoro-elastic", option, what)
+        if option != POSITION and low != -high:
+            raise InputError("symoro-elastic", option, f"{name or 'all'}: one number, the largest either way")
+
+
+def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float) -> Trajectory:
+    """The motion with its time started and stopped smoothly, sampled at `rate` Hz.
+
+    The machine stays on the path of the motion. Positions and velocities keep the limits because no sample is
+    faster than the motion; the start is made as long as accelerations need. Raises `InputError`.
+    """
+    refuse_rate(rate, motion.frequency, motion.a.shape[1], periods)
+    start = _start(motion, limits)
+    end = 2 * start + periods * motion.period
+    t: Array = np.arange(int(np.floor(end * rate * (1 + 1e-12))) + 1) / rate
+    pace = np.minimum(1.0, np.minimum(t, end - t) / start)
+    elapsed = np.where(t < end / 2, _elapsed(pace, start), end - start - _elapsed(pace, start))
+    elapsed = np.where(pace == 1.0, t - start / 2, elapsed)
+    turning = np.where(t < end / 2, 1.0, -1.0) * 6 * pace * (1 - pace) / start
+    return Trajectory(t, *_slowed(motion, elapsed, 3 * pace**2 - 2 * pace**3, turning), start)
+
+
+def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> None:
+    """Raise `InputError` for a rate (Hz) that does not follow the fastest harmonic, or fills the memory."""
+    fastest, samples = frequency * harmonics, (periods + 2) / frequency * rate
+    if rate < LEAST_SAMPLES * fastest:
+        what = f"{rate:g} Hz is slow for harmonics up to {fastest:g} Hz: sample at {LEAST_SAMPLES * fastest:g} Hz"
+        raise InputError("symoro-elastic", "--rate", what)
+    if samples > MOST_SAMPLES:
+        what = (
+            f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0g} are too many: fewer periods, or a lower rate"
+        )
+        raise InputError("symoro-elastic", "--rate", what)
+
+
+def _elapsed(pace: Array, start: float) -> Array:
+    """Time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
+    elapsed: Array = start * (pace**3 - pace**4 / 2)
+    return elapsed
+
+
+def _slowed(motion: FourierMotion, elapsed: Array, pace: Array, turning: Array) -> tuple[Array, Array, Array]:
+    """q, qd, qdd where time runs at a pace, which changes at a rate of its own."""
+    q, qd, qdd = motion.at(elapsed)
+    return q, qd * pace[:, None], qdd * pace[:, None] ** 2 + qd * turning[:, None]
+
+
+def _start(motion: FourierMotion, limits: Limits) -> float:
+    """Duration of the start, whole periods so that the motion ends where it began."""
+    for periods in range(1, LONGEST_START + 1):
+        start = periods * motion.period
+        pace, turning = 3 * SLOWED**2 - 2 * SLOWED**3, 6 * SLOWED * (1 - SLOWED) / start
+        both = [
+            _slowed(motion, elapsed, pace, sign * turning)[2]
+            for sign, elapsed in ((1, _elapsed(SLOWED, start)), (-1, -_elapsed(SLOWED, start)))
+        ]
+        if (np.abs(np.concatenate(both)) <= ALLOWED * limits.acceleration).all():
+            break
+    return start
+
+
+def refuse_file(path: str | Path) -> None:
+    """Raise `InputError` for a file that `write` could not write, before the search for its motion."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
+    if not Path(path).parent.is_dir():
+        raise InputError(str(path), "file", "its folder does not exist: make it first")
+
+
+def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
+    """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
+    path, names = Path(path), [joint.name for joint in motors_of(machine)]
+    columns: dict[str, Any] = {"t": found.t}
+    for quantity, block in (("q", found.q), ("qd", found.qd), ("qdd", found.qdd)):
+        columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
+    try:
+        if path.suffix.lower() == ".npz":
+            np.savez(path, **columns)
+        else:
+            table = np.column_stack(list(columns.values()))
+            np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
+    except OSError as error:
+        raise InputError(str(path), "file", f"cannot be written: {error.strerror or error}") from None
+    return path
+
+
+def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
+    """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
+    motion, motors = found.motion, {}
+    for k, joint in enumerate(motors_of(machine)):
+        q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
+        motors[joint.name] = {
+            "position": [float(q.min()), float(q.max())],
+            "position_limits": [float(limits.low[k]), float(limits.high[k])],
+            "velocity": float(np.abs(qd).max()),
+            "velocity_limit": float(limits.velocity[k]),
+            "acceleration": float(np.abs(qdd).max()),
+            "acceleration_limit": float(limits.acceleration[k]),
+            "centre": float(motion.centre[k]),
+            "a": motion.a[k].tolist(),
+            "b": motion.b[k].tolist(),
+        }
+    return {
+        "condition_before": found.before,
+        "condition": found.condition,
+        "parameters": list(found.columns),
+        "frequency": motion.frequency,
+        "duration": float(sampled.t[-1]),
+        "start": sampled.start,
+        "samples": len(sampled.t),
+        "motors": motors,
+    }
+
+
+def table(found: Mapping[str, Any]) -> Any:
+    """What the trajectory reaches of the limits of each motor, from `figures`."""
+    from rich.table import Table
+
+    drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
+    for name, motor in found["motors"].items():
+        (low, high), (lowest, highest) = motor["position"], motor["position_limits"]
+        cells = [f"{low:.4g} : {high:.4g}", f"{lowest:.4g} : {highest:.4g}"]
+        cells += [f"{motor[key]:.4g}" for key in ("velocity", "velocity_limit", "acceleration", "acceleration_limit")]
+        drawn.add_row(name, *cells)
+    return drawn
+
+
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """Condition numbers and duration in words, from `figures`."""
+    start, end = found["start"], found["duration"]
+    return [
+        f"condition number of the regressor: {found['condition_before']:.4g} at the first random motion, "
+        f"{found['condition']:.4g} now",
+        f"for {len(found['parameters'])} parameters: {', '.join(found['parameters'])}",
+        f"{end:g} s, {found['samples']} samples: start and stop {start:g} s each, at rest where it ends",
+    ]

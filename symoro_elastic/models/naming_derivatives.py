@@ -1,0 +1,64 @@
+"""Names of the quantities in derivatives of dynamic models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symoro_elastic.equations.derivatives import Composite, Entries, TorqueDerivatives
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.naming import AXES, name_composite
+from symoro_elastic.symbolic.differentiation import Tangents
+from symoro_elastic.symbolic.program import Names, Section
+
+COMPOSITES = "Backward recursion: composite bodies"
+TORQUES = "Derivatives of torques"
+ACCELERATIONS = "Derivatives of accelerations"
+QUANTITIES = {"dqdd_dtau": "qddt", "dqdd_dq": "qddq", "dqdd_dqd": "qddv"}
+BY = "by_"
+
+
+def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
+    """Name composite bodies, rows and columns at each link, and the entries they give."""
+    joints = [j for j, _ in bound.mechanism.numbered()]
+    for j in reversed(joints):
+        _name_composite(bound.names, made.composites[j], j, Section(COMPOSITES, j, "[8], [13]"))
+    for j in reversed(joints):
+        _name_row_and_column(bound.names, made, j, Section(TORQUES, j, "[15]"))
+    for quantity, entries in (("Gq", made.by_q), ("Gv", made.by_qd), ("A", made.by_qdd)):
+        for (i, j), x in entries.items():
+            bound.names.give(x, f"{quantity}{i}_{j}", Section(TORQUES, max(i, j), "[15]"))
+
+
+def _name_composite(names: Names, composite: Composite, j: int, section: Section) -> None:
+    name_composite(names, composite.inertia, j, section)
+    for m in range(3):
+        names.give(composite.p[m], f"Pc{j}_{AXES[m]}", section)
+        for n in range(3):
+            names.give(composite.Q[m][n], f"Qc{j}_{m + 1}{n + 1}", section)
+
+
+def _name_row_and_column(names: Names, made: TorqueDerivatives, j: int, section: Section) -> None:
+    for (of, i), row in made.rows.items():
+        if of != j:
+            continue
+        by_q, by_qd = made.columns[j, i]
+        named = (("Fa", row.of_acceleration), ("Fh", (row.of_theta,)), ("Fq", by_q), ("Fv", by_qd))
+        for quantity, parts in named:
+            for k, x in enumerate((x for part in parts for x in part), start=1):
+                names.give(x, f"{quantity}{j}_{k}_{i}", section)
+
+
+def name_acceleration_derivatives(bound: Bound, found: Mapping[str, Entries]) -> None:
+    """Name the entries of derivatives of accelerations: `qddq3_2` is that of joint 3 by q_2."""
+    for name, quantity in QUANTITIES.items():
+        for (i, j), x in found.get(name, {}).items():
+            bound.names.give(x, f"{quantity}{i}_{j}", Section(ACCELERATIONS, j, "[8]"))
+
+
+def name_tangents(bound: Bound, tangents: Mapping[str, Tangents]) -> None:
+    """Name the derivatives of what has a name: `by_q2_f3_6` is that of `f3_6` by q2."""
+    labels = list(bound.names.labels.items())
+    for variable, found in tangents.items():
+        for number, (label, negative) in labels:
+            x = found.of_nodes.get(number, 0)
+            bound.names.give(-x if negative else x, f"{BY}{variable}_{label.name}", label.section)

@@ -1,0 +1,67 @@
+"""Programs evaluated at many states at once, in any floating-point type of numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.numerics.states import States
+from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
+from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+
+Numbers = NDArray[Any]
+Parameters = Mapping[str, Any]
+"""A number for each parameter, or one for each state."""
+
+EXTENDED = np.longdouble
+PI_TO_40_DIGITS = Fraction("3.141592653589793238462643383279502884197")
+HAS_EXTENDED = np.finfo(np.longdouble).nmant >= 63
+"""Whether numpy's widest type holds at least 11 bits more than double precision."""
+
+
+@cache
+def arithmetic(dtype: type) -> Arithmetic:
+    """Arithmetic of a floating-point type of numpy; constants are rounded once."""
+
+    def number(x: Fraction | int) -> Any:
+        high = float(x)
+        return dtype(high) + dtype(float(Fraction(x) - Fraction(high)))
+
+    pi = number(PI_TO_40_DIGITS)
+    return Arithmetic(
+        number,
+        {
+            **RATIONAL,
+            SIN: np.sin,
+            COS: np.cos,
+            SQRT: np.sqrt,
+            SIGN: np.sign,
+            ATAN2: np.arctan2,
+            PI: lambda: pi,
+            COSPI: lambda x: np.cos(pi * x),
+        },
+    )
+
+
+def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, Numbers]:
+    """Results of a model by name, (states, entries), computed in a type of numpy from these states and parameters."""
+    symbols: dict[str, Any] = {name: np.asarray(values[name]).astype(dtype) for name in values}
+    for argument in traced.program.inputs:
+        columns = getattr(states, argument.name).T
+        symbols |= {symbol: column.astype(dtype) for symbol, column in zip(argument.symbols, columns, strict=True)}
+    outputs = traced.program.outputs
+    with np.errstate(all="ignore"):
+        value = evaluate((x for output in outputs for x in output.entries), symbols, arithmetic(dtype))
+        return {output.name: _stacked([value(x) for x in output.entries], len(states), dtype) for output in outputs}
+
+
+def _stacked(entries: list[Any], states: int, dtype: type) -> Numbers:
+    if not entries:
+        return np.empty((states, 0), dtype)
+    return np.stack([np.broadcast_to(entry, states) for entry in entries], axis=1)

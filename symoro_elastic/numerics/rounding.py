@@ -1,0 +1,135 @@
+"""How many digits survive, without a reference: the C run in the four rounding modes of the processor.
+
+The modes push every rounding, each its own way, so results that agree in all of them hold few rounding errors. Sines
+and cosines are those of the C library, which rounds to nearest in any mode (the branch-free ones of the generated code
+reduce angles by rounding to nearest), pushed an ulp by hand. The generated code as it is takes part too.
+
+Five runs are samples of what rounding does, not its limits: the largest difference between two of them is taken
+`SAFETY` times, and `WIDENING` ulps of the largest entry are added for errors that no mode shows, such as those of
+constants. So it covers the true error at 99.9 % of random states (`python -m tests.benchmarks.accuracy brackets`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.c import render_c
+from symoro_elastic.codegen.compile import compile_library, compile_package
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.templates import render
+
+Array = NDArray[np.float64]
+
+MODES = ("to nearest", "upward", "downward", "towards zero")
+FLAGS = ("-O0", "-frounding-math")
+CODE = "code.h"
+SAFETY = 2
+WIDENING = 1
+ULP = 2.0**-52
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A result of generated code, `results` (states, entries), and by state its `spread` over the rounding modes.
+
+    The spread is `SAFETY` times the largest difference between two runs, over the largest entry, plus `WIDENING`
+    ulps: an estimate of the error of the result, not a bound. Infinite where a run gives no finite number.
+    """
+
+    results: Array
+    spread: Array
+
+    @property
+    def digits(self) -> Array:
+        """Decimal digits that survive, by state."""
+        with np.errstate(divide="ignore"):
+            return np.maximum(0.0, -np.log10(self.spread))
+
+
+class RoundingModes:
+    """The functions of a package, compiled so that they can be run in each rounding mode."""
+
+    def __init__(self, package: Package, folder: Path) -> None:
+        """Compile in a folder. Raises `CompilerMissing`, `CompilationFailed`."""
+        self.package = package
+        self._functions = {function.name: function for function in package.functions}
+        files = render_c(package)
+        self._plain = compile_package(package, folder / "plain", files)
+        header, code = (files[f"{package.name}.{suffix}"] for suffix in "hc")
+        included = {f"{package.name}.h": header, CODE: code, "rounding_modes.c": _shim(package)}
+        library = compile_library(included, folder / "modes", flags=FLAGS)
+        self._library = ctypes.CDLL(str(library.resolve()))
+
+    def run(self, function: str, states: int, arguments: Mapping[str, Array]) -> dict[str, Spread]:
+        """Results of a function and their spread; `arguments` by name, (states, entries), and p (entries)."""
+        signature = self._functions[function]
+        runs = [self._as_generated(signature, states, arguments)]
+        runs += [self._in_mode(signature, mode, states, arguments) for mode in range(len(MODES))]
+        return {result.name: _spread([run[result.name] for run in runs]) for result in signature.results}
+
+    def _as_generated(self, signature: Function, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
+        found = self._plain.call(signature.name, **self._inputs(signature, arguments))
+        return {
+            result.name: np.broadcast_to(found[result.name], (states, *result.shape)).reshape(
+                states, math.prod(result.shape)
+            )
+            for result in signature.results
+        }
+
+    def _inputs(self, signature: Function, arguments: Mapping[str, Array]) -> dict[str, Array]:
+        names = [argument.name for argument in signature.arguments] + ["p"] * bool(self.package.parameters)
+        return {name: np.ascontiguousarray(arguments[name], dtype=float) for name in names}
+
+    def _in_mode(self, signature: Function, mode: int, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
+        results = {result.name: np.empty((states, math.prod(result.shape))) for result in signature.results}
+        arrays = [*self._inputs(signature, arguments).values(), *results.values()]
+        entry = self._library[f"{self.package.name}_{signature.name}_in_mode"]
+        entry.argtypes = [ctypes.c_int, ctypes.c_size_t] + [ctypes.c_void_p] * len(arrays)
+        if entry(mode, states, *(array.ctypes.data for array in arrays)):
+            raise ArithmeticError(f"this processor cannot round {MODES[mode]}")
+        return results
+
+
+def _spread(runs: list[Array]) -> Spread:
+    stacked = np.stack(runs)
+    with np.errstate(all="ignore"):
+        width = (stacked.max(axis=0) - stacked.min(axis=0)).max(axis=1, initial=0.0)
+        scale = np.abs(runs[0]).max(axis=1, initial=0.0)
+        relative = SAFETY * width / np.where(scale > 0, scale, 1.0) + WIDENING * ULP
+    return Spread(runs[0], np.where(np.isfinite(relative), relative, np.inf))
+
+
+def _shim(package: Package) -> str:
+    """C that runs each function in a given mode."""
+    return render(
+        "c/rounding_modes.c.j2",
+        name=package.name,
+        code=CODE,
+        functions=[_described(package, f) for f in package.functions],
+    )
+
+
+def _described(package: Package, function: Function) -> dict[str, Any]:
+    inputs = [(argument.name, argument.size) for argument in function.arguments]
+    results = [(result.name, math.prod(result.shape)) for result in function.results]
+    p = ["p"] if package.parameters else []
+    pointers = [f"const double *{name}" for name, _ in inputs] + [f"const double *{name}" for name in p]
+    return {
+        "name": f"{package.name}_{function.name}",
+        "arguments": ", ".join([*pointers, *(f"double *{name}" for name, _ in results)]),
+        "call": ", ".join([*map(_row, inputs), *p, *map(_row, results)]),
+    }
+
+
+def _row(array: tuple[str, int]) -> str:
+    """The row of state k."""
+    name, size = array
+    return f"{name} + {size}*k"

@@ -1,0 +1,85 @@
+"""`check --self`: what rounding leaves of the results of generated C, told by rounding modes alone."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.generate import package
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.numerics.rounding import RoundingModes, Spread
+from symoro_elastic.numerics.states import States, extreme_states, moderate_states
+from symoro_elastic.numerics.values import parameter_values
+
+Progress = Callable[[int, int], None]
+STATES = 1000
+
+
+@dataclass(frozen=True)
+class Surviving:
+    """The spread of a result over some states: worst, median, decimal digits that survive at worst, and where."""
+
+    worst: float
+    typical: float
+    digits: float
+    at: str
+
+
+@dataclass(frozen=True)
+class ResultCheck:
+    """One result of a model, at moderate and at extreme states."""
+
+    model: str
+    result: str
+    moderate: Surviving
+    extreme: Surviving
+
+
+def self_check(
+    machine: Machine, scene: Scene, *, states: int = STATES, seed: int = 0, progress: Progress | None = None
+) -> list[ResultCheck]:
+    """Every result of the models that a scene asks of a machine, run in the four rounding modes.
+
+    `states` moderate and as many extreme states; parameters without value get a plausible one. Raises `NoValues`,
+    `CompilerMissing`, `CompilationFailed`.
+    """
+    kept, traced = restricted(machine, scene), trace_scene(machine, scene)
+    described = package(kept, traced, folded(machine, scene))
+    values = parameter_values(kept, seed)
+    p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
+    drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        modes = RoundingModes(described, Path(folder))
+        for k, model in enumerate(traced, start=1):
+            spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
+            for name in model.results:
+                survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
+                found.append(ResultCheck(model.model.name, name, *survive))
+            if progress:
+                progress(k, len(traced))
+    return found
+
+
+def _run(
+    modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: NDArray[np.float64]
+) -> dict[str, Spread]:
+    return modes.run(model, len(states), {name: getattr(states, name) for name in arguments} | {"p": p})
+
+
+def _surviving(spread: Spread, states: States) -> Surviving:
+    worst = int(np.argmax(spread.spread))
+    return Surviving(
+        float(spread.spread[worst]),
+        float(np.median(spread.spread)),
+        float(spread.digits[worst]),
+        f"state {worst + 1} ({states.titles[worst]})",
+    )

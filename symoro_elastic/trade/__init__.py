@@ -1,0 +1,1 @@
+"""What speed costs in accuracy: every way to generate and compile a model, timed and measured side by side."""

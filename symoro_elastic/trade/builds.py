@@ -1,0 +1,125 @@
+"""The ways to compile: compilers that exist, the flags they have, the precisions."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+from symoro_elastic.codegen.compile import CompilationFailed, compile_library, find_compiler
+from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, PRECISIONS, SINGLE, Precision
+
+QUICK, USUAL, ALL = "quick", "usual", "all"
+EFFORTS = (QUICK, USUAL, ALL)
+
+Flags = tuple[str, ...]
+PLAIN: Flags = ("-O2",)
+NATIVE: Flags = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
+WIDE = "-mprefer-vector-width=512"
+SEPARATE, FAST = "-ffp-contract=off", "-ffast-math"
+LIBM = "-DLARGEST_ANGLE=-1.0"
+CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
+WORDS = {
+    "-O2": "O2", "-O3": "O3", "-march=native": "native", WIDE: "512 bits", SEPARATE: "no FMA", FAST: "fast-math",
+    LIBM: "libm",
+}  # fmt: skip
+"""How a table calls flags; others go without saying."""
+
+PROBE = "int probe(void);\nint probe(void) { return 0; }\n"
+IS_CLANG = '#ifndef __clang__\n#error "not clang"\n#endif\n' + PROBE
+HAS_AVX512 = '#ifndef __AVX512F__\n#error "no AVX-512"\n#endif\n' + PROBE
+
+
+@dataclass(frozen=True)
+class Build:
+    """One way to compile a form."""
+
+    compiler: Flags
+    flags: Flags
+    precision: Precision = field(hash=False)
+
+    @property
+    def words(self) -> str:
+        """Compiler and flags as a table says them."""
+        return " ".join([Path(self.compiler[0]).name, *(WORDS[flag] for flag in self.flags if flag in WORDS)])
+
+    @property
+    def is_safe(self) -> bool:
+        """Whether NaN, infinities and the order of operations are respected."""
+        return FAST not in self.flags
+
+
+def compilers() -> list[Flags]:
+    """Commands of the compilers to try: $CC alone where it is set, else gcc and clang. Raises `CompilerMissing`."""
+    if os.environ.get("CC", "").strip():
+        return [find_compiler()]
+    return [(name,) for name in ("gcc", "clang") if shutil.which(name)] or [find_compiler()]
+
+
+def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
+    """Whether a compiler accepts flags, and a text with them."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            compile_library({"probe.c": text}, Path(folder), compiler, flags)
+        except CompilationFailed:
+            return False
+    return True
+
+
+@dataclass(frozen=True)
+class FlagSets:
+    """What one compiler offers: `best` is what the generated source recommends, `others` vary it."""
+
+    best: Flags
+    others: tuple[Flags, ...]
+    every: tuple[Flags, ...]
+
+
+def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
+    """The flags to try, and notes on those that the compiler lacks."""
+    kind = "clang" if takes(compiler, (), IS_CLANG) else "gcc"
+    wanted = (*NATIVE, CONTRACTED[kind], SEPARATE, FAST)
+    lacking = [flag for flag in wanted if not takes(compiler, (flag,))]
+    notes = [f"{compiler[0]} has no {flag}: points without it only" for flag in lacking]
+    native = tuple(flag for flag in NATIVE if flag not in lacking)
+    wide = (WIDE,) if takes(compiler, (*native, WIDE), HAS_AVX512) else ()
+    contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST))
+    best = (*native, *wide, *contracted)
+    narrow = ((*native, *contracted),) if wide else ()
+    varied = (PLAIN, *narrow, (*native, *wide, *separate), (*best, *fast), (*best, LIBM), (*best, *fast, LIBM))
+    every = [PLAIN, (*PLAIN, LIBM)] + [
+        (*head, *contraction, *math, *circles)
+        for head, contraction, math, circles in product(
+            dict.fromkeys((native, (*native, *wide))),
+            dict.fromkeys((contracted, separate)),
+            dict.fromkeys(((), fast)),
+            ((), (LIBM,)),
+        )
+    ]
+    others = tuple(flags for flags in dict.fromkeys(varied) if flags != best)
+    return FlagSets(best, others, tuple(dict.fromkeys(every))), notes
+
+
+def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_other_way: bool) -> list[Build]:
+    """What to compile of a form with one compiler, the most telling first; `is_first` of the forms varies most."""
+    if effort == ALL:
+        tried = dict.fromkeys((sets.best, *sets.every))
+        every = [(precision, flags) for precision in PRECISIONS.values() for flags in tried]
+        return [Build(compiler, flags, precision) for precision, flags in every if _makes_sense(precision, flags)]
+    precisions = (DOUBLE, SINGLE) if is_other_way or (effort == QUICK and not is_first) else (DOUBLE, SINGLE, MIXED)
+    found = [Build(compiler, sets.best, precision) for precision in precisions]
+    if not is_first or effort == QUICK:
+        return found
+    found += [Build(compiler, flags, DOUBLE) for flags in sets.others]
+    found += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
+    fused = tuple(flag for flag in sets.best if flag == "-march=native")
+    return [*found, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
+
+
+def _makes_sense(precision: Precision, flags: Flags) -> bool:
+    """Sums of two doubles have their own sine and cosine, and live by the order of operations."""
+    return not (precision.is_pair and (LIBM in flags or FAST in flags))

@@ -1,0 +1,196 @@
+"""What the form of the state costs in a simulation: energy that a free motion without losses gains or sheds.
+
+A step changes a state by little, so a state in single precision loses most of each change to rounding, whatever the
+accuracy of the accelerations. A compensated sum keeps what is lost; a state in double precision hardly loses any.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.c import render_c
+from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.errors import InputError
+from symoro_elastic.generate import package
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
+from symoro_elastic.models.catalogue import TracedModel, trace
+from symoro_elastic.numerics.accuracy import TYPES
+from symoro_elastic.numerics.arrays import EXTENDED, evaluated
+from symoro_elastic.numerics.states import States, moderate_states
+
+Array = NDArray[Any]
+Progress = Callable[[int, int], None]
+
+STEPS, SAMPLES = 50_000, 50
+LARGEST_TURN = 0.05
+"""Largest step times the fastest rate of the machine, at first."""
+HALVINGS = 12
+NEGLIGIBLE = 1e-10
+"""Drift in double precision, relative to the energy that moves, at which the step is small enough."""
+FLAGS = ("-O2", "-ffp-contract=off")
+
+
+@dataclass(frozen=True)
+class Form:
+    """How right-hand side and state are kept."""
+
+    title: str
+    precision: Precision
+    compensated: bool = False
+
+
+FORMS = (
+    Form("all double", DOUBLE),
+    Form("single, state in double (mixed)", MIXED),
+    Form("single, compensated state", SINGLE, True),
+    Form("all single", SINGLE),
+)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Largest change of energy, J, after `steps` of `step` seconds; `energy` is what moves: kinetic and elastic."""
+
+    title: str
+    drift: float
+    energy: float
+    steps: int
+    step: float
+
+
+def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress: Progress) -> list[Drift]:
+    """The drift of each form of the state, over the same free motion of a machine without losses.
+
+    Raises `InputError` where no such motion can be computed, `CompilerMissing`, `CompilationFailed`.
+    """
+    motion = _Motion(conservative(machine), values, folder)
+    step, energies = motion.small_step()
+    found = []
+    for done, form in enumerate(FORMS, start=1):
+        drift = motion.energies(form, step) if form is not FORMS[0] else energies
+        found.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
+        progress(done, len(FORMS))
+    return found
+
+
+def conservative(machine: Machine) -> Machine:
+    """The machine without damping, friction and external wrenches, on a base at rest."""
+    joints = tuple(_without_losses(joint) for joint in machine.joints)
+    return replace(machine, joints=joints, base=Base(gravity=machine.base.gravity))
+
+
+def _without_losses(joint: Joint) -> Joint:
+    spring = replace(joint.spring, damping=Formula.parse(0))
+    return replace(joint, spring=spring, friction=Friction(), wrench=Wrench())
+
+
+def _drift(energies: Array) -> float:
+    """Largest distance from the first."""
+    found = float(np.abs(energies - energies[0]).max())
+    return found if math.isfinite(found) else math.inf
+
+
+class _Motion:
+    """One free motion of a machine, computed in several ways."""
+
+    def __init__(self, machine: Machine, values: Mapping[str, float], folder: Path) -> None:
+        self.machine, self.values = machine, values
+        traced = trace(machine, "direct_dynamics")
+        self.energy = trace(machine, "energy")
+        self.package = package(machine, [traced], ())
+        self.p = np.array([values[parameter.name] for parameter in self.package.parameters], dtype=float)
+        self.start = self._start()
+        kinetic, _, elastic = self._evaluated(self.energy, self.start)[0]
+        self.moving_energy = float(kinetic + elastic)
+        self._moves = _movers(self.package, folder)
+
+    def _start(self) -> States:
+        """A state near the neutral position of the springs, whose numbers single precision holds; no motor pushes."""
+        state = moderate_states(self.machine, 2, values=dict(self.values)).part(slice(1, 2))
+        single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
+        return replace(state, **single, tau=np.zeros_like(state.tau))
+
+    def small_step(self) -> tuple[float, Array]:
+        """The step at which rounding is all that is left of the drift, and the energies with it."""
+        step = LARGEST_TURN / self._fastest_rate()
+        for _ in range(HALVINGS):
+            energies = self.energies(FORMS[0], step)
+            if _drift(energies) <= NEGLIGIBLE * abs(self.moving_energy):
+                return step, energies
+            step /= 2
+        what = f"energy still drifts in double precision with steps of {step:.1g} s"
+        raise InputError(self.machine.source or self.machine.name, "trade", what)
+
+    def _fastest_rate(self) -> float:
+        """Of springs against inertias and of the motion itself, 1/s."""
+        A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
+        qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
+        stiffness = [self.machine.joints[j - 1].spring.stiffness.value(self.values) for j in self.machine.moving]
+        try:
+            squares = np.linalg.eigvals(np.linalg.solve(A.reshape(len(qdd), -1), np.diag(stiffness)))
+        except np.linalg.LinAlgError:
+            squares = np.zeros(1)
+        rate = float(np.sqrt(np.abs(squares).max(initial=0.0)) + np.abs(self.start.qd).max(initial=0.0))
+        rate += float(np.sqrt(np.abs(qdd).max(initial=0.0)))
+        if not math.isfinite(rate):
+            raise InputError(self.machine.source or self.machine.name, "trade", "it has no finite accelerations")
+        return max(rate, 1.0)
+
+    def energies(self, form: Form, step: float) -> Array:
+        """The energy at the start and at `SAMPLES` times, J."""
+        move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
+        x = np.concatenate([self.start.q[0], self.start.qd[0]]).astype(dtype)
+        lost, p = np.zeros_like(x), self.p.astype(dtype)
+        states = [x.copy()]
+        for _ in range(SAMPLES):
+            move(STEPS // SAMPLES, step, form.compensated, p.ctypes.data, x.ctypes.data, lost.ctypes.data)
+            states.append(x.copy())
+        q, qd = np.split(np.array(states, dtype=float), 2, axis=1)
+        other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
+        many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
+        sampled = States(q=q, qd=qd, **many, titles=("moving",) * len(states))
+        found: Array = self._evaluated(self.energy, sampled).sum(axis=1)
+        return found
+
+    def _evaluated(self, traced: TracedModel, states: States) -> Array:
+        (found,) = evaluated(traced, states, self.values, EXTENDED).values()
+        return found
+
+
+def _movers(package: Package, folder: Path) -> dict[str, Any]:
+    """The compiled functions that move a state by many steps, by precision."""
+    precisions = {form.precision.name: form.precision for form in FORMS}
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        made = pool.map(lambda precision: _mover(package, precision, folder / precision.name), precisions.values())
+        return dict(zip(precisions, made, strict=True))
+
+
+def _mover(package: Package, precision: Precision, folder: Path) -> Any:
+    name = package.name + precision.suffix
+    motion = render(
+        "c/motion.c.j2",
+        name=name,
+        macro=name.upper(),
+        precision=precision,
+        has_parameters=bool(package.parameters),
+    )
+    files = render_c(package, precision) | {f"{name}_motion.c": motion}
+    library = ctypes.CDLL(str(compile_library(files, folder, flags=FLAGS).resolve()))
+    move = library[f"{name}_move"]
+    move.argtypes = [ctypes.c_size_t, ctypes.c_double, ctypes.c_int, *[ctypes.c_void_p] * 3]
+    move.restype = None
+    return move

@@ -1,0 +1,160 @@
+"""The ways to write the equations: by recursion or inertia matrix, grouped, folded, on sums of angles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.errors import InputError
+from symoro_elastic.generate import describe, package, refuse_degenerate
+from symoro_elastic.grouping import checked_grouping
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
+from symoro_elastic.numerics.states import ARGUMENTS
+from symoro_elastic.symbolic.program import OperationCount
+
+Values = Mapping[str, float]
+
+RECURSION, BY_MATRIX = "recursion", "A^-1"
+OTHER_WAYS = {"direct_dynamics": "direct_dynamics_by_inertia_matrix"}
+"""Models that give the same results another way."""
+MOST_OPERATIONS = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """One way to write the asked models; `traced` by the name that was asked for, `values` of its parameters."""
+
+    way: str
+    base: bool
+    folded: bool
+    merged: bool
+    package: Package
+    traced: Mapping[str, TracedModel]
+    values: Values
+    bound: float | None = None
+
+    @property
+    def words(self) -> str:
+        """As a table says it."""
+        said = (
+            "base parameters" if self.base else "",
+            "folded" if self.folded else "",
+            "angles summed" if self.merged else "",
+        )
+        return ", ".join([self.way, *filter(None, said)])
+
+    def count(self, model: str) -> OperationCount:
+        """Operations of a call."""
+        return self.traced[model].program.count
+
+
+def asked_models(scene: Scene) -> tuple[str, ...]:
+    """Models that a scene asks for."""
+    return scene.models or DEFAULT_MODELS
+
+
+def refuse_stateless(machine: Machine, scene: Scene) -> None:
+    """Raise `InputError` for a model whose arguments are no state of a machine."""
+    source = machine.source or machine.name
+    for name in asked_models(scene):
+        arguments = MODELS[name].arguments
+        if not arguments or not set(arguments) <= set(ARGUMENTS):
+            what = f"it is no function of a state: trade times models of {', '.join(ARGUMENTS)}, direct_dynamics say"
+            raise InputError(source, name, what)
+
+
+def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Form], list[str]]:
+    """Every way to write what a scene asks of a machine, the plainest first, and notes on those left out.
+
+    Raises `InputError` for a machine or scene that cannot be generated, or is too large to be compiled.
+    """
+    refuse_degenerate(machine, scene)
+    bound, scene = scene.merge_angles, replace(scene, merge_angles=None)
+    plain = _form(machine, scene, values)
+    _refuse_large(machine, plain)
+    found, last = [plain], (machine, scene, values)
+    notes: list[str] = []
+    for other, its_scene, its_values in _variants(machine, scene, values, bound, notes):
+        try:
+            form = _form(other, its_scene, its_values)
+        except InputError as error:
+            notes.append(str(error))
+            continue
+        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in found):
+            found.append(form)
+            last = other, its_scene, its_values
+    solved = [_by_matrix(*one) for one in ((machine, scene, values), last)]
+    return [*found, *(form for forms in solved[: len(found)] for form in forms)], notes
+
+
+def _variants(
+    machine: Machine, scene: Scene, values: Values, bound: float | None, notes: list[str]
+) -> Iterator[tuple[Machine, Scene, Values]]:
+    scenes = [scene]
+    if len(folded(machine, replace(scene, fold=ALL))) > len(folded(machine, scene)):
+        scenes.append(replace(scene, fold=ALL))
+    scenes += [replace(one, merge_angles=bound) for one in scenes] if bound else []
+    yield from ((machine, other, values) for other in scenes[1:])
+    grouped = None if machine.is_grouped else _grouped(machine, values, notes)
+    if grouped:
+        yield from ((grouped[0], other, grouped[1]) for other in scenes)
+
+
+def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machine, Values] | None:
+    """The machine with base parameters and their values."""
+    grouping, check = checked_grouping(machine)
+    if not check.agrees:
+        notes.append(f"base parameters: {check.message}")
+    if check.refused:
+        return None
+    known = {**values, **grouping.values(values)}
+    if not {p.name for p in grouping.machine.parameters} <= known.keys():
+        return None
+    return grouping.machine, known
+
+
+def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Form:
+    """The models of a scene; `ways` names the models that stand for those asked for."""
+    models = asked_models(scene)
+    written = tuple((ways or {}).get(name, name) for name in models)
+    outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
+    traced = trace_scene(machine, replace(scene, models=written, outputs=outputs))
+    constants = folded(machine, scene)
+    return Form(
+        BY_MATRIX if ways else RECURSION,
+        machine.is_grouped,
+        scene.fold == ALL,
+        any(model.merged for model in traced),
+        package(restricted(machine, scene), traced, constants, describe(scene, traced)),
+        dict(zip(models, traced, strict=True)),
+        values,
+        scene.merge_angles,
+    )
+
+
+def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Form]:
+    """The asked models that are also solved by the inertia matrix, so solved."""
+    ways = {name: other for name, other in OTHER_WAYS.items() if name in asked_models(scene) and other in MODELS}
+    return [_form(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
+
+
+def _only(scene: Scene, models: Sequence[str]) -> Scene:
+    outputs = {name: joints for name, joints in scene.outputs.items() if name in models}
+    return replace(scene, models=tuple(models), outputs=outputs)
+
+
+def _counts(form: Form) -> list[OperationCount]:
+    return [traced.program.count for traced in form.traced.values()]
+
+
+def _refuse_large(machine: Machine, form: Form) -> None:
+    operations = sum(count.products + count.add for count in _counts(form))
+    if operations > MOST_OPERATIONS:
+        what = f"{operations} operations are more than the {MOST_OPERATIONS} that trade compiles many times over"
+        raise InputError(
+            machine.source or machine.name, "trade", f"{what}: ask for one --model, or for parts (--scene)"
+        )

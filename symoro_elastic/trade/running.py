@@ -1,0 +1,205 @@
+"""Points made ready: compiled, or imported, to be timed and to give results."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.c import render_c
+from symoro_elastic.codegen.compile import CompilationFailed, CompiledPackage, compile_library
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.python import render_numpy
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.numerics.accuracy import TYPES, rounded, rounded_values
+from symoro_elastic.numerics.candidates import Candidate, c_code, import_package, numpy_code
+from symoro_elastic.numerics.states import ARGUMENTS, States
+from symoro_elastic.trade.builds import Build
+from symoro_elastic.trade.forms import Form
+from symoro_elastic.trade.points import BATCH, CALLS, SINGLE_CALL, Point, judged_in
+from symoro_elastic.trade.timing import Run
+
+Array = NDArray[Any]
+Progress = Callable[[int, int], None]
+
+TIMED_STATES, NUMBERS = 240, 1_000_000
+NUMPY_STATES = 4096
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A point that can be run: `results` gives its results at states, `run` is to be timed."""
+
+    point: Point
+    results: Candidate
+    run: Run
+
+
+def compiled_points(
+    jobs: Sequence[tuple[Form, Build]],
+    states: States,
+    folder: Path,
+    seconds: float,
+    progress: Progress,
+) -> tuple[list[Ready], list[str]]:
+    """All jobs compiled, as many at a time as there are processors, and notes on those that failed.
+
+    Jobs that have not begun after so many seconds are left out.
+    """
+    started, found, notes, late = time.monotonic(), [], [], 0
+    sources: dict[tuple[Form, str], Mapping[str, str]] = {}
+    for form, build in jobs:
+        if (form, build.precision.name) not in sources:
+            sources[form, build.precision.name] = _sources(form.package, build.precision)
+
+    def made(number: int) -> list[Ready] | str | None:
+        form, build = jobs[number]
+        if time.monotonic() - started > seconds:
+            return None
+        try:
+            return _made(form, build, sources[form, build.precision.name], states, folder / str(number))
+        except CompilationFailed as error:
+            return f"{build.words}, {build.precision.name}: left out, {error}"
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for done, one in enumerate(pool.map(made, range(len(jobs))), start=1):
+            progress(done, len(jobs))
+            if isinstance(one, str):
+                notes.append(one)
+            elif one is None:
+                late += 1
+            else:
+                found += one
+    if late:
+        notes.append(f"{late} of {len(jobs)} builds left out after {seconds:.0f} s of compiling: --all waits for them")
+    return found, notes
+
+
+def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
+    files = render_c(package, precision)
+    name = package.name + precision.suffix
+    functions = [_repeated(name, function, files[f"{name}.h"], precision) for function in package.functions]
+    return files | {f"{name}_repeat.c": render("c/repeat.c.j2", name=name, precision=precision, functions=functions)}
+
+
+def _repeated(package: str, function: Function, header: str, precision: Precision) -> dict[str, Any]:
+    """What the template is told of a function."""
+    name, has_parameters = f"{package}_{function.name}", f"{package}_defaults" in header
+    inputs = [(a.name, a.size) for a in function.arguments]
+    results = [(r.name, math.prod(r.shape)) for r in function.results]
+    p = ["p"] * has_parameters
+    declared = [f"const {precision.state} *{x}" for x in (*(x for x, _ in inputs), *p)]
+    macro = f"{package.upper()}_{function.name.upper()}_CONSTANTS"
+    has_constants = f"#define {macro} " in header
+    rows = [[f"{x} + {size}*k" for x, size in arrays] for arrays in (inputs, results)]
+    return {
+        "name": name,
+        "arguments": ", ".join([*declared, *(f"{precision.state} *{x}" for x, _ in results)]),
+        "constants": macro if has_constants else "",
+        "call": ", ".join([*rows[0], *p, *(["c"] * has_constants), *rows[1]]),
+        "all_states": ", ".join([*(x for x, _ in inputs), *p, *(x for x, _ in results)]),
+    }
+
+
+def _made(form: Form, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
+    library = compile_library(sources, folder, build.compiler, build.flags)
+    compiled = CompiledPackage(form.package, library, build.precision)
+    loaded = ctypes.CDLL(str(library.resolve()))
+    p = parameters(form, build.precision)
+    found = []
+    for model in form.traced:
+        for call in CALLS:
+            point = Point(model, form, build, build.precision, call)
+            run = _c_run(loaded, point, form.package.functions, states, p)
+            found.append(Ready(point, c_code(compiled, p, call == BATCH), run))
+    return found
+
+
+def parameters(form: Form, precision: Precision) -> Array:
+    """The array p of a form."""
+    values = rounded_values(form.values, precision)
+    return np.array([values[p.name] for p in form.package.parameters], dtype=float)
+
+
+def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], states: States, p: Array) -> Run:
+    """The call of a point for the states that are timed; its arrays live as long as it does."""
+    traced, precision = point.form.traced[point.model], point.precision
+    function = next(f for f in functions if f.name == traced.model.name)
+    batch = point.call == BATCH
+    entry = loaded[f"{point.form.package.name}{precision.suffix}_{function.name}_repeat{'_batch' * batch}"]
+    dtype = TYPES[precision.state]
+    some = states.part(slice(0, _timed_states(function)))
+    inputs = [getattr(some, argument.name).astype(dtype) for argument in function.arguments]
+    arrays = [np.ascontiguousarray(x.T if batch else x) for x in inputs]
+    arrays += [p.astype(dtype)] if len(p) else []
+    arrays += [np.zeros((len(some), math.prod(result.shape)), dtype) for result in function.results]
+    entry.argtypes = [ctypes.c_size_t] * 2 + [ctypes.c_void_p] * len(arrays)
+    entry.restype = None
+
+    def carry_out(times: int) -> None:
+        entry(times, len(some), *(array.ctypes.data for array in arrays))
+
+    return Run(carry_out, len(some))
+
+
+def _timed_states(function: Function) -> int:
+    """States that fit into the caches of a processor."""
+    numbers = sum(a.size for a in function.arguments) + sum(math.prod(r.shape) for r in function.results)
+    return max(1, min(TIMED_STATES, NUMBERS // max(1, numbers)))
+
+
+def numpy_points(form: Form, states: States, folder: Path) -> list[Ready]:
+    """The generated numpy package: one state on floats, many in double and in single precision."""
+    module = import_package(render_numpy(form.package), folder)
+    found = []
+    for precision, call in ((DOUBLE, SINGLE_CALL), (DOUBLE, BATCH), (SINGLE, BATCH)):
+        p = parameters(form, precision)
+        code = _in_type(numpy_code(module, p, call == BATCH), precision)
+        for model, traced in form.traced.items():
+            function = getattr(module, traced.model.name)
+            run = _numpy_run(function, traced, states, p, precision, call)
+            found.append(Ready(Point(model, form, None, precision, call), code, run))
+    return found
+
+
+def _in_type(code: Candidate, precision: Precision) -> Candidate:
+    """The same on arrays of the precision."""
+    dtype = TYPES[precision.state]
+
+    def run(traced: TracedModel, states: States) -> dict[str, Array]:
+        return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in ARGUMENTS}))
+
+    return run
+
+
+def _numpy_run(
+    function: Callable[..., Any], traced: TracedModel, states: States, p: Array, precision: Precision, call: str
+) -> Run:
+    arrays = [getattr(rounded(states, precision), name) for name in traced.model.arguments]
+    arrays = [x.astype(TYPES[precision.state]) for x in arrays]
+    if call == BATCH:
+        stacked = [np.resize(x, (NUMPY_STATES, x.shape[1])) for x in arrays]
+        return Run(lambda times: _repeat(times, lambda: function(*stacked, p=p)), NUMPY_STATES)
+    rows = list(zip(*(x[:TIMED_STATES] for x in arrays), strict=True))
+    return Run(lambda times: _repeat(times, lambda: [function(*row, p=p) for row in rows]), len(rows))
+
+
+def _repeat(times: int, work: Callable[[], Any]) -> None:
+    for _ in range(times):
+        work()
+
+
+def judged_states(states: States, precision: Precision) -> States:
+    """States as a point of this precision is given them."""
+    return rounded(states, judged_in(precision))

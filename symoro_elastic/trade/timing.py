@@ -1,0 +1,56 @@
+"""Times of many functions, round by round in turn, so that what disturbs one disturbs all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from time import perf_counter
+
+Progress = Callable[[int, int], None]
+
+BURST = 1e-3  # s
+ROUNDS = 15
+MOST_TIMES = 1 << 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """Work to be timed: `carry_out(times)` does it that often for `states` states."""
+
+    carry_out: Callable[[int], None]
+    states: int
+
+
+@dataclass(frozen=True)
+class Time:
+    """ns a state: median and best of the rounds."""
+
+    median: float
+    best: float
+
+
+def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress | None = None) -> list[Time]:
+    """Times of all runs; each round takes about `BURST` seconds of each of them."""
+    times = [_often_enough(run) for run in runs]
+    found: list[list[float]] = [[] for _ in runs]
+    for done in range(rounds):
+        for run, often, sample in zip(runs, times, found, strict=True):
+            sample.append(_seconds(run, often) / (often * run.states) * 1e9)
+        if progress:
+            progress(done + 1, rounds)
+    return [Time(median(sample), min(sample)) for sample in found]
+
+
+def _often_enough(run: Run) -> int:
+    """How often to repeat a run so that a burst takes long enough to be timed."""
+    run.carry_out(1)
+    seconds = max(_seconds(run, 1), 1e-9)
+    return min(MOST_TIMES, max(1, math.ceil(BURST / seconds)))
+
+
+def _seconds(run: Run, times: int) -> float:
+    start = perf_counter()
+    run.carry_out(times)
+    return perf_counter() - start

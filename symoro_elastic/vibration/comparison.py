@@ -1,0 +1,210 @@
+"""What Spong's reduced model and the rigid limit lose on a machine and a motion, against the full model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.measurements import Measurements
+from symoro_elastic.identification.simulation import numpy_model
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.vibration.cells import with_values
+from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.linearization import linearize, with_motors
+from symoro_elastic.vibration.modes import Modes, modes
+from symoro_elastic.vibration.motion import Array, Motion
+from symoro_elastic.vibration.optional import optional
+from symoro_elastic.vibration.reduced import reduced, rigid, with_ratios
+from symoro_elastic.vibration.tracking import pair
+
+PERIODS = 5.0  # of the first vibration, for a move
+STROKE = 0.1  # rad or m
+SAMPLES = 501
+COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
+"""s = 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both ends."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion of a machine: t (N,) s, q, qd, qdd (N, n), SI units, and where it comes from."""
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    source: str
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Root mean square and largest value of a quantity in the full model, and of what two approximations miss.
+
+    `reduced` and `rigid` are (rms, largest) of the difference; N m, N, rad/s2 or m/s2.
+    """
+
+    joint: str
+    quantity: str
+    unit: str
+    full: tuple[float, float]
+    reduced: tuple[float, float]
+    rigid: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Frequencies (Hz) of the full and of the reduced model, paired, and of the rigid limit; losses on a motion.
+
+    `alike` tells that no rotor is coupled, so that the reduced model is the full one.
+    """
+
+    full: Modes
+    reduced: Modes
+    rigid: Modes | None
+    course: Course
+    losses: tuple[Loss, ...]
+    alike: bool
+
+
+def compare(
+    machine: Machine,
+    values: Mapping[str, float] | None = None,
+    at: Mapping[str, float] | None = None,
+    ratios: Mapping[str, float] | None = None,
+    held: bool = True,
+    course: Course | None = None,
+    stroke: float = STROKE,
+    duration: float | None = None,
+) -> Comparison:
+    """Full model, Spong's reduced model and rigid limit side by side.
+
+    Frequencies with motors held or free, at equilibrium; torques and elastic accelerations on `course`, unless
+    given that of `move` with `stroke` and `duration`. `ratios` are gear ratios of rotors (`with_ratios`).
+    Raises `InputError`.
+    """
+    whole = with_ratios(with_values(machine, values or {}), ratios or {})
+    less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
+    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    kept = {name: x for name, x in (at or {}).items() if name not in _springs(machine)}
+    full = _modes(whole, at, motors if held else [])
+    course = course or move(whole, at, _slowest(full), stroke, duration)
+    return Comparison(
+        full,
+        pair(full, _modes(less, at, motors if held else []))[0],
+        _modes(stiff, kept, motors if held else []) if stiff.moving else None,
+        course,
+        tuple(losses(whole, less, stiff, course)),
+        whole == less,
+    )
+
+
+def _springs(machine: Machine) -> set[str]:
+    return {joint.name for joint in machine.joints if joint.kind is Kind.ELASTIC}
+
+
+def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) -> Modes:
+    motion = Motion(machine)
+    return modes(with_motors(linearize(motion, equilibrium(motion, at), (), ()), held))
+
+
+def _slowest(found: Modes) -> float:
+    """The first frequency above 0, Hz; 1 Hz where nothing vibrates."""
+    swinging = found.frequencies[found.frequencies > 0]
+    return float(swinging.min()) if len(swinging) else 1.0
+
+
+def move(
+    machine: Machine,
+    at: Mapping[str, float] | None = None,
+    frequency: float = 1.0,
+    stroke: float = STROKE,
+    duration: float | None = None,
+) -> Course:
+    """All motors move by `stroke` (rad or m) from rest to rest, and springs follow the full model from equilibrium.
+
+    It takes `duration` s, or five periods of `frequency` Hz; integrated by an 8th-order Runge-Kutta method.
+    Raises `InputError`.
+    """
+    motion = Motion(machine)
+    start = equilibrium(motion, at)
+    duration = PERIODS / frequency if duration is None else duration
+    if not (0 < duration < np.inf and np.isfinite(stroke)):
+        raise InputError(motion.source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+    n, motors = len(motion.joints), motion.motors
+    others = [k for k in range(n) if k not in motors]
+    model = numpy_model(machine, ("inverse_dynamics",))
+
+    def placed(t: float, y: Array) -> tuple[Array, Array, Array]:
+        q, qd, qdd = start.q.copy(), np.zeros(n), np.zeros(n)
+        q[motors] += stroke * _shape(t / duration, 0)
+        qd[motors] = stroke / duration * _shape(t / duration, 1)
+        qdd[motors] = stroke / duration**2 * _shape(t / duration, 2)
+        q[others], qd[others] = y[: len(others)], y[len(others) :]
+        qdd = model.inverse_dynamics(q, qd, qdd[motors])[1]
+        return q, qd, qdd
+
+    def rate(t: float, y: Array) -> Array:
+        return np.concatenate([y[len(others) :], placed(t, y)[2][others]])
+
+    times = np.linspace(0.0, duration, SAMPLES)
+    rest = np.concatenate([start.q[others], np.zeros(len(others))])
+    solve = optional("scipy.integrate").solve_ivp
+    states = (
+        solve(rate, (0.0, duration), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T if others else [rest] * SAMPLES
+    )
+    q, qd, qdd = (np.array(block) for block in zip(*map(placed, times, states), strict=True))
+    return Course(times, q, qd, qdd, f"{stroke:g} (rad or m) in {duration:.4g} s")
+
+
+def _shape(x: float, derivative: int) -> float:
+    """The course from 0 to 1 and its derivatives by x."""
+    polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, *COEFFICIENTS])
+    return float(polynomial.deriv(derivative)(x) if derivative else polynomial(x))
+
+
+def course_of(found: Measurements) -> Course:
+    """A measured or simulated motion; velocities and accelerations by differences where it has none."""
+    qd = np.gradient(found.q, found.period, axis=0) if found.qd is None else found.qd
+    qdd = np.gradient(qd, found.period, axis=0) if found.qdd is None else found.qdd
+    return Course(found.t, found.q, qd, qdd, found.source)
+
+
+def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> list[Loss]:
+    """Torques of motors and accelerations of springs on one motion: full model, and what the others miss."""
+    tau, qdd = _inverse(whole, course, range(len(whole.moving)))
+    tau_less, qdd_less = _inverse(less, course, range(len(whole.moving)))
+    rows = [whole.moving.index(j) for j in stiff.moving]
+    tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
+    joints = [whole.joints[j - 1] for j in whole.moving]
+    found = []
+    motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
+    for k, joint in enumerate(motors):
+        unit = "N" if joint.sigma == 1 else "N m"
+        found.append(
+            Loss(joint.name, "torque", unit, _size(tau[:, k]), _size(tau_less[:, k] - tau[:, k]),
+                 _size(tau_stiff[:, k] - tau[:, k]))
+        )  # fmt: skip
+    for k, joint in enumerate(joints):
+        if joint.kind is Kind.ELASTIC:
+            unit = "m/s2" if joint.sigma == 1 else "rad/s2"
+            found.append(
+                Loss(joint.name, "acceleration", unit, _size(qdd[:, k]), _size(qdd_less[:, k] - qdd[:, k]),
+                     _size(qdd[:, k]))
+            )  # fmt: skip
+    return found
+
+
+def _inverse(machine: Machine, course: Course, rows: Iterable[int]) -> tuple[Array, Array]:
+    """Motor torques and accelerations of all joints by the paper's inverse model on a motion."""
+    chosen = list(rows)
+    model = numpy_model(machine, ("inverse_dynamics",))
+    motors = [k for k, j in zip(chosen, machine.moving, strict=True) if machine.joints[j - 1].kind is Kind.MOTOR]
+    tau, qdd = model.inverse_dynamics(course.q[:, chosen], course.qd[:, chosen], course.qdd[:, motors])
+    return np.asarray(tau), np.asarray(qdd)
+
+
+def _size(x: Array) -> tuple[float, float]:
+    """Root mean square and largest absolute value."""
+    return float(np.sqrt(np.mean(x**2))), float(np.max(np.abs(x)))

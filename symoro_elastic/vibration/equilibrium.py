@@ -1,0 +1,78 @@
+"""States of a machine to linearize about: the equilibrium under gravity and loads, or any state that is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Kind
+from symoro_elastic.vibration.balance import balanced
+from symoro_elastic.vibration.motion import Array, Motion, State
+
+
+def equilibrium(
+    motion: Motion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
+) -> State:
+    """State at rest where r(q, 0, 0) = tau [8], [9]: springs sag under gravity, external wrenches and `torques`.
+
+    Motors are held `at` their positions (rad or m, 0 unless said) and tau is what holds them; a motor in
+    `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
+    the neutral position of their spring. Raises `InputError` that names the joints nothing supports.
+    """
+    torques = torques or {}
+    q, tau = starting_point(motion, at or {}), _torques(motion, torques)
+    given = {motion.index(name, "--torque") for name in torques}
+    sought = [k for k, joint in enumerate(motion.joints) if joint.kind is not Kind.MOTOR or k in given]
+    placed = {motion.index(name, "--at") for name in at or {}} & set(sought)
+    q = balanced(motion, q, tau, sought, bool(placed))
+    zero = np.zeros_like(q)
+    found = motion.forces(q, zero, zero)
+    left = float(np.max(np.abs((found - tau)[sought]), initial=0.0))
+    held = [k for k in motion.motors if k not in given]
+    tau[held] = found[held]
+    return State(q, zero, zero, tau, tuple(sought), left)
+
+
+def given_state(
+    motion: Motion,
+    at: Mapping[str, float] | None = None,
+    rates: Mapping[str, float] | None = None,
+    torques: Mapping[str, float] | None = None,
+) -> State:
+    """Any state: q and qd as given (0 unless said), tau as given, and qdd from A qdd = tau - r(q, qd, 0) [8].
+
+    Raises `InputError` for joints that do not exist, and where A is singular.
+    """
+    q, tau = np.zeros(len(motion.joints)), _torques(motion, torques or {})
+    qd, zero = q.copy(), q.copy()
+    for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
+        for name, x in named.items():
+            numbers[motion.index(name, place)] = x
+    _, _, A = motion.jacobians(motion.residual, State(q, qd, zero, tau))
+    try:
+        qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
+    except np.linalg.LinAlgError:
+        what = "the inertia matrix is singular at this state: give its joints mass or rotor inertia"
+        raise InputError(motion.source, "state", what) from None
+    return State(q, qd, qdd, tau)
+
+
+def starting_point(motion: Motion, at: Mapping[str, float]) -> Array:
+    """Where the search begins; raises `InputError` for joints that do not exist."""
+    q = motion.neutral_positions()
+    for name, x in at.items():
+        q[motion.index(name, "--at")] = x
+    return q
+
+
+def _torques(motion: Motion, torques: Mapping[str, float]) -> Array:
+    tau = np.zeros(len(motion.joints))
+    for name, x in torques.items():
+        k = motion.index(name, "--torque")
+        if k not in motion.motors:
+            motors = ", ".join(motion.names[m] for m in motion.motors) or "there is none"
+            raise InputError(motion.source, "--torque", f"{name} has no motor: torques belong to motors ({motors})")
+        tau[k] = x
+    return tau

@@ -1,0 +1,119 @@
+"""A linearization for other programs: numpy (.npz), MATLAB (.mat), python-control; responses as .csv or .npz."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.files import save_bytes, save_text
+from symoro_elastic.packages import imported
+from symoro_elastic.vibration.energies import frame_shapes
+from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.modes import Modes
+from symoro_elastic.vibration.optional import optional
+from symoro_elastic.vibration.responses import Response
+from symoro_elastic.vibration.sensitivity import Sensitivity
+from symoro_elastic.vibration.tracking import Tracked
+
+MAT_TEXT = 116
+"""Bytes of free text at the head of a .mat file, where a date would stand."""
+NPZ, MAT, CSV = ".npz", ".mat", ".csv"
+
+
+def arrays_of(linear: Linearization) -> dict[str, Any]:
+    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names; the state q, qd, qdd, tau."""
+    space, state = linear.space, linear.state
+    return {
+        "mass": linear.M, "damping": linear.D, "stiffness": linear.K,
+        "F": linear.F, "Cq": linear.Cq, "Cv": linear.Cv, "Ca": linear.Ca,
+        "A": space.A, "B": space.B, "C": space.C, "D": space.D,
+        "states": list(space.states), "inputs": list(space.inputs), "outputs": list(space.outputs),
+        "joints": list(linear.motion.names), "q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau,
+    }  # fmt: skip
+
+
+def modes_arrays(found: Modes, by: Sensitivity) -> dict[str, Any]:
+    """Frequencies, damping, poles, shapes of joints (n, m) and of frames (frames, 6, m), slopes (parameters, m)."""
+    return {
+        "frequencies": found.frequencies, "eigenvalues": found.eigenvalues, "damping_ratios": found.damping_ratios,
+        "poles": found.poles, "shapes": found.shapes, "coordinates": list(found.linear.coordinates),
+        "frame_shapes": frame_shapes(found), "frames": [joint.name for joint in found.linear.motion.machine.joints],
+        "sensitivity": by.slopes, "parameters": list(by.parameters),
+    }  # fmt: skip
+
+
+def tracked_arrays(tracked: Tracked) -> dict[str, Any]:
+    """Positions (points, joints), frequencies and MAC (points, m), shapes (points, n, m)."""
+    return {
+        "joints": list(tracked.joints), "positions": tracked.positions, "frequencies": tracked.frequencies,
+        "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
+        "coordinates": list(tracked.found[0].linear.coordinates),
+    }  # fmt: skip
+
+
+def save_linearization(linear: Linearization, path: str | Path) -> None:
+    """Write `arrays_of` to a .npz or a .mat file (names as cells of text). Raises `InputError`."""
+    save_arrays(arrays_of(linear), path)
+
+
+def save_response(response: Response, path: str | Path) -> None:
+    """Write a frequency response to .csv (Hz, real and imaginary part of each), .npz or .mat. Raises `InputError`."""
+    if Path(path).suffix.lower() != CSV:
+        found = {"frequencies": response.frequencies, "G": response.values}
+        save_arrays({**found, "inputs": list(response.inputs), "outputs": list(response.outputs)}, path)
+        return
+    pairs = [(i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs))]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = [f"{response.outputs[i]} / {response.inputs[j]}" for i, j in pairs]
+    writer.writerow(["f [Hz]", *(f"{part} {name}" for name in names for part in ("re", "im"))])
+    for f, G in zip(response.frequencies, response.values, strict=True):
+        parts = [x for i, j in pairs for x in (G[i, j].real, G[i, j].imag)]
+        writer.writerow([repr(float(f)), *(repr(float(x)) for x in parts)])
+    save_text(text.getvalue(), path)
+
+
+def refuse_file(path: str | Path, forms: tuple[str, ...] = (NPZ, MAT)) -> None:
+    """Raise `InputError` for a file whose name does not end as one of the forms that can be written."""
+    if Path(path).suffix.lower() not in forms:
+        raise InputError(str(path), "--out", f"no form {Path(path).suffix!r}: end the name with {' or '.join(forms)}")
+
+
+def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
+    """Write arrays and lists of texts to .npz or .mat, the same bytes for the same numbers. Raises `InputError`."""
+    refuse_file(path)
+    forms: dict[str, Callable[[Mapping[str, Any]], bytes]] = {NPZ: _npz, MAT: _mat}
+    save_bytes(forms[Path(path).suffix.lower()](arrays), path)
+
+
+def control_system(linear: Linearization) -> Any:
+    """The linearization as a `control.StateSpace`; in its names, signs and spaces become `_`, as in `motor_x_tau`.
+
+    Raises `InputError` without python-control.
+    """
+    space = linear.space
+    states, ins, outs = (
+        [re.sub(r"\W+", "_", name) for name in names] for names in (space.states, space.inputs, space.outputs)
+    )
+    package = imported("control", "a system for python-control", "control")
+    return package.ss(space.A, space.B, space.C, space.D, states=states, inputs=ins, outputs=outs)
+
+
+def _npz(arrays: Mapping[str, Any]) -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, **{name: np.asarray(x) for name, x in arrays.items()})  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def _mat(arrays: Mapping[str, Any]) -> bytes:
+    stream = io.BytesIO()
+    cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
+    optional("scipy.io").savemat(stream, cells)
+    return b"MATLAB 5.0 MAT-file".ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]

@@ -1,0 +1,190 @@
+"""Small motions about a state: M, D, K, and the state space of named inputs and outputs.
+
+    M dqdd + D dqd + K dq = F du,    dy = Cq dq + Cv dqd + Ca dqdd
+
+K = dr/dq holds springs, gravity and what velocities, accelerations and wrenches add; D = dr/dqd friction,
+dampers and gyroscopic terms; M = A [8].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.motion import Array, Motion, State
+from symoro_elastic.vibration.signals import (
+    FrameSignal,
+    Signal,
+    default_inputs,
+    default_outputs,
+    inputs,
+    outputs,
+    points_of,
+)
+
+Maps = tuple[tuple[Array, Array, Array], ...]
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """dx' = A dx + B du, dy = C dx + D du, with x = [q; qd] of `states`; SI units, radians."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """M, D, K (n, n), F (n, inputs), Cq, Cv, Ca (outputs, n) about a state, SI units, radians.
+
+    `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
+    """
+
+    motion: Motion
+    state: State
+    M: Array
+    D: Array
+    K: Array
+    F: Array
+    Cq: Array
+    Cv: Array
+    Ca: Array
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    kept: tuple[int, ...]
+    gains: Array
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the joints that move."""
+        return tuple(self.motion.names[k] for k in self.kept)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether K is symmetric to rounding, so that a potential energy exists."""
+        return bool(np.abs(self.K - self.K.T).max(initial=0.0) <= 1e-12 * np.abs(self.K).max(initial=0.0))
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """A, B, C, D of the state [dq; dqd]."""
+        n = len(self.kept)
+        solved = np.linalg.solve(self.M, np.hstack([-self.K, -self.D, self.F]))
+        upper = np.hstack([np.zeros((n, n)), np.eye(n)])
+        fed = self.Ca @ solved
+        return StateSpace(
+            np.vstack([upper, solved[:, : 2 * n]]),
+            np.vstack([np.zeros_like(self.F), solved[:, 2 * n :]]),
+            np.hstack([self.Cq, self.Cv]) + fed[:, : 2 * n],
+            fed[:, 2 * n :],
+            (*(f"{name}.q" for name in self.coordinates), *(f"{name}.qd" for name in self.coordinates)),
+            self.inputs,
+            self.outputs,
+        )
+
+
+def linearize(
+    motion: Motion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
+) -> Linearization:
+    """The exact linearization about a state; torques of motors and their encoders unless signals are named.
+
+    Points of signals must be among those of `motion` (`motion_of` sees to it). Raises `InputError` for
+    signals that do not exist.
+    """
+    wanted_in = inputs(motion.given, default_inputs(motion.given) if ins is None else ins)
+    wanted_out = outputs(motion.given, default_outputs(motion.given) if outs is None else outs)
+    K, D, M = motion.jacobians(motion.residual, state)
+    n = len(state.q)
+    of_frames = any(isinstance(s, FrameSignal) for s in (*wanted_in, *wanted_out))
+    maps = _frame_maps(motion, state) if of_frames else ()
+    F = np.stack([_column(motion, s, maps, n) for s in wanted_in], axis=1) if wanted_in else np.zeros((n, 0))
+    rows = [_rows(motion, s, maps, n) for s in wanted_out]
+    Cq, Cv, Ca = (np.array([row[order] for row in rows]).reshape(len(rows), n) for order in range(3))
+    return Linearization(
+        motion, state, (M + M.T) / 2, D, K, F, Cq, Cv, Ca,
+        tuple(s.name for s in wanted_in), tuple(s.name for s in wanted_out), tuple(range(n)), np.zeros(n),
+    )  # fmt: skip
+
+
+def motion_of(
+    machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
+) -> Motion:
+    """The equations of motion of a machine, with the points that these signals are at."""
+    return Motion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
+
+
+def _frame_maps(motion: Motion, state: State) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
+    """Derivatives of V and of V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
+    v, vd = motion.seen
+    both = motion.jacobians([*v, *vd], state)
+    velocity = (both[0][: len(v)], both[1][: len(v)], both[2][: len(v)])
+    return velocity, (both[0][len(v) :], both[1][len(v) :], both[2][len(v) :])
+
+
+def _frame_row(motion: Motion, signal: FrameSignal) -> int:
+    point = motion.points.index((signal.number, signal.at)) if signal.at else None
+    return motion.row_of(signal.number, point) + signal.component
+
+
+def _column(motion: Motion, signal: Signal, maps: Maps, n: int) -> Array:
+    """Generalized forces of a unit input: J^T of a wrench."""
+    found: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
+    return found
+
+
+def _rows(motion: Motion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
+    """Rows of Cq, Cv, Ca of an output."""
+    zero = np.zeros(n)
+    if not isinstance(signal, FrameSignal):
+        rows = [zero, zero, zero]
+        rows[signal.order] = np.eye(n)[signal.k]
+        return rows[0], rows[1], rows[2]
+    row = _frame_row(motion, signal)
+    velocity, acceleration = maps
+    if signal.order == 0:
+        return velocity[1][row], zero, zero
+    by_q, by_qd, by_qdd = (block[row] for block in (velocity if signal.order == 1 else acceleration))
+    return by_q, by_qd, by_qdd
+
+
+def with_motors(
+    linear: Linearization, held: Collection[str] = (), gains: Mapping[str, tuple[float, float]] | None = None
+) -> Linearization:
+    """Some motors held where they are, others under a controller tau = -kp dq - kd dqd, the rest free.
+
+    `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. Raises `InputError` for joints without motor.
+    """
+    motion = linear.motion
+    fixed = {_motor(motion, name, "--hold") for name in held}
+    K, D, springs = linear.K.copy(), linear.D.copy(), linear.gains.copy()
+    for name, (kp, kd) in (gains or {}).items():
+        k = _motor(motion, name, "--pd")
+        if k in fixed or k not in linear.kept:
+            raise InputError(motion.source, "--pd", f"{name} is held: leave out one of --hold and --pd")
+        row = linear.kept.index(k)
+        K[row, row] += kp
+        D[row, row] += kd
+        springs[row] += kp
+    rows = [row for row, k in enumerate(linear.kept) if k not in fixed]
+    square = np.ix_(rows, rows)
+    return replace(
+        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[rows], Cq=linear.Cq[:, rows],
+        Cv=linear.Cv[:, rows], Ca=linear.Ca[:, rows], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+    )  # fmt: skip
+
+
+def _motor(motion: Motion, name: str, place: str) -> int:
+    k = motion.index(name, place)
+    if k not in motion.motors:
+        motors = ", ".join(motion.names[m] for m in motion.motors) or "this machine has none"
+        raise InputError(motion.source, place, f"{name} has no motor; motors are {motors}")
+    return k

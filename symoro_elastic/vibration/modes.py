@@ -1,0 +1,178 @@
+"""Natural frequencies and mode shapes of a linearization: K phi = lambda M phi, and the poles with damping.
+
+Motions without any stiffness are found in the structure of K and are exactly at 0 Hz; other eigenvalues below
+the rounding errors of the computation are set to zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.motion import Array
+from symoro_elastic.vibration.optional import optional
+
+ROUNDING = 100 * float(np.finfo(float).eps)
+ALIKE = 1e-7
+"""Eigenvalues closer than this, relative, belong to one repeated frequency."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes by ascending frequency; `shapes` (n, m) are columns phi with phi^T M phi = 1 in coordinates of q.
+
+    `eigenvalues` (m,) are omega^2, rad2/s2, negative where the state is unstable; `damping_ratios` (m,) are NaN at
+    0 Hz; `poles` (2n,) rad/s. The first `rigid` modes at 0 Hz move freely.
+    """
+
+    linear: Linearization
+    eigenvalues: Array
+    shapes: Array
+    damping_ratios: Array
+    poles: NDArray[np.complex128]
+
+    @property
+    def frequencies(self) -> Array:
+        """sqrt(omega^2) / 2 pi, Hz; 0 where the motion does not oscillate."""
+        found: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
+        return found
+
+    @property
+    def growth(self) -> Array:
+        """1/s at which unstable motions grow, exp(growth t); 0 for all others."""
+        found: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
+        return found
+
+    @property
+    def rigid(self) -> int:
+        """How many modes are at exactly 0 Hz."""
+        return int(np.sum(self.eigenvalues == 0.0))
+
+    def clusters(self) -> list[slice]:
+        """Modes by repeated frequency, a slice each."""
+        return clusters(self.eigenvalues)
+
+
+def modes(linear: Linearization) -> Modes:
+    """Modes of M dqdd + D dqd + K dq = 0.
+
+    Raises `InputError` where K is not symmetric, or M not positive definite.
+    """
+    motion = linear.motion
+    if not linear.is_symmetric:
+        what = (
+            "K is not symmetric, since wrenches turn with their bodies or the state moves, so modes are not real: "
+            "linearize gives A and its poles"
+        )
+        raise InputError(motion.source, "modes", what)
+    try:
+        eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
+    except np.linalg.LinAlgError:
+        what = "the inertia matrix is not positive definite here: bodies without mass that nothing else resists"
+        raise InputError(motion.source, "modes", what) from None
+    shapes = shapes * np.where(np.sum(shapes * np.abs(shapes) ** 7, axis=0) < 0, -1.0, 1.0)
+    poles, vectors = damped(linear)
+    return Modes(linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, vectors), poles)
+
+
+def clusters(eigenvalues: Array) -> list[slice]:
+    """Neighbours that are alike to a relative 1e-7, all zeros together."""
+    found: list[slice] = []
+    for k, x in enumerate(eigenvalues):
+        before = eigenvalues[found[-1].start] if found else 0.0
+        if found and abs(x - before) <= ALIKE * max(abs(x), abs(before)):
+            found[-1] = slice(found[-1].start, k + 1)
+        else:
+            found.append(slice(k, k + 1))
+    return found
+
+
+def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
+    """Eigenvalues in ascending order and mass-normalised shapes.
+
+    Coordinates r without stiffness are eliminated first: phi_r = -Mrr^-1 Mre phi_e, and they move freely alone.
+    """
+    n = len(M)
+    scale = 1 / np.sqrt(_positive(np.diag(M)))
+    M, K = M * np.outer(scale, scale), K * np.outer(scale, scale)
+    free = np.flatnonzero(~K.any(axis=0))
+    stiff = np.flatnonzero(K.any(axis=0))
+    carried = np.linalg.solve(M[np.ix_(free, free)], M[np.ix_(free, stiff)])
+    reduced = M[np.ix_(stiff, stiff)] - M[np.ix_(stiff, free)] @ carried
+    shapes = np.zeros((n, n))
+    shapes[free, : len(free)] = _normal_basis(M[np.ix_(free, free)])
+    values = np.zeros(n)
+    if len(stiff):
+        found, vectors = optional("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
+        found[np.abs(found) <= ROUNDING * n * np.abs(found).max()] = 0.0
+        values[len(free) :] = found
+        shapes[stiff, len(free) :] = vectors
+        shapes[free, len(free) :] = -carried @ vectors
+    order = np.argsort(values, kind="stable")
+    return values[order], scale[:, None] * shapes[:, order]
+
+
+def _positive(diagonal: Array) -> Array:
+    if not (diagonal > 0).all():
+        raise np.linalg.LinAlgError
+    return diagonal
+
+
+def _normal_basis(M: Array) -> Array:
+    """Columns X with X^T M X = 1."""
+    return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
+
+
+def damped(linear: Linearization) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for those that are struck out.
+
+    Coordinates on which nothing depends give poles at exactly 0.
+    """
+    n = len(linear.K)
+    scale = 1 / np.sqrt(_positive(np.diag(linear.M))) if n else np.ones(0)
+    both = np.outer(scale, scale)
+    rate = max(1.0, np.sqrt(np.abs(linear.K * both).max(initial=0.0)))
+    solved = np.linalg.solve(linear.M * both, -np.hstack([linear.K * both / rate**2, linear.D * both / rate]))
+    A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved])
+    kept = np.arange(2 * n)
+    while len(kept) and (idle := ~A[np.ix_(kept, kept)].any(axis=0)).any():
+        kept = kept[~idle]
+    poles, shapes = np.zeros(2 * n, dtype=complex), np.zeros((n, 2 * n), dtype=complex)
+    if len(kept):
+        found, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
+        found[np.abs(found) ** 2 <= ROUNDING * n] = 0.0
+        whole = np.zeros((2 * n, len(kept)), dtype=complex)
+        whole[kept] = vectors
+        poles[: len(kept)], shapes[:, : len(kept)] = found * rate, scale[:, None] * whole[:n]
+    if not linear.D.any() and linear.is_symmetric:
+        poles = np.where(np.abs(poles.real) < np.abs(poles.imag), 1j * poles.imag, poles.real)
+    order = np.lexsort((poles.imag, np.abs(poles)))
+    return poles[order], shapes[:, order]
+
+
+def _damping_ratios(
+    linear: Linearization,
+    eigenvalues: Array,
+    shapes: Array,
+    poles: NDArray[np.complex128],
+    vectors: NDArray[np.complex128],
+) -> Array:
+    """-Re p / |p| of the pole pair whose shape is most alike; phi^T D phi / (2 omega) for motions that do not swing."""
+    ratios = np.full(len(eigenvalues), np.nan)
+    swings = np.flatnonzero(eigenvalues > 0)
+    omega = np.sqrt(eigenvalues[swings])
+    ratios[swings] = np.sum(shapes[:, swings] * (linear.D @ shapes[:, swings]), axis=0) / (2 * omega)
+    pairs = np.flatnonzero(poles.imag > 0)
+    if not linear.D.any() or not len(pairs):
+        return ratios
+    projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
+    norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
+    cost = -projected / np.maximum(norms, np.finfo(float).tiny) + np.abs(np.log(np.abs(poles[pairs]) / omega[:, None]))
+    rows, columns = optional("scipy.optimize").linear_sum_assignment(cost)
+    found = poles[pairs[columns]]
+    ratios[swings[rows]] = -found.real / np.abs(found)
+    return ratios

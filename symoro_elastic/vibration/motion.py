@@ -1,0 +1,241 @@
+"""The equations of motion of a machine at a point, with their exact derivatives.
+
+    r(q, qd, qdd, p) = A qdd + H(q, qd) + friction + springs and dampers = tau of the motors, else 0    [8], [9]
+
+Coulomb friction is a jump at rest and is left out. Frames are seen in axes of frame 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.energy import elastic_energy, gravity_energy
+from symoro_elastic.equations.kinematics import seen_motion, velocities, view
+from symoro_elastic.equations.mechanism import Axis, Mechanism
+from symoro_elastic.equations.spatial import ZERO, subtract
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.duals import Dual, differentiating
+from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.symbolic.reverse import slopes
+from symoro_elastic.vibration.cells import refuse_unknown, with_named_cells
+
+Array = NDArray[np.float64]
+DUALS = differentiating(FLOATS)
+
+
+@dataclass(frozen=True)
+class State:
+    """q, qd, qdd (n,) of the moving joints and tau (n,), zero where there is no motor; SI units, radians.
+
+    `sought` are indices of the coordinates that an equilibrium was solved for, `residual` the largest
+    force (N or N m) that is left there.
+    """
+
+    q: Array
+    qd: Array
+    qdd: Array
+    tau: Array
+    sought: tuple[int, ...] = ()
+    residual: float = 0.0
+
+
+class Motion:
+    """A machine with values for all its parameters; rows follow the joints that move, in table order."""
+
+    def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
+        """Raises `InputError` for parameters without a value, or with one and unknown."""
+        self.given, self.points = machine, points
+        self.machine = with_named_cells(_without_coulomb(machine))
+        self.joints: list[Joint] = [self.machine.joints[j - 1] for j in machine.moving]
+        self.names = [joint.name for joint in self.joints]
+        self.motors = [k for k, joint in enumerate(self.joints) if joint.kind is Kind.MOTOR]
+        self.bound = Bound(self.machine, points=points)
+        self.parameters = _values(self.machine, values or {})
+
+    @property
+    def source(self) -> str:
+        """The file to be named in messages."""
+        return self.machine.source or self.machine.name
+
+    def index(self, name: str, place: str) -> int:
+        """Number in q of a joint called by its name or variable; raises `InputError`."""
+        known = {str(joint.variable): k for k, joint in enumerate(self.joints)}
+        known |= {joint.name: k for k, joint in enumerate(self.joints)}
+        if name not in known:
+            what = f"no joint {quoted(name)} moves{did_you_mean(name, known)}"
+            raise InputError(self.source, place, what)
+        return known[name]
+
+    @cached_property
+    def residual(self) -> list[Scalar]:
+        """Expressions of r, one a joint."""
+        bound = self.bound
+        found = dynamics(self.bodies, bound.rates(), bound.given_rules())
+        return [found.Gamma[j] + bound.friction(j) - bound.passive_torque(j) for j in self.machine.moving]
+
+    @cached_property
+    def bodies(self) -> Mechanism:
+        """The mechanism without points."""
+        return replace(self.bound.mechanism, links=self.bound.mechanism.links[: len(self.machine.joints)])
+
+    @cached_property
+    def potential(self) -> Scalar:
+        """Energy of gravity, of the base's acceleration, and of springs; r at rest, but for wrenches, is its slope."""
+        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.moving]
+        return sum(elastic, gravity_energy(self.bodies, subtract(ZERO, self.bodies.acceleration[0])))
+
+    @cached_property
+    def seen(self) -> tuple[list[Scalar], list[Scalar]]:
+        """V_j [3] and V'_j [6] of every frame and point, base included, linear part first, in axes of frame 0."""
+        mechanism = replace(self.bound.mechanism, acceleration=self.bound.base_acceleration)
+        found = seen_motion(mechanism, view(mechanism), self.bound.rates(), self.bound.given_accelerations())
+        v, vd = ([x for screw in screws for part in screw for x in part] for screws in found)
+        return v, vd
+
+    @cached_property
+    def own_velocities(self) -> list[Scalar]:
+        """V_j [3] of every frame, base included, each in its own axes."""
+        return [x for screw in velocities(self.bound.mechanism, self.bound.rates()) for part in screw for x in part]
+
+    def row_of(self, number: int, point: int | None = None) -> int:
+        """First of the six rows in `seen` of a frame of the table, or of one of the points."""
+        return 6 * (number if point is None else len(self.machine.joints) + 1 + point)
+
+    def potential_energy(self, q: Array) -> float:
+        """Energy in J, up to a constant."""
+        zero = np.zeros_like(q)
+        return float(evaluate([self.potential], self._symbols(q, zero, zero), FLOATS)(self.potential))
+
+    def forces(self, q: Array, qd: Array, qdd: Array) -> Array:
+        """r (n,), N m or N."""
+        value = evaluate(self.residual, self._symbols(q, qd, qdd, self.parameters), FLOATS)
+        return np.array([float(value(x)) for x in self.residual])
+
+    def forces_and_stiffness(self, q: Array) -> tuple[Array, Array]:
+        """r (n,) at rest and its derivative by q (n, n)."""
+        zero, n = np.zeros_like(q), len(q)
+        found, slopes = self._differentiated(self.residual, self._symbols(_seeded(q, np.eye(n)), zero, zero), n)
+        return found, slopes
+
+    def jacobians(self, roots: Sequence[Scalar], state: State) -> tuple[Array, Array, Array]:
+        """Derivatives of expressions by q, qd and qdd, each (roots, n)."""
+        n = len(state.q)
+        seeds = np.split(np.eye(3 * n), 3)
+        q, qd, qdd = map(_seeded, (state.q, state.qd, state.qdd), seeds)
+        symbols = self._symbols(q, qd, qdd)
+        _, slopes = self._differentiated(roots, symbols, 3 * n)
+        return slopes[:, :n], slopes[:, n : 2 * n], slopes[:, 2 * n :]
+
+    def work_slopes(self, state: State, left: Array) -> Mapping[str, Any]:
+        """Slopes of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
+        symbols = self._symbols(state.q, state.qd, state.qdd, self.parameters)
+        return slopes(self.residual, list(left), symbols, FLOATS)
+
+    def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
+        """Slopes of left^T dr, with dr the change of r along dq and dqdd; columns (n, m) belong together.
+
+        By q (n, m), and by symbol of the parameters, (m,) each.
+        """
+        q, qdd = (
+            [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
+            for block, changes in ((state.q, dq), (state.qdd, dqdd))
+        )
+        found = slopes(self.residual, list(left), self._symbols(q, state.qd, qdd, self.parameters), DUALS)
+        none = np.zeros(left.shape[1])
+        changed = {name: x.slope + none if x.__class__ is Dual else none for name, x in found.items()}
+        by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
+        return by_q, changed
+
+    def body_inertias(self) -> Array:
+        """Spatial inertias JJ_j [13], (bodies, 6, 6), each in its own frame about its origin, linear part first."""
+        cells = [[link.body.mass, *link.body.moments, *link.body.inertia] for link in self.bodies.links]
+        value = evaluate((x for row in cells for x in row), self.parameters, FLOATS)
+        return np.array([_spatial_inertia([float(value(x)) for x in row]) for row in cells])
+
+    def rotor_inertias(self) -> Array:
+        """Ia (n,), kg m2 or kg."""
+        return self.values(link.rotor_inertia for _, link in self._moving_links())
+
+    def stiffnesses(self) -> Array:
+        """k (n,) of the springs, N m/rad or N/m, zero where there is none."""
+        return self.values(self.bound.spring(j)[0] for j in self.machine.moving)
+
+    def neutral_positions(self) -> Array:
+        """q0 (n,) of the springs, rad or m, zero where there is none."""
+        return self.values(self.bound.cell(joint.spring.neutral) for joint in self.joints)
+
+    def values(self, roots: Iterable[Scalar]) -> Array:
+        """Values of expressions of parameters."""
+        roots = list(roots)
+        value = evaluate(roots, self.parameters, FLOATS)
+        return np.array([float(value(x)) for x in roots])
+
+    def _moving_links(self) -> list[tuple[int, Any]]:
+        return [(j, link) for j, link in self.bound.mechanism.numbered() if link.axis is not Axis.NONE]
+
+    def _symbols(
+        self,
+        q: Sequence[Any] | Array,
+        qd: Sequence[Any] | Array,
+        qdd: Sequence[Any] | Array,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        symbols = dict(self.parameters if parameters is None else parameters)
+        for by_joint, numbers in ((self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd)):
+            for symbol, x in zip(by_joint.values(), numbers, strict=True):
+                symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
+        return symbols
+
+    def _differentiated(self, roots: Sequence[Scalar], symbols: Mapping[str, Any], size: int) -> tuple[Array, Array]:
+        value = evaluate(roots, symbols, DUALS)
+        found = [value(root) for root in roots]
+        slopes = np.zeros((len(roots), size))
+        for row, x in enumerate(found):
+            if x.__class__ is Dual:
+                slopes[row] = x.slope
+        return np.array([float(x.value if x.__class__ is Dual else x) for x in found]), slopes
+
+
+def _seeded(x: Array, slopes: Array) -> list[Dual]:
+    return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
+
+
+def _without_coulomb(machine: Machine) -> Machine:
+    joints = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in machine.joints)
+    return replace(machine, joints=joints)
+
+
+def _spatial_inertia(ten: Sequence[float]) -> Array:
+    mass, mx, my, mz, xx, xy, xz, yy, yz, zz = ten
+    hat = np.array([[0, -mz, my], [mz, 0, -mx], [-my, mx, 0]])
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.block([[mass * np.eye(3), -hat], [hat, tensor]])
+
+
+def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
+    """Values of all parameters; raises `InputError`."""
+    source, names = machine.source or machine.name, [parameter.name for parameter in machine.parameters]
+    refuse_unknown(machine, given, names)
+    values = {}
+    for parameter in machine.parameters:
+        if parameter.name not in given and parameter.value is None:
+            what = f"{parameter.name} has no value: give it one in the file, or with --value {parameter.name}=X"
+            raise InputError(source, "parameters", what)
+        try:
+            known = given.get(parameter.name)
+            values[parameter.name] = float(parameter.value.value() if known is None else known)  # type: ignore[union-attr]
+        except FormulaError as error:
+            raise InputError(source, parameter.name, str(error)) from None
+    return values

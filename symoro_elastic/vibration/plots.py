@@ -1,0 +1,145 @@
+"""Pictures of vibrations: Bode diagrams, shares of energy, frequencies over positions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.vibration.modes import Modes
+from symoro_elastic.vibration.motion import Array
+from symoro_elastic.vibration.responses import Response
+from symoro_elastic.vibration.tracking import Tracked
+
+MOST_CURVES = 6
+
+
+def plot_response(response: Response, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write bode_<input>.<form> to a folder, one for each input; returns their paths. Raises `InputError`."""
+    names = [f"bode_{''.join(c if c.isalnum() else '_' for c in name)}" for name in response.inputs]
+    return save_figures({name: bode(response, j) for j, name in enumerate(names)}, folder, form)
+
+
+def plot_modes(found: Modes, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write shapes.<form> and energies.<form> to a folder; returns their paths. Raises `InputError`."""
+    return save_figures({"shapes": shapes(found), "energies": energies(found)}, folder, form)
+
+
+def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write positions.<form> and shapes_over_positions.<form>; over two joints positions_<k>.<form>, one mode each.
+
+    Raises `InputError`.
+    """
+    vibrating = [k for k in range(tracked.frequencies.shape[1]) if tracked.frequencies[:, k].any()][:MOST_CURVES]
+    if len(tracked.joints) == 1:
+        pictures = {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
+        return save_figures(pictures, folder, form)
+    return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
+
+
+def bode(response: Response, j: int) -> Any:
+    """Magnitude and phase of all outputs to input j over the frequency."""
+    figure = new_figure(8.0, 6.0)
+    magnitude, phase = figure.subplots(2, 1, sharex=True)
+    for i, name in enumerate(response.outputs):
+        G = response.values[:, i, j]
+        magnitude.loglog(response.frequencies, np.abs(G), linewidth=0.9, label=name)
+        phase.semilogx(response.frequencies, _phase(G), linewidth=0.9)
+    magnitude.set_ylabel("magnitude, SI units")
+    phase.set_ylabel("phase, deg")
+    phase.set_xlabel("frequency, Hz")
+    for axis in (magnitude, phase):
+        axis.grid(True, which="both", linewidth=0.3)
+    magnitude.legend(fontsize="x-small")
+    magnitude.set_title(f"from {response.inputs[j]}")
+    return figure
+
+
+def _phase(G: Any) -> Array:
+    """Continuous phase in degrees, from within -270 and 90; gaps stay gaps."""
+    found = np.full(len(G), np.nan)
+    there = np.isfinite(G)
+    if there.any():
+        phase = np.degrees(np.unwrap(np.angle(G[there])))
+        found[there] = phase - (360.0 if phase[0] > 90.0 else 0.0)
+    return found
+
+
+def shapes(found: Modes) -> Any:
+    """Mode shapes in joint coordinates, each weighted by the mass of its joint so that units compare."""
+    names = found.linear.coordinates
+    weighted = np.sqrt(np.diag(found.linear.M))[:, None] * found.shapes
+    return _picture(weighted, names, found, "RdBu_r", -1.0, "mode shapes, sqrt(M_jj) phi_j")
+
+
+def energies(found: Modes) -> Any:
+    """Shares of strain energy by spring, of kinetic energy by body."""
+    strain, kinetic = strain_shares(found), kinetic_shares(found)
+    both = np.vstack([strain.shares, kinetic.shares])
+    names = (*(f"strain {name}" for name in strain.names), *(f"kinetic {name}" for name in kinetic.names))
+    return _picture(both, names, found, "Blues", 0.0, "shares of energy")
+
+
+def _picture(values: Array, rows: tuple[str, ...], found: Modes, colours: str, low: float, title: str) -> Any:
+    figure = new_figure(2.5 + 0.6 * values.shape[1], 1.5 + 0.25 * len(rows))
+    axis = figure.add_subplot()
+    image = axis.imshow(values, cmap=colours, vmin=low, vmax=1.0, aspect="auto")
+    axis.set_yticks(range(len(rows)), rows, fontsize="x-small")
+    labels = [f"{f:.4g}" for f in found.frequencies]
+    axis.set_xticks(range(len(labels)), labels, fontsize="x-small", rotation=60)
+    axis.set_xlabel("mode, Hz")
+    axis.set_title(title, fontsize="small")
+    figure.colorbar(image, ax=axis)
+    return figure
+
+
+def over_one(tracked: Tracked) -> Any:
+    """Frequencies over the positions of one joint, a curve each mode, on a logarithmic scale."""
+    figure = new_figure(8.0, 6.0)
+    axis = figure.add_subplot()
+    for k, curve in enumerate(tracked.frequencies.T):
+        if curve.any():
+            axis.semilogy(
+                tracked.positions[:, 0], np.where(curve > 0, curve, np.nan), marker=".", label=f"mode {k + 1}"
+            )
+    axis.set_xlabel(tracked.joints[0])
+    axis.set_ylabel("frequency, Hz")
+    axis.grid(True, which="both", linewidth=0.3)
+    figure.legend(fontsize="x-small", loc="outside right upper")
+    return figure
+
+
+def shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Any:
+    """Shapes of some modes, a row a joint weighted by its mass, over the positions of one joint."""
+    names = tracked.found[0].linear.coordinates
+    figure = new_figure(8.0, 1.0 + (0.5 + 0.15 * len(names)) * len(chosen))
+    place = np.linspace(tracked.positions[0, 0], tracked.positions[-1, 0], 6)
+    for axis, k in zip(figure.subplots(len(chosen), 1, squeeze=False)[:, 0], chosen, strict=True):
+        columns = [np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.found]
+        image = axis.imshow(np.array(columns).T, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
+        axis.set_yticks(range(len(names)), names, fontsize="xx-small")
+        axis.set_xticks(np.linspace(0, len(columns) - 1, 6), [f"{x:.3g}" for x in place], fontsize="x-small")
+        axis.set_title(f"mode {k + 1}", fontsize="small")
+        figure.colorbar(image, ax=axis)
+    return figure
+
+
+def over_two(tracked: Tracked, mode: int) -> Any:
+    """One mode's frequency over the first two joints of a grid, the others at their first place."""
+    figure = new_figure(6.0, 5.0)
+    axis = figure.add_subplot()
+    first, second = tracked.lengths[:2]
+    planes = (tracked.positions[:, 0], tracked.positions[:, 1], tracked.frequencies[:, mode])
+    x, y, f = (values.reshape(first, second, -1)[:, :, 0] for values in planes)
+    if min(first, second) > 1:
+        figure.colorbar(axis.pcolormesh(x, y, f, shading="nearest"), ax=axis, label="frequency, Hz")
+    else:
+        axis.plot((x if first > 1 else y).ravel(), f.ravel(), marker=".")
+    axis.set_xlabel(tracked.joints[0])
+    axis.set_ylabel(tracked.joints[1])
+    axis.set_title(f"mode {mode + 1}")
+    return figure

@@ -1,0 +1,118 @@
+"""Spong's reduced model, the full model with spinning rotors, and the rigid limit, each as a machine.
+
+A rotor of inertia Jr about z_j, N turns a turn of its joint, on a body that turns with w has the energy
+    T = Jr (N qd + z.w)^2 / 2 = Ia qd^2 / 2 + (Ia / N) qd z.w + (Ia / N^2) (z.w)^2 / 2,    Ia = N^2 Jr.
+Spong (1987) keeps the first term only: the kinetic energy that a rotor owes to the motion of its body is neglected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import Scene
+
+ZZ = 5
+
+
+def rotors(machine: Machine) -> tuple[int, ...]:
+    """Numbers of revolute motors whose own body is a rotor: a coaxial elastic joint carries what follows."""
+    coaxial = {
+        joint.antecedent
+        for joint in machine.joints
+        if joint.kind is Kind.ELASTIC and joint.sigma == 0 and joint.alpha.is_zero and joint.d.is_zero
+    }
+    return tuple(
+        j for j, joint in enumerate(machine.joints, start=1)
+        if j in coaxial and joint.kind is Kind.MOTOR and joint.sigma == 0
+    )  # fmt: skip
+
+
+def reduced(machine: Machine) -> Machine:
+    """Spong's reduced model: the inertia of each rotor about its own axis turns with its joint only.
+
+    ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway.
+    """
+    joints = list(machine.joints)
+    for j in rotors(machine):
+        joint = joints[j - 1]
+        spin = joint.body.inertia[ZZ]
+        xx, xy, xz, yy, yz, _ = joint.body.inertia
+        if not spin.is_zero:
+            body = replace(joint.body, inertia=(xx, xy, xz, yy, yz, ZERO))
+            joints[j - 1] = replace(joint, body=body, rotor_inertia=_sum(joint.rotor_inertia, spin))
+    return replace(machine, joints=tuple(joints))
+
+
+def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
+    """The full model: rotors given as Ia behind gears that turn N times as fast, coupled with their bodies.
+
+    Of Ia, the part Ia / N becomes a body on the joint, and (Ia / N^2 - Ia / N) z z^T joins the inertia of the body
+    that carries the rotor; the kinetic energy is then exactly T. Raises `InputError` for joints without a rotor
+    about their axis.
+    """
+    joints = list(machine.joints)
+    for name, ratio in ratios.items():
+        j = _geared(machine, name, ratio)
+        joint = joints[j - 1]
+        coupled = f"({joint.rotor_inertia}) / ({ratio!r})"
+        joints[j - 1] = replace(
+            joint,
+            rotor_inertia=Formula.parse(f"({joint.rotor_inertia}) - {coupled}"),
+            body=_with_inertia(joint.body, {ZZ: coupled}),
+        )
+        if joint.antecedent:
+            carrier = joints[joint.antecedent - 1]
+            surplus = f"({coupled} / ({ratio!r}) - {coupled})"
+            joints[joint.antecedent - 1] = replace(carrier, body=_with_inertia(carrier.body, _along(joint, surplus)))
+    return replace(machine, joints=tuple(joints))
+
+
+def rigid(machine: Machine) -> Machine:
+    """The rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
+    locked = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
+    return restricted(machine, Scene(locked=locked))
+
+
+def _geared(machine: Machine, name: str, ratio: float) -> int:
+    source = machine.source or machine.name
+    names = [joint.name for joint in machine.joints]
+    if name not in names:
+        raise InputError(source, "--ratio", f"no joint {quoted(name)}{did_you_mean(name, names)}")
+    j = names.index(name) + 1
+    joint = machine.joints[j - 1]
+    if joint.kind is not Kind.MOTOR or joint.sigma != 0 or joint.rotor_inertia.is_zero:
+        able = [o.name for o in machine.joints if o.kind is Kind.MOTOR and o.sigma == 0 and not o.rotor_inertia.is_zero]
+        what = f"{name} is no revolute motor with a rotor inertia, so no gear ratio belongs to it"
+        raise InputError(source, "--ratio", f"{what}; such are {', '.join(able) or 'none here'}")
+    if not (abs(ratio) >= 1 and abs(ratio) < float("inf")):
+        raise InputError(
+            source, "--ratio", f"{name}: {ratio:g} is no gear ratio: turns of the rotor for one of the joint"
+        )
+    return j
+
+
+def _along(joint: Joint, inertia: str) -> dict[int, str]:
+    """Entries of `inertia` z_j z_j^T in the frame of the antecedent, z_j = (sg sa, -cg sa, ca)."""
+    x = f"sin({joint.gamma})*sin({joint.alpha})"
+    y = f"(-cos({joint.gamma})*sin({joint.alpha}))"
+    z = f"cos({joint.alpha})"
+    pairs = ((x, x), (x, y), (x, z), (y, y), (y, z), (z, z))
+    return {k: f"{inertia}*{first}*{second}" for k, (first, second) in enumerate(pairs)}
+
+
+def _with_inertia(body: Body, added: Mapping[int, str]) -> Body:
+    """A body with more inertia, about its centre of mass or its origin alike, since nothing is added to its mass."""
+    cells = [_sum(cell, Formula.parse(added[k])) if k in added else cell for k, cell in enumerate(body.inertia)]
+    return replace(body, inertia=(cells[0], cells[1], cells[2], cells[3], cells[4], cells[5]))
+
+
+def _sum(first: Formula, second: Formula) -> Formula:
+    if second.is_zero:
+        return first
+    return second if first.is_zero else Formula.parse(f"({first}) + ({second})")

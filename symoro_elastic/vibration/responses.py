@@ -1,0 +1,101 @@
+"""Frequency responses of a linearization: motor to encoder, motor to tool, force at the tool to tool.
+
+G(s) = (Cq + s Cv + s^2 Ca) (s^2 M + s D + K)^-1 F,    s = 2 pi i f
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.modes import damped, modes
+from symoro_elastic.vibration.motion import Array
+
+ON_RESONANCE = 1e-9
+"""Relative distance to an undamped pole within which a response is a number without meaning."""
+POINTS = 2000
+BLOCK = 256
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Response:
+    """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
+
+    `notes` are lines about frequencies that were passed over.
+    """
+
+    frequencies: Array
+    values: Complex
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def frequency_grid(
+    linear: Linearization, low: float | None = None, high: float | None = None, points: int = POINTS
+) -> Array:
+    """Frequencies in Hz, evenly spaced on a logarithmic scale.
+
+    From a tenth of the lowest pole that swings to twice the highest unless said. Raises `InputError`.
+    """
+    poles, _ = damped(linear)
+    shaking = np.abs(poles[poles.imag > 0]) / (2 * np.pi)
+    low = (float(shaking.min()) / 10 if len(shaking) else 1.0) if low is None else low
+    high = (2 * float(shaking.max()) if len(shaking) else 1000.0) if high is None else high
+    if not (0 < low < high < np.inf and points > 1):
+        what = f"from {low:g} to {high:g} Hz in {points} points: give 0 < LOW < HIGH and at least 2 points"
+        raise InputError(linear.motion.source, "--frequencies", what)
+    found: Array = np.geomspace(low, high, points)
+    return found
+
+
+def frequency_response(linear: Linearization, frequencies: Array) -> Response:
+    """G at frequencies in Hz; those on an undamped resonance are passed over with a note.
+
+    Raises `InputError` for frequencies that are negative or no numbers.
+    """
+    frequencies = np.asarray(frequencies, dtype=float)
+    if frequencies.ndim != 1 or not len(frequencies) or not (np.isfinite(frequencies) & (frequencies >= 0)).all():
+        raise InputError(linear.motion.source, "--frequencies", "frequencies are numbers of Hz from 0 upwards")
+    infinite, notes = _resonances(linear, frequencies)
+    values = np.full((len(frequencies), len(linear.outputs), len(linear.inputs)), np.nan, dtype=complex)
+    finite = np.flatnonzero(~infinite)
+    for first in range(0, len(finite), BLOCK):
+        block = finite[first : first + BLOCK]
+        s = 2j * np.pi * frequencies[block][:, None, None]
+        moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex))
+        values[block] = (linear.Cq + s * linear.Cv + s * s * linear.Ca) @ moved
+    return Response(frequencies, values, linear.inputs, linear.outputs, tuple(notes))
+
+
+def _resonances(linear: Linearization, frequencies: Array) -> tuple[NDArray[np.bool_], list[str]]:
+    """Which frequencies are those of undamped poles, and what to say about it."""
+    poles, _ = damped(linear)
+    undamped = np.abs(poles.imag[np.abs(poles.real) <= ON_RESONANCE * np.abs(poles)]) / (2 * np.pi)
+    exact = [*undamped, *(modes(linear).frequencies if linear.is_symmetric and not linear.D.any() else ())]
+    infinite, notes = np.zeros(len(frequencies), dtype=bool), []
+    for k, f in enumerate(frequencies):
+        if any(abs(f - pole) <= ON_RESONANCE * max(f, pole) for pole in exact):
+            infinite[k] = True
+            why = "rigid-body motion" if f == 0 else "undamped resonance"
+            notes.append(
+                f"{f:.9g} Hz is passed over: {why}, the response is infinite; add damping (--damping) or move it"
+            )
+    return infinite, notes
+
+
+def with_modal_damping(linear: Linearization, ratio: float) -> Linearization:
+    """The same with a damping ratio in every mode: D + M Phi diag(2 ratio omega) Phi^T M. Raises `InputError`."""
+    if not 0 <= ratio < np.inf:
+        raise InputError(linear.motion.source, "--damping", f"{ratio:g} is no damping ratio: 0.01 is one per cent")
+    if not ratio:
+        return linear
+    found = modes(linear)
+    shapes = linear.M @ found.shapes
+    added = (shapes * (2 * ratio * np.sqrt(np.maximum(found.eigenvalues, 0.0)))) @ shapes.T
+    return replace(linear, D=linear.D + (added + added.T) / 2)

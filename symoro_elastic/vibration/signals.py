@@ -1,0 +1,142 @@
+"""Names of inputs and outputs: `motor_x.tau`, `tool.fx` go in, `motor_x.q`, `tool.x`, `tool.ax` come out.
+
+A frame may be moved to a point of its body: `tool at (0.1, 0, L2).fx`. Directions are axes of frame 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.scene import Asked, Point
+from symoro_elastic.models.bind import Points
+
+TORQUE = "tau"
+JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+WRENCH = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
+FRAME_OUTPUTS = {
+    **{name: (0, k) for k, name in enumerate(AXES)},
+    **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},
+    **{name: (2, k) for k, name in enumerate(("ax", "ay", "az", "wdx", "wdy", "wdz"))},
+}
+
+
+@dataclass(frozen=True)
+class JointSignal:
+    """Torque of a motor, or position (0), velocity (1), acceleration (2) of a joint: row `k` of q."""
+
+    name: str
+    k: int
+    order: int = 0
+
+
+@dataclass(frozen=True)
+class FrameSignal:
+    """Component of a wrench on frame `number`, or of its position (0), velocity (1), acceleration (2).
+
+    Components 0-2 are linear, 3-5 angular (rotations are small), in axes of frame 0; `at` is a point of its body.
+    """
+
+    name: str
+    number: int
+    component: int
+    order: int = 0
+    at: Point | None = None
+
+
+Signal = JointSignal | FrameSignal
+
+
+def inputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
+    """Inputs by name; a motor alone means its torque. Raises `InputError` for what there is not."""
+    return [_input(machine, " ".join(name.split())) for name in names]
+
+
+def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
+    """Outputs by name; a joint alone means its position. Raises `InputError` for what there is not."""
+    return [_output(machine, " ".join(name.split())) for name in names]
+
+
+def default_inputs(machine: Machine) -> list[str]:
+    """The torques of all motors."""
+    return [f"{joint.name}.{TORQUE}" for joint in machine.joints if joint.kind is Kind.MOTOR]
+
+
+def default_outputs(machine: Machine) -> list[str]:
+    """The encoders of all motors."""
+    return [f"{joint.name}.q" for joint in machine.joints if joint.kind is Kind.MOTOR]
+
+
+def points_of(signals: Sequence[Signal]) -> Points:
+    """Points that signals are at, each once."""
+    return tuple(dict.fromkeys((s.number, s.at) for s in signals if isinstance(s, FrameSignal) and s.at))
+
+
+def _input(machine: Machine, name: str) -> Signal:
+    owner, quantity = _split(machine, name, {TORQUE, *WRENCH}, TORQUE)
+    if quantity in WRENCH:
+        return _frame(machine, name, owner, WRENCH[quantity], 0, "input")
+    k, kind = _joint(machine, name, owner, "input")
+    if kind is not Kind.MOTOR:
+        motors = ", ".join(default_inputs(machine)) or "this machine has none"
+        what = f"{quoted(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH)}"
+        raise _error(machine, "input", what)
+    return JointSignal(f"{owner}.{TORQUE}", k)
+
+
+def _output(machine: Machine, name: str) -> Signal:
+    owner, quantity = _split(machine, name, {*JOINT_OUTPUTS, *FRAME_OUTPUTS}, "q")
+    if quantity in FRAME_OUTPUTS:
+        order, component = FRAME_OUTPUTS[quantity]
+        return _frame(machine, name, owner, component, order, "output")
+    k, _ = _joint(machine, name, owner, "output")
+    return JointSignal(f"{owner}.{quantity}", k, JOINT_OUTPUTS[quantity])
+
+
+def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[str, str]:
+    """Owner and quantity of a signal; a joint alone has its usual quantity."""
+    if name in {joint.name for joint in machine.joints if joint.sigma != 2}:
+        return name, usual
+    owner, dot, quantity = name.rpartition(".")
+    if not dot or quantity not in known:
+        what = f"{quoted(name)} is not NAME.QUANTITY with a quantity of {', '.join(sorted(known))}"
+        raise _error(machine, "signal", what)
+    return owner, quantity
+
+
+def _joint(machine: Machine, name: str, owner: str, place: str) -> tuple[int, Kind]:
+    names = [machine.joints[j - 1].name for j in machine.moving]
+    if owner not in names:
+        what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, names)}"
+        raise _error(machine, place, what)
+    k = names.index(owner)
+    return k, machine.joints[machine.moving[k] - 1].kind
+
+
+def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:
+    try:
+        asked = Asked.parse(owner)
+    except FormulaError as error:
+        raise _error(machine, place, f"{quoted(name)}: {error}") from None
+    names = [joint.name for joint in machine.joints]
+    if asked.seen_from:
+        raise _error(
+            machine, place, f"{quoted(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'"
+        )
+    if asked.name not in names:
+        what = f"{quoted(name)}: no frame {quoted(asked.name)}{did_you_mean(asked.name, names)}"
+        raise _error(machine, place, what)
+    parameters = {parameter.name for parameter in machine.parameters}
+    unknown = sorted(set().union(*(cell.names for cell in asked.at or ())) - parameters)
+    if unknown:
+        raise _error(machine, place, f"{quoted(name)}: {unknown[0]} is no parameter of the machine")
+    return FrameSignal(name, names.index(asked.name) + 1, component, order, asked.at)
+
+
+def _error(machine: Machine, place: str, what: str) -> InputError:
+    return InputError(machine.source or machine.name, place, what)

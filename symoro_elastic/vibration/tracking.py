@@ -1,0 +1,126 @@
+"""Modes over a grid of positions, paired from each position to the next by their shapes.
+
+The criterion is MAC_ij = (phi_i^T M phi_j)^2 with the mean mass matrix of both positions; of a repeated frequency
+only the subspace counts, and its shapes are turned to those they are paired with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.linearization import linearize, with_motors
+from symoro_elastic.vibration.modes import Modes, clusters, modes
+from symoro_elastic.vibration.motion import Array, Motion
+from symoro_elastic.vibration.optional import optional
+
+DOUBTFUL = 0.5
+MOST_POSITIONS = 10_000
+Grid = Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Modes at every position of a grid, column k of all being one mode.
+
+    `positions` (points, joints of the grid), `found` the modes there, `mac` (points, m) how alike each is to the
+    mode that it was paired with, `before` the point that each was paired with (itself at the first).
+    """
+
+    joints: tuple[str, ...]
+    lengths: tuple[int, ...]
+    positions: Array
+    found: tuple[Modes, ...]
+    mac: Array
+    before: tuple[int, ...]
+
+    @property
+    def frequencies(self) -> Array:
+        """Hz, (points, m)."""
+        return np.array([each.frequencies for each in self.found])
+
+    @property
+    def doubtful(self) -> list[tuple[int, int]]:
+        """(point, mode) where a pair is alike by less than one half: the grid is too coarse there."""
+        return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
+
+
+def over_grid(
+    motion: Motion,
+    grid: Grid,
+    at: Mapping[str, float] | None = None,
+    torques: Mapping[str, float] | None = None,
+    held: Sequence[str] = (),
+    gains: Mapping[str, tuple[float, float]] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Tracked:
+    """Modes at the equilibrium of every position of a grid, paired along it; the last joint moves fastest.
+
+    `grid` gives positions (rad or m) by joint, `at` those of other joints; `torques`, `held` and `gains` are
+    those of `equilibrium` and `with_motors`. Raises `InputError`.
+    """
+    joints, lengths = tuple(grid), tuple(len(places) for places in grid.values())
+    count = int(np.prod(lengths))
+    if not grid or not 0 < count <= MOST_POSITIONS:
+        what = f"{count if grid else 0} positions: name joints, and at most {MOST_POSITIONS} positions"
+        raise InputError(motion.source, "--over", what)
+    positions = np.array(list(product(*grid.values())), dtype=float)
+    before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
+    found: list[Modes] = []
+    alike = []
+    for point, place in enumerate(positions):
+        state = equilibrium(motion, {**(at or {}), **dict(zip(joints, place.tolist(), strict=True))}, torques)
+        here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
+        paired, mac = pair(found[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
+        found.append(paired)
+        alike.append(mac)
+        progress(point + 1, count)
+    return Tracked(joints, lengths, positions, tuple(found), np.array(alike), tuple(before))
+
+
+def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
+    """The neighbour of a point that comes before it; the first point's own number."""
+    moved = list(index)
+    for axis in reversed(range(len(lengths))):
+        if moved[axis]:
+            moved[axis] -= 1
+            break
+    return int(np.ravel_multi_index(moved, lengths))
+
+
+def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
+    """The modes `here` in the order of those `before`, and the MAC of each pair (m,)."""
+    mass = (before.linear.M + here.linear.M) / 2
+    old, new = _normal(before.shapes, mass), _normal(here.shapes, mass)
+    criterion = (old.T @ mass @ new) ** 2
+    subspaces = criterion.copy()
+    for cluster in _indices(before.eigenvalues):
+        subspaces[cluster] = subspaces[cluster].sum(axis=0)
+    for cluster in _indices(here.eigenvalues):
+        subspaces[:, cluster] = subspaces[:, cluster].sum(axis=1, keepdims=True)
+    _, order = optional("scipy.optimize").linear_sum_assignment(-np.minimum(subspaces, 1.0) - 1e-6 * criterion)
+    shapes, values = here.shapes[:, order].copy(), here.eigenvalues[order]
+    for cluster in _indices(values):
+        overlap = shapes[:, cluster].T @ mass @ old[:, cluster]
+        left, _, right = np.linalg.svd(overlap)
+        shapes[:, cluster] = shapes[:, cluster] @ (left @ right)
+    alike = np.sum(old * (mass @ _normal(shapes, mass)), axis=0) ** 2
+    moved = replace(here, eigenvalues=values, shapes=shapes, damping_ratios=here.damping_ratios[order])
+    return moved, np.minimum(alike, 1.0)
+
+
+def _normal(shapes: Array, mass: Array) -> Array:
+    found: Array = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
+    return found
+
+
+def _indices(eigenvalues: Array) -> list[NDArray[np.intp]]:
+    """Modes of each repeated frequency, in any order of modes."""
+    order = np.argsort(eigenvalues, kind="stable")
+    return [order[cluster] for cluster in clusters(eigenvalues[order])]

@@ -1,0 +1,118 @@
+"""Poles and zeros of one transfer function; zeros on the imaginary axis are antiresonances.
+
+Zeros are the finite s at which [[s^2 M + s D + K, -F], [Cq + s Cv + s^2 Ca, 0]] is singular. How many there are
+follows from the first Markov parameter that does not vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.modes import damped
+from symoro_elastic.vibration.motion import Array
+from symoro_elastic.vibration.optional import optional
+
+VANISHING = 1e-10
+SAME = 1e-6
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class PolesAndZeros:
+    """Poles and zeros of the transfer function from `input` to `output`, rad/s; those that cancel are left out."""
+
+    input: str
+    output: str
+    poles: Complex
+    zeros: Complex
+
+    @property
+    def resonances(self) -> Array:
+        """|p| / 2 pi of the pole pairs that swing, Hz, ascending."""
+        return _swinging(self.poles)
+
+    @property
+    def antiresonances(self) -> Array:
+        """|z| / 2 pi of the zero pairs near the imaginary axis (damping ratio below 0.1), Hz, ascending."""
+        near = self.zeros[np.abs(self.zeros.real) <= 0.1 * np.abs(self.zeros)]
+        return _swinging(near)
+
+
+def _swinging(roots: Complex) -> Array:
+    found: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
+    return found
+
+
+def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros:
+    """Poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
+    j, i = _number(linear, ins, linear.inputs, "input"), _number(linear, outs, linear.outputs, "output")
+    poles, _ = damped(linear)
+    zeros = _zeros(linear, i, j)
+    rate = float(np.abs(poles).max(initial=1.0))
+    left_poles, left_zeros = _cancelled(poles, zeros, SAME * rate)
+    return PolesAndZeros(linear.inputs[j], linear.outputs[i], left_poles, left_zeros)
+
+
+def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str) -> int:
+    if name not in names:
+        raise InputError(linear.motion.source, what, f"{name!r} is none of {', '.join(names)}")
+    return names.index(name)
+
+
+def _zeros(linear: Linearization, i: int, j: int) -> Complex:
+    """Zeros in units of rad/s, found with time in units of the fastest pole."""
+    n = len(linear.K)
+    scale = 1 / np.sqrt(np.diag(linear.M))
+    both = np.outer(scale, scale)
+    M, D, K = linear.M * both, linear.D * both, linear.K * both
+    rate = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))).max(initial=0.0))) or 1.0
+    b = linear.F[:, j] * scale
+    c = np.array([linear.Cq[i], linear.Cv[i] * rate, linear.Ca[i] * rate**2]) * scale
+    if not b.any() or not c.any():
+        return np.zeros(0, dtype=complex)
+    b, c = b / np.abs(b).max(), c / np.abs(c).max()
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K) / rate**2, -np.linalg.solve(M, D) / rate]])
+    B = np.concatenate([np.zeros(n), np.linalg.solve(M, b)])
+    C = np.concatenate([c[0], c[1]]) + c[2] @ A[n:]
+    feed = float(c[2] @ B[n:])
+    count = _finite(A, B, C, feed)
+    if not count:
+        return np.zeros(0, dtype=complex)
+    pencil = np.block([[A, B[:, None]], [C[None], np.array([[feed]])]])
+    of_s = np.zeros_like(pencil)
+    of_s[: 2 * n, : 2 * n] = np.eye(2 * n)
+    over, under = optional("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = np.where(np.abs(under) > 0, over / under, np.inf)
+    roots = roots[np.argsort(np.abs(roots), kind="stable")][:count]
+    found = roots[np.isfinite(roots)] * rate
+    return np.asarray(found[np.lexsort((found.imag, np.abs(found).round(6)))], dtype=complex)
+
+
+def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
+    """Number of finite zeros: states less the relative degree."""
+    if abs(feed) > VANISHING * np.linalg.norm(C) * np.linalg.norm(B):
+        return len(A)
+    moved = B
+    for degree in range(1, len(A) + 1):
+        if abs(C @ moved) > VANISHING * np.linalg.norm(C) * np.linalg.norm(moved):
+            return len(A) - degree
+        moved = A @ moved
+    return 0
+
+
+def _cancelled(poles: Complex, zeros: Complex, near: float) -> tuple[Complex, Complex]:
+    """What is left when poles and zeros at one place cancel each other."""
+    left, kept = list(zeros), []
+    for pole in poles:
+        close = [k for k, zero in enumerate(left) if abs(zero - pole) <= near]
+        if close:
+            left.pop(min(close, key=lambda k: abs(left[k] - pole)))
+        else:
+            kept.append(pole)
+    return np.array(kept, dtype=complex), np.array(left, dtype=complex)

@@ -1,0 +1,12 @@
+"""Benchmarks: speed, operations, growth. Not tests: pytest does not collect them, and each is one command.
+
+    python -m tests.benchmarks.speed     time a call against Pinocchio C++, CasADi-generated C and MuJoCo
+    python -m tests.benchmarks.arrays    the numpy code against the same expressions on plain arrays
+    python -m tests.benchmarks.counts    operations, and instructions by callgrind, against published figures
+    python -m tests.benchmarks.growth    time to generate and to compile against the number of joints
+
+All take `--json FILE`; `speed --picture FILE` draws the ratios. Needs gcc (clang too, where there is one) and
+`pip install -e '.[benchmarks]'`. Peers get the same machine and the same states, and must give the same numbers
+first. Contestants then take turns in many short rounds, so a busy machine slows all of them; what is told is the
+median of the ratios within a round. Compiled code is kept in build/benchmarks.
+"""

@@ -1,0 +1,96 @@
+"""Time to generate and to compile chains of n joints: `python -m tests.benchmarks.growth [--joints 6 25 ...]`.
+
+The exponent is that of the power of n that fits best the times beyond 25 joints.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.generate import described
+from symoro_elastic.machine.scene import Scene
+from tests.benchmarks.machines import chain
+from tests.benchmarks.ours import Code
+from tests.benchmarks.tables import print_table, progress, save_json
+
+T = TypeVar("T")
+
+MODELS = ("inverse_dynamics", "direct_dynamics")
+COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
+FLAGS = ("-O2",)
+FIT_FROM = 25
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.growth", description=__doc__)
+    parser.add_argument("--joints", type=int, nargs="+", default=[6, 12, 25, 50, 100, 200, 400])
+    parser.add_argument("--most-compiled", type=int, default=100, help="longest chain that is compiled")
+    parser.add_argument("--json", type=Path, help="save the figures")
+    arguments = parser.parse_args()
+    wanted = [(model, n) for model in MODELS for n in arguments.joints]
+    figures = [figures_of(model, n, n <= arguments.most_compiled) for model, n in progress(wanted, "generate, compile")]
+    steps = ["trace", "render", *COMPILERS]
+    for model in MODELS:
+        chosen = [figure for figure in figures if figure["model"] == model]
+        rows = [[f"{f['joints']}", f"{f['operations']}", *(_seconds(f.get(step)) for step in steps)] for f in chosen]
+        exponents = [_exponent(chosen, step) for step in ["operations", *steps]]
+        rows.append(["exponent", *(f"{e:.2f}" if math.isfinite(e) else "-" for e in exponents)])
+        print_table(
+            f"{model} of a chain: seconds of the processor ({' '.join(FLAGS)})", ["joints", "operations", *steps], rows
+        )
+    if arguments.json:
+        save_json(arguments.json, figures)
+
+
+def figures_of(model: str, n: int, compiles: bool) -> dict[str, str | float]:
+    """Seconds of the processor for each step; generation is the better of two runs."""
+    machine, scene = chain(n), Scene(models=(model,))
+    package, traced = _timed(lambda: described(machine, scene))
+    made = Code(package, package.functions[0], DOUBLE)
+    files, rendered = _timed(lambda: made.files)
+    figures: dict[str, str | float] = {"model": model, "joints": n, "trace": traced, "render": rendered}
+    figures["operations"] = made.operations.products + made.operations.add
+    with tempfile.TemporaryDirectory() as folder:
+        for compiler in COMPILERS if compiles else ():
+            start = os.times()
+            compile_library(files, Path(folder), (compiler,), FLAGS)
+            end = os.times()
+            figures[compiler] = end.children_user + end.children_system - start.children_user - start.children_system
+    return figures
+
+
+def _timed(step: Callable[[], T]) -> tuple[T, float]:
+    best = math.inf
+    for _ in range(2):
+        start = time.process_time()
+        result = step()
+        best = min(best, time.process_time() - start)
+    return result, best
+
+
+def _exponent(figures: Sequence[dict[str, str | float]], step: str) -> float:
+    points = [(float(f["joints"]), float(f[step])) for f in figures if step in f and float(f["joints"]) >= FIT_FROM]
+    if len(points) < 2:
+        return math.nan
+    n, seconds = np.log(np.array(points)).T
+    return float(np.polyfit(n, seconds, 1)[0])
+
+
+def _seconds(value: str | float | None) -> str:
+    return "-" if value is None else f"{float(value):.3g}"
+
+
+if __name__ == "__main__":
+    main()

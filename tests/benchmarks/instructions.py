@@ -1,0 +1,55 @@
+"""Instructions of a call of generated C, counted by callgrind: a figure that a busy machine does not move."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+from tests.benchmarks.contest import compiled
+from tests.benchmarks.ours import Code
+
+FLAGS = ("-O2", "-mavx2", "-mfma", "-fno-math-errno", "-fno-trapping-math")
+CALLS = 100
+PROGRAM = """
+#include <stdlib.h>
+@HEADER@
+
+int main(int count, char **words)
+{
+    double row[@INPUTS@], result[@RESULTS@];
+    @SETUP@
+    for (int k = 0; k < @INPUTS@; ++k) row[k] = 0.1 + 0.07*k;
+    for (int call = atoi(words[count - 1]); call > 0; --call) {
+        @CALL@
+    }
+    return 0;
+}
+"""
+
+
+def available() -> bool:
+    """Whether there is what counts."""
+    return bool(shutil.which("valgrind"))
+
+
+def per_call(code: Code, compiler: str) -> float:
+    """Instructions of one call, the loop around it included."""
+    words = {
+        "HEADER": code.header,
+        "SETUP": code.setup,
+        "CALL": code.call,
+        "INPUTS": str(sum(code.inputs)),
+        "RESULTS": str(sum(code.results)),
+    }
+    text = re.sub(r"@(\w+)@", lambda found: words[found[1]], PROGRAM)
+    program = compiled([compiler, *FLAGS], {**code.files, "main.c": text}, ["-lm"], product="main")
+    return (_instructions(str(program), 1 + CALLS) - _instructions(str(program), 1)) / CALLS
+
+
+def _instructions(program: str, calls: int) -> int:
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, str(calls)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    assert found, done.stderr
+    return int(found[1])

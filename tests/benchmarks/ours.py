@@ -1,0 +1,117 @@
+"""Generated C as contestants: the call of one state and the batch, in any precision, parameters folded or not."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.codegen.c import render_c
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.generate import described
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.symbolic.program import OperationCount
+from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, timed_batch
+
+FAST = ("-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math")
+NATIVE = ("-march=native",)
+AVX512 = ("-march=native", "-mprefer-vector-width=512")
+AVX2 = ("-mavx2", "-mfma")
+
+
+@dataclass(frozen=True)
+class Code:
+    """The C of one model of a machine, and the pieces of calls to it."""
+
+    package: Package
+    function: Function
+    precision: Precision
+
+    @property
+    def name(self) -> str:
+        return f"{self.package.name}{self.precision.suffix}_{self.function.name}"
+
+    @property
+    def files(self) -> dict[str, str]:
+        return render_c(self.package, self.precision)
+
+    @property
+    def header(self) -> str:
+        return f'#include "{self.package.name}{self.precision.suffix}.h"'
+
+    @property
+    def inputs(self) -> list[int]:
+        return [argument.size for argument in self.function.arguments]
+
+    @property
+    def results(self) -> list[int]:
+        return [int(np.prod(result.shape)) for result in self.function.results]
+
+    @property
+    def operations(self) -> OperationCount:
+        return self.function.program.count
+
+    @property
+    def setup(self) -> str:
+        """C of the work that depends on parameters only."""
+        if not self.has_constants:
+            return ""
+        return f"{self.precision.real} c[{self.name.upper()}_CONSTANTS]; {self.name}_prepare({self.parameters[0]}, c);"
+
+    @property
+    def has_constants(self) -> bool:
+        return bool(self.function.program.once) and bool(self.package.parameters)
+
+    @property
+    def parameters(self) -> list[str]:
+        return [f"{self.package.name}{self.precision.suffix}_defaults"] if self.package.parameters else []
+
+    @property
+    def call(self) -> str:
+        """C of the model at the state `row`."""
+        prepared, c = ("_prepared", ["c"]) if self.has_constants else ("", [])
+        inputs, results = _places("row", self.inputs), _places("result", self.results)
+        return f"{self.name}{prepared}({', '.join([*inputs, *self.parameters, *c, *results])});"
+
+    @property
+    def batch(self) -> str:
+        """C of the model at all states, entry k of state s at [k*states + s]."""
+        inputs = _places("x", self.inputs, "*states")
+        results = _places("y", self.results, "*states")
+        return f"{self.name}_batch({', '.join(['states', *inputs, *self.parameters, *results])});"
+
+
+def _places(array: str, sizes: Sequence[int], times: str = "") -> list[str]:
+    return [f"{array} + {start}{times}" for start in np.cumsum([0, *sizes[:-1]])]
+
+
+def code(machine: Machine, model: str, *, fold: bool = True, precision: Precision = DOUBLE) -> Code:
+    """One model; with all parameters folded, or with parameters as an argument."""
+    package = described(machine, Scene(models=(model,), fold=ALL if fold else ()))
+    return Code(package, package.functions[0], precision)
+
+
+def scalar(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] = NATIVE) -> Contestant:
+    """A call for each state."""
+    text = timed(code.header, code.call, sum(code.inputs), sum(code.results), code.setup)
+    y = np.empty((len(x), sum(code.results)))
+    return Contestant(name, _entry(code, text, compiler, flags), x, y, lambda y: y[:, : code.results[0]], len(x))
+
+
+def batch(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] = AVX512) -> Contestant:
+    """One call for all states."""
+    text = timed_batch(code.header, code.batch, scalar=code.precision.state)
+    dtype = np.float32 if code.precision is SINGLE else np.float64
+    y = np.empty((sum(code.results), len(x)), dtype)
+    columns = np.ascontiguousarray(x.T, dtype)
+    run = _entry(code, text, compiler, flags)
+    return Contestant(name, run, columns, y, lambda y: y[: code.results[0]].T, len(x))
+
+
+def _entry(code: Code, text: str, compiler: str, flags: Sequence[str]):
+    library = compiled([compiler, *FAST, *flags], {**code.files, "contest.c": text}, ["-lm"])
+    return entry(ctypes.CDLL(str(library)))

@@ -1,0 +1,1 @@
+"""The programs that generated code is measured against."""

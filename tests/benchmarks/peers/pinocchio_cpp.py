@@ -1,0 +1,86 @@
+"""Pinocchio in C++: its shipped headers, compiled here for this processor."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.machine.machine import Kind, Machine
+from tests.benchmarks.contest import Array, Contestant, compiled, entry, keeping_results
+from tests.references.pinocchio_model import model_of
+
+HERE = Path(__file__).parent
+LIMITS = (
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
+)
+"""What Pinocchio's own build configuration defines for those that include it."""
+ALGORITHMS = {
+    "inverse_dynamics": ("inverse", "rnea"),
+    "direct_dynamics": ("direct", "aba"),
+    "inertia_matrix": ("inertia_matrix", "crba"),
+    "d inverse": ("d_inverse", "computeRNEADerivatives"),
+    "d direct": ("d_direct", "computeABADerivatives"),
+}
+
+
+def headers() -> list[str]:
+    """Options of the compiler that find Pinocchio, Eigen and boost in the wheels."""
+    found = importlib.util.find_spec("cmeel")
+    assert found and found.submodule_search_locations
+    include = Path(next(iter(found.submodule_search_locations))).parent / "cmeel.prefix" / "include"
+    return ["-std=c++17", *LIMITS, f"-isystem{include}", f"-isystem{include / 'eigen3'}"]
+
+
+def sources(name: str) -> dict[str, str]:
+    return {file: (HERE / file).read_text(encoding="utf-8") for file in (name, "pinocchio_model.hpp")}
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """Compiled with g++ -O3 -march=native, templates instantiated here: no slower than the shipped library."""
+    command = ["g++", "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared", *headers()]
+    return ctypes.CDLL(str(compiled(command, sources("pinocchio_double.cpp"))))
+
+
+def contestant(model_file: Path, model: str, x: Array, results: int) -> Contestant:
+    """One of `ALGORITHMS` on the states of `x` (q, qd and the third argument of each)."""
+    function, name = ALGORITHMS[model]
+    library().read_model(str(model_file).encode())
+    return keeping_results(f"Pinocchio {name}", entry(library(), function), x, results)
+
+
+def model_text(machine: Machine) -> str:
+    """A machine as the C++ programs read it: gravity, then a line a joint. Angles are exact quarter turns."""
+    model, order, numbers = model_of(machine)
+    assert order == sorted(order), "joints are in depth-first order"
+    lines = [_line(len(order), *model.gravity.linear)]
+    for k, j in enumerate(numbers.moving):
+        row, joint = numbers.joints[j], k + 1
+        place, inertia = model.jointPlacements[joint], model.inertias[joint]
+        rotation = np.round(place.rotation, 15) + 0.0
+        lines.append(
+            _line(
+                model.parents[joint],
+                row.sigma,
+                *rotation.ravel(),
+                *(np.round(place.translation, 15) + 0.0),
+                inertia.mass,
+                *inertia.lever,
+                *inertia.inertia.ravel(),
+                *(row.rotor_inertia, row.stiffness, row.damping, row.neutral),
+                int(row.kind is Kind.MOTOR),
+            )
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _line(*numbers: Any) -> str:
+    return " ".join(repr(float(x)) if isinstance(x, float) else str(int(x)) for x in numbers)

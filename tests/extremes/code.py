@@ -1,0 +1,57 @@
+"""Machines of the corpus as compiled C, and its errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from symoro_elastic.codegen.compile import compile_package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.generate import package
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
+from symoro_elastic.numerics.candidates import Results, c_code
+from symoro_elastic.numerics.states import States
+from symoro_elastic.numerics.values import parameter_values
+from tests.extremes.corpus import DIRECT, INVERSE
+
+QUICKLY, WELL = ("-O0",), ("-O2",)
+BOTH = (DIRECT, INVERSE)
+
+
+class Code:
+    """Models of a machine, compiled in a precision."""
+
+    def __init__(
+        self, machine: Machine, folder: Path, flags: Sequence[str], models: Sequence[str], precision: Precision
+    ) -> None:
+        self.precision = precision
+        self.values = rounded_values(parameter_values(machine), precision)
+        self.traced = {name: trace(machine, name) for name in models}
+        described = package(machine, list(self.traced.values()), ())
+        library = compile_package(described, folder, precision=precision, flags=flags)
+        self._run = c_code(library, np.array([self.values[p.name] for p in described.parameters]))
+
+    def results(self, model: str, states: States) -> Results:
+        return self._run(self.traced[model], states)
+
+    def errors(self, model: str, states: States) -> Errors:
+        """At these states, rounded to the precision."""
+        held = rounded(states, self.precision)
+        return measure(self.traced[model], self.results(model, held), held, self.values, self.precision)
+
+
+@contextmanager
+def compiled(
+    machine: Machine,
+    flags: Sequence[str] = QUICKLY,
+    models: Sequence[str] = BOTH,
+    precision: Precision = DOUBLE,
+) -> Iterator[Code]:
+    with TemporaryDirectory() as folder:
+        yield Code(machine, Path(folder), flags, models, precision)

@@ -1,0 +1,78 @@
+"""Sines and cosines of generated C against high precision: errors in units in the last place of the value itself."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from symoro_elastic.codegen.templates import template_folder
+
+LARGEST = {"double": 1048576.0, "float": 1024.0}
+DTYPE = {"double": np.float64, "float": np.float32}
+FLAGS = ("-O2", "-mfma"), ("-O3",), ("-O2", "-DLARGEST_ANGLE=0")
+
+
+@cache
+def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
+    text = (template_folder() / "c" / f"circles_{kind}.c").read_text(encoding="utf-8")
+    limit = f"#ifndef LARGEST_ANGLE\n#define LARGEST_ANGLE {LARGEST[kind]!r}{'f' if kind == 'float' else ''}\n#endif\n"
+    head = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n#define INLINE\n" + limit
+    source = folder / "circles.c"
+    source.write_text(head + text, encoding="utf-8")
+    subprocess.run(
+        ["gcc", "-std=c99", "-shared", "-fPIC", *flags, "circles.c", "-o", "c.so", "-lm"], cwd=folder, check=True
+    )
+    return ctypes.CDLL(str(folder / "c.so"))
+
+
+def circles(
+    kind: str, folder: Path, x: NDArray[np.floating], flags: tuple[str, ...]
+) -> tuple[NDArray[np.floating], ...]:
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    run = library(kind, folder, flags).circles
+    run.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
+    run(len(x), x.ctypes.data, sine.ctypes.data, cosine.ctypes.data)
+    return sine, cosine
+
+
+def angles(kind: str, count: int) -> NDArray[np.floating]:
+    """Of every size, and as near to quarter turns as numbers of this type come."""
+    draw = np.random.default_rng(1)
+    size = LARGEST[kind] * 2.0 ** draw.uniform(-60, 0, count)
+    turns = draw.integers(-int(LARGEST[kind] * 0.63), int(LARGEST[kind] * 0.63), count) * (np.pi / 2)
+    found = np.concatenate([size * draw.choice((-1, 1), count), turns, np.nextafter(turns, np.inf), [0.0, -0.0]])
+    return np.ascontiguousarray(found[np.abs(found) <= LARGEST[kind]].astype(DTYPE[kind]))
+
+
+@pytest.mark.parametrize("flags", FLAGS[:2])
+@pytest.mark.parametrize("kind", ["double", "float"])
+def test_within_its_bound(kind: str, flags: tuple[str, ...], tmp_path: Path) -> None:
+    x = angles(kind, 2000)
+    found = circles(kind, tmp_path, x, flags)
+    with mpmath.workdps(60):
+        for function, values in zip((mpmath.sin, mpmath.cos), found, strict=True):
+            exact = [function(mpmath.mpf(float(v))) for v in x]
+            unit = np.spacing(np.array([abs(float(v)) for v in exact], DTYPE[kind]))
+            off = [
+                abs(float((mpmath.mpf(float(v)) - e) / float(u))) for v, e, u in zip(values, exact, unit, strict=True)
+            ]
+            assert max(off) < 1.5
+
+
+@pytest.mark.parametrize("flags", FLAGS)
+@pytest.mark.parametrize("kind", ["double", "float"])
+def test_outside_its_range_the_library_answers(kind: str, flags: tuple[str, ...], tmp_path: Path) -> None:
+    x = np.array([LARGEST[kind] * 1.01, -1e15, 1e30, np.inf, np.nan, 0.3], DTYPE[kind])
+    sine, cosine = circles(kind, tmp_path, x, flags)
+    with np.errstate(invalid="ignore"):
+        wanted = np.sin(x.astype(float)), np.cos(x.astype(float))
+    unit = 2.0 ** (-52 if kind == "double" else -23)
+    np.testing.assert_allclose(sine, wanted[0], rtol=0, atol=unit)
+    np.testing.assert_allclose(cosine, wanted[1], rtol=0, atol=unit)

@@ -1,0 +1,198 @@
+"""Commands about vibration, what they write, and what they refuse in one line."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.machine.machine import Kind
+from symoro_elastic.vibration.export import arrays_of, control_system, save_linearization
+from symoro_elastic.vibration.modes import modes
+from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.plots import over_two
+from symoro_elastic.vibration.responses import frequency_response
+from symoro_elastic.vibration.tracking import over_grid
+from tests.built import cell
+from tests.references.random_machines import random_machine
+from tests.test_commands import EXAMPLES, refused, run
+from tests.test_modes import PRINTED, two_axis
+from tests.vibrating import drive, linearized, machine_of, slide, spring
+
+TWO_AXIS = EXAMPLES / "two_axis.toml"
+AT = ("--at", "motor_x=0.3", "--at", "motor_y=0.1")
+
+
+def figures(*arguments: object) -> Any:
+    return json.loads(run(*arguments, "--json").stdout)
+
+
+def test_modes_on_the_command_line(tmp_path: Path) -> None:
+    found = figures("modes", TWO_AXIS, *AT)
+    assert [round(f, 1) for f in found["frequencies"]] == PRINTED
+    assert found["conclusion"].startswith(
+        "the first vibration, 26.07 Hz, is limited by bed_yaw (70% of its strain energy)"
+    )
+    assert found["damping_ratios"][0] is None and len(found["frame_shapes"]["tool"]) == 12
+    assert sum(found["kinetic_energy"][name][2] for name in found["kinetic_energy"]) == pytest.approx(1.0)
+    shown = run("modes", TWO_AXIS, *AT, "--out", tmp_path / "m.npz", "--plots", tmp_path / "p").output
+    assert "26.0732" in shown and "bed_yaw.stiffness +0.35" in shown and found["conclusion"] in shown
+    with np.load(tmp_path / "m.npz") as saved:
+        np.testing.assert_array_equal(saved["frequencies"], found["frequencies"])
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"shapes.png", "energies.png"}
+
+
+def test_motors_held_or_under_control() -> None:
+    held = figures("modes", TWO_AXIS, *AT, "--hold", "all")
+    assert len(held["frequencies"]) == 10 and held["frequencies"][0] == pytest.approx(25.98789, rel=1e-6)
+    controlled = figures("modes", TWO_AXIS, *AT, "--hold", "motor_x", "--pd", "motor_y=1e7:3e4")
+    assert len(controlled["frequencies"]) == 11 and "motor_y (controller)" in controlled["strain_energy"]
+
+
+def test_modes_over_positions(tmp_path: Path) -> None:
+    over = ("modes", TWO_AXIS, "--at", "motor_x=0.3", "--over", "motor_y=0:0.4:3")
+    found = figures(*over, "--plots", tmp_path)
+    assert [round(row[5], 1) for row in found["frequencies"]] == [87.7, 98.9, 103.1]
+    assert "mode 6 depends most on the position" in run(*over).stdout
+    assert (tmp_path / "positions.png").stat().st_size > 1000
+    assert (tmp_path / "shapes_over_positions.png").exists()
+    two = over_grid(Motion(two_axis()), {"motor_x": [0.0, 1.0], "motor_y": [0.0, 0.2]})
+    (axis, *_) = over_two(two, 5).axes
+    assert axis.get_xlabel() == "motor_x"
+
+
+def test_response_on_the_command_line(tmp_path: Path) -> None:
+    asked = ("response", TWO_AXIS, *AT, "--input", "motor_x", "--output", "tool.x", "--frequencies", "10:100:50")
+    found = figures(*asked, "--out", tmp_path / "r.csv", "--plots", tmp_path)
+    (transfer,) = found["transfers"]
+    assert transfer["resonances"][0] == pytest.approx(26.0732, rel=1e-6) and found["points"] == 50
+    header, *lines = (tmp_path / "r.csv").read_text().splitlines()
+    assert header == "f [Hz],re tool.x / motor_x.tau,im tool.x / motor_x.tau"
+    table = np.array([[float(x) for x in line.split(",")] for line in lines])
+    linear = linearized(two_axis(), {"motor_x": 0.3, "motor_y": 0.1}, ["motor_x"], ["tool.x"])
+    np.testing.assert_array_equal(table[:, 1], frequency_response(linear, table[:, 0]).values[:, 0, 0].real)
+    assert (tmp_path / "bode_motor_x_tau.png").exists()
+    assert "antiresonances" in run(*asked).stdout
+
+
+def test_compare_on_the_command_line() -> None:
+    found = figures("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02")
+    assert found["frequencies"]["full"] == found["frequencies"]["reduced"] and found["frequencies"]["rigid"] == []
+    assert "--ratio couples them" in found["conclusion"]
+    shown = run("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02").stdout
+    assert "rigid misses" in shown and found["conclusion"] in shown
+
+
+@pytest.mark.parametrize("suffix", ["npz", "mat"])
+def test_a_linearization_in_a_file(suffix: str, tmp_path: Path) -> None:
+    """The same bytes each time, and the arrays that the linearization has."""
+    path, again = (tmp_path / f"{name}.{suffix}" for name in ("one", "two"))
+    linear = linearized(drive(d=3.0), None, ["motor", "load.fz"], ["motor", "load.vz"])
+    for each in (path, again):
+        save_linearization(linear, each)
+    assert path.read_bytes() == again.read_bytes()
+    loaded = np.load(path) if suffix == "npz" else scipy.io.loadmat(path)
+    for name, x in arrays_of(linear).items():
+        found = loaded[name]
+        if isinstance(x, list):
+            assert [str(np.atleast_1d(y)[0]) for y in np.ravel(found)] == x
+        else:
+            np.testing.assert_array_equal(np.squeeze(found), np.squeeze(x))
+
+
+def test_linearize_on_the_command_line(tmp_path: Path) -> None:
+    out = tmp_path / "two.mat"
+    shown = run("linearize", TWO_AXIS, *AT, "--output", "tool.ax", "--out", out).stdout
+    assert "motor_y 1010.43 N" in shown and out.exists()
+    found = figures("linearize", TWO_AXIS, "--as-given", "--at", "motor_x=0.3", "--rate", "motor_x=2")
+    assert found["qd"][4] == 2.0 and len(found["A"]) == 24 and found["qdd"][8] != 0.0
+
+
+def test_a_system_for_python_control() -> None:
+    linear = linearized(drive(d=3.0))
+    try:
+        system = control_system(linear)
+    except InputError as error:
+        assert str(error) == (
+            "symoro-elastic: control: a system for python-control needs control: pip install 'symoro-elastic[control]'"
+        )
+        return
+    np.testing.assert_array_equal(system.A, linear.space.A)
+    assert list(system.input_labels) == ["motor_tau"]
+
+
+def test_wrenches_that_turn_with_their_bodies_have_no_real_modes() -> None:
+    machine = random_machine(0, joints=5, kinds=("elastic",), friction=False)
+    machine = replace(machine, source="pushed.toml")
+    assert any(joint.wrench.force[0].tree != cell(0).tree for joint in machine.joints)
+    with pytest.raises(InputError, match=r"pushed\.toml: modes: K is not symmetric"):
+        modes(linearized(machine))
+
+
+REFUSED = {
+    "--at motor_z=1": "two_axis.toml: --at: no joint 'motor_z' moves; did you mean 'motor_y'?",
+    "--torque motor_y=0": "equilibrium: there is none: nothing supports motor_y (1010 N)",
+    "--torque motor_y=1010.43": "equilibrium: there is none nearby: motor_y = ",
+    "--torque bed_x=1": "--torque: bed_x has no motor: torques belong to motors (motor_x, motor_y)",
+    "--hold ram": "--hold: ram has no motor; motors are motor_x, motor_y",
+    "--hold motor_x --pd motor_x=1:1": "--pd: motor_x is held: leave out one of --hold and --pd",
+    "--pd motor_x=1": "--pd: 'motor_x=1' is not MOTOR=KP:KD",
+    "--rate motor_x=1": "--rate: an equilibrium is at rest: add --as-given",
+    "--value K=1": "two_axis.toml: parameters: no parameter 'K'",
+    "--over motor_y=0:1": "--over: 'motor_y=0:1': give LOW:HIGH:COUNT",
+    "--over motor_y=0:1:20000": "--over: 20000 positions",
+    "--over motor_y=0:1:3 --as-given": "--over: modes over positions are those of equilibria",
+    "--out m.txt": "m.txt: --out: no form '.txt': end the name with .npz or .mat",
+}
+
+
+@pytest.mark.parametrize("options", REFUSED)
+def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = refused("modes", TWO_AXIS, *options.split())
+    assert REFUSED[options] in line and "\n" not in line
+    assert not list(tmp_path.iterdir())
+
+
+SIGNALS = {
+    "--input ram": "input: 'ram': ram has no motor",
+    "--input tool.fq": "signal: 'tool.fq' is not NAME.QUANTITY",
+    "--input tol.fx": "input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",
+    "--output tool.q": "output: 'tool.q': no joint 'tool' moves",
+    "--output tool": "signal: 'tool' is not NAME.QUANTITY",
+    "--output tool@at@(0,L9,0).x": "L9 is no parameter of the machine",
+    "--output tool@at@(0,0).x": "a point has three coordinates",
+    "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
+    "--frequencies 10": "--frequencies: '10': give LOW:HIGH:COUNT",
+    "--frequencies 10:1:5": "--frequencies: from 10 to 1 Hz in 5 points",
+    "--damping -1": "--damping: -1 is no damping ratio",
+    "--out r.dat": "end the name with .csv or .npz or .mat",
+    "--plots two_axis.toml": "two_axis.toml: folder: cannot be written",
+}
+
+
+@pytest.mark.parametrize("options", SIGNALS)
+def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two_axis.toml").write_bytes(TWO_AXIS.read_bytes())
+    words = [word.replace("@", " ") for word in options.split()]
+    line = refused("response", "two_axis.toml", *words)
+    assert SIGNALS[options] in line and "\n" not in line
+    assert [path.name for path in tmp_path.iterdir()] == ["two_axis.toml"]
+
+
+def test_a_parameter_without_value_is_named(tmp_path: Path) -> None:
+    machine = machine_of("open", slide("load", 0, Kind.ELASTIC, "M", spring=spring("K")), parameters={"M": 2, "K": 800})
+    machine = replace(machine, parameters=tuple(replace(p, value=None) for p in machine.parameters))
+    write_machine(machine, tmp_path / "open.toml")
+    line = refused("modes", tmp_path / "open.toml")
+    assert "parameters: M has no value: give it one in the file, or with --value M=X" in line
+    found = figures("modes", tmp_path / "open.toml", "--value", "M=2", "--value", "K=800")
+    assert found["frequencies"] == [pytest.approx(20 / (2 * np.pi), rel=1e-15)]
