@@ -69,14 +69,27 @@ class Assignment:
 
 
 def c_functions(text: str) -> dict[str, list[Assignment]]:
-    """Functions of a C text and their assignments, found without the printer's help."""
+    """Functions of a C text and their assignments, found without the printer's help; of one state, not of a batch."""
     plain = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
+    plain = re.sub(r"\*(stride|lanes)\b", "", plain)
     found = {}
-    for name, body in re.findall(r"^void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
+    for name, body in re.findall(r"^\w+ void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
         statements = [" ".join(s.split()) for s in body.split(";")]
         parts = [re.fullmatch(r"(const double )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
         found[name] = [Assignment(p[2], bool(p[1]), p[3]) for p in parts if p]
     return found
+
+
+def c_work(functions: dict[str, list[Assignment]], name: str) -> tuple[list[Assignment], list[Assignment]]:
+    """Assignments of one model: on parameters only, then for each call; parts in a row, what they hand on left out."""
+    kinds = (rf"{name}_constants\d*", rf"{name}_state\d*")
+    once, each = ([a for n, found in functions.items() if re.fullmatch(kind, n) for a in found] for kind in kinds)
+    return _without_live(once), _without_live(each)
+
+
+def _without_live(assignments: list[Assignment]) -> list[Assignment]:
+    own = [a for a in assignments if "live[" not in a.target + a.right]
+    return list(dict.fromkeys(own))  # each part unpacks the arguments it needs
 
 
 TOKEN = re.compile(
@@ -96,7 +109,7 @@ def names_in(expression: str) -> list[str]:
 
 
 def recount(assignments: Sequence[Assignment]) -> OperationCount:
-    """Operations in printed statements, by reading the text: binary signs, calls of sin and cos."""
+    """Operations in printed statements, by reading the text: binary signs, sines and cosines."""
     totals = {"mul": 0, "add": 0, "div": 0, "sincos": 0}
     kinds = {"*": "mul", "/": "div", "+": "add", "-": "add"}
     for assignment in assignments:
@@ -104,7 +117,7 @@ def recount(assignments: Sequence[Assignment]) -> OperationCount:
         for kind, text in tokens(assignment.right):
             if kind == "sign" and (before[0] in ("number", "name") or before[1] in (")", "]")):
                 totals[kinds[text]] += 1
-            totals["sincos"] += kind == "name" and text in ("sin", "cos")
+            totals["sincos"] += kind == "name" and text in ("sin", "cos", "sine", "cosine")
             before = (kind, text)
     return OperationCount(**totals)
 

@@ -21,7 +21,7 @@ FLAGS = ("-O2", "-mfma"), ("-O3",), ("-O2", "-DLARGEST_ANGLE=0")
 
 @cache
 def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
-    text = (template_folder() / "c" / f"circles_{kind}.c").read_text(encoding="utf-8")
+    text = (template_folder() / "c" / f"circles_{kind}.c.j2").read_text(encoding="utf-8")
     limit = f"#ifndef LARGEST_ANGLE\n#define LARGEST_ANGLE {LARGEST[kind]!r}{'f' if kind == 'float' else ''}\n#endif\n"
     head = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n#define INLINE\n" + limit
     source = folder / "circles.c"

@@ -192,7 +192,7 @@ def test_the_table_is_plain_where_the_terminal_is(tmp_path: Path) -> None:
 def test_warnings_go_to_stderr_and_refuse_nothing(run: Run, tmp_path: Path) -> None:
     machine = edited(TWO_R, tmp_path, 'inertia = [0, "I1", "I1"]', "inertia = [0, 5, 1]")
     ran = run("generate", machine, "--json")
-    assert ran.code == 0 and len(json.loads(ran.out)["written"]) == 7
+    assert ran.code == 0 and len(json.loads(ran.out)["written"]) == 9
     assert ran.err.startswith("warning: joint 1 (shoulder): ") and ran.err.count("\n") == 1
 
 
@@ -204,7 +204,7 @@ def test_without_arguments_help_is_shown(run: Run) -> None:
 
 def test_the_same_through_python_m_and_the_entry_point(tmp_path: Path) -> None:
     ran = outside("generate", TWO_R, "--json", folder=tmp_path)
-    assert len(ran.figures["written"]) == 7
+    assert len(ran.figures["written"]) == 9
     ran = outside("generate", "none.toml", folder=tmp_path)
     assert ran == Ran(2, "", "error: none.toml: file: there is no such file\n")
     from importlib.metadata import entry_points

@@ -39,13 +39,13 @@ from symoro_elastic.symbolic.program import (
     by_section,
     saved,
 )
-from tests.generated_code import ALL_MODELS, Assignment, c_functions, names_in, recount, rendered
+from tests.generated_code import ALL_MODELS, Assignment, c_functions, c_work, names_in, recount, rendered
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ("two_axis.toml", "rx90.par", "puma560.par", "flex4.par", "planar_2r.toml")
 FUNCTIONS = {"sin", "cos", "sqrt", "sign", "atan2"}
-ARRAYS = {"q", "qd", "tau", "qdd", "qdd_motor", "p", "c"}
+ARRAYS = {"q", "qd", "tau", "qdd", "qdd_motor", "p", "c", "sine", "cosine"}
 
 
 def example(name: str) -> Machine:
@@ -78,8 +78,7 @@ class Subject:
 
     def text(self, model: str) -> tuple[list[Assignment], list[Assignment]]:
         """Assignments of the C of one model: parameters only, then for each call."""
-        name = f"{self.machine.name}_{model}"
-        return self.functions.get(f"{name}_prepare", []), self.functions.get(f"{name}_prepared", self.functions[name])
+        return c_work(self.functions, f"{self.machine.name}_{model}")
 
 
 VARIOUS = [pytest.param(Subject(machine), id=f"{k}-{machine.name}") for k, machine in enumerate(machines())]
@@ -342,7 +341,7 @@ def test_the_same_bytes_whatever_the_hash_seed() -> None:
         run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
         found.append(run.stdout.splitlines())
     assert found[0] == found[1]
-    assert len(found[0]) == 2 * (len(paths) + 1) * (2 + 2 + len(ALL_MODELS))
+    assert len(found[0]) == 2 * (len(paths) + 1) * (2 + 4 + len(ALL_MODELS))
 
 
 # Linear in the number of joints

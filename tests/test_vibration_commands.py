@@ -149,6 +149,11 @@ REFUSED = {
     "--over motor_y=0:1": "--over: 'motor_y=0:1': give LOW:HIGH:COUNT",
     "--over motor_y=0:1:20000": "--over: 20000 positions",
     "--over motor_y=0:1:3 --as-given": "--over: modes over positions are those of equilibria",
+    "--at motor_x=nan": "two_axis.toml: --at: motor_x=nan is out of range",
+    "--torque motor_x=1e300": "two_axis.toml: --torque: motor_x=1e+300 is out of range",
+    "--value D4=nan": "two_axis.toml: D4: nan is no number to compute with",
+    "--pd motor_x=inf:1": "--pd: ",
+    "--over ram=0:1:3": "--over: ram is not held, so the equilibrium decides where it is: go over motors",
     "--out m.txt": "m.txt: --out: no form '.txt': end the name with .npz or .mat",
 }
 
@@ -172,6 +177,7 @@ SIGNALS = {
     "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
     "--frequencies 10": "--frequencies: '10': give LOW:HIGH:COUNT",
     "--frequencies 10:1:5": "--frequencies: from 10 to 1 Hz in 5 points",
+    "--frequencies 1:10:1000000000": "in 1000000000 points: give 0 < LOW < HIGH and 2 to 200000 points",
     "--damping -1": "--damping: -1 is no damping ratio",
     "--out r.dat": "end the name with .csv or .npz or .mat",
     "--plots two_axis.toml": "two_axis.toml: folder: cannot be written",
@@ -188,11 +194,27 @@ def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.Mon
     assert [path.name for path in tmp_path.iterdir()] == ["two_axis.toml"]
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ("--stroke nan", "--stroke: nan: give rad or m up to 100"),
+        ("--duration 0", "--duration: 0 s is no time to move in"),
+        ("--duration 1e9", "--duration: 1e+09 s at 1105 Hz is too long to follow: at most 18.1 s"),
+        ("--ratio motor_y=20", "--ratio: motor_y is no revolute motor with a rotor inertia"),
+        ("--motion none.csv", "none.csv"),
+        ("--value foo=1", "parameters: no parameter 'foo'"),
+        ("--value ram.mass=nan", "ram.mass: nan is no number to compute with"),
+    ],
+)
+def test_comparisons_refused(options: str, said: str) -> None:
+    assert said in refused("compare", TWO_AXIS, *options.split())
+
+
 def test_a_parameter_without_value_is_named(tmp_path: Path) -> None:
     machine = machine_of("open", slide("load", 0, Kind.ELASTIC, "M", spring=spring("K")), parameters={"M": 2, "K": 800})
     machine = replace(machine, parameters=tuple(replace(p, value=None) for p in machine.parameters))
     write_machine(machine, tmp_path / "open.toml")
     line = refused("modes", tmp_path / "open.toml")
-    assert "parameters: M has no value: give it one in the file, or with --value M=X" in line
+    assert "parameters: M has no value (1 more as well): give it one in the file, or with --value M=X" in line
     found = figures("modes", tmp_path / "open.toml", "--value", "M=2", "--value", "K=800")
     assert found["frequencies"] == [pytest.approx(20 / (2 * np.pi), rel=1e-15)]

@@ -154,6 +154,7 @@ def catalogue_table() -> Any:
     from rich.table import Table
 
     table = Table("model", "of", "gives", "shape", "meaning", "equations")
+    table.columns[0].min_width = max(map(len, MODELS))
     for model in MODELS.values():
         for k, name in enumerate(model.results):
             head = (model.name, ", ".join(model.arguments) or "p") if k == 0 else ("", "")

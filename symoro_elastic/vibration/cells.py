@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -33,19 +34,21 @@ def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     """
     named = with_named_cells(machine)
     names = [parameter.name for parameter in named.parameters]
-    refuse_unknown(machine, values, names)
+    refuse_values(machine, values, names)
     given = {name: Formula.parse(float(x)) for name, x in values.items()}
     parameters = tuple(replace(p, value=given.get(p.name, p.value)) for p in named.parameters)
     cells = names[len(machine.parameters) :]
     return with_constants(replace(named, parameters=parameters), cells)
 
 
-def refuse_unknown(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
-    """Raise `InputError` for a value of a parameter that does not exist."""
-    for name in values:
+def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
+    """Raise `InputError` for a value of a parameter that does not exist, or that is no finite number."""
+    source = machine.source or machine.name
+    for name, x in values.items():
         if name not in names:
-            what = f"no parameter {quoted(name)}{did_you_mean(name, names)}"
-            raise InputError(machine.source or machine.name, "parameters", what)
+            raise InputError(source, "parameters", f"no parameter {quoted(name)}{did_you_mean(name, names)}")
+        if not math.isfinite(x):
+            raise InputError(source, name, f"{x:g} is no number to compute with")
 
 
 class _Namer:

@@ -21,7 +21,8 @@ from symoro_elastic.vibration.reduced import reduced, rigid, with_ratios
 from symoro_elastic.vibration.tracking import pair
 
 PERIODS = 5.0  # of the first vibration, for a move
-STROKE = 0.1  # rad or m
+STROKE, FARTHEST = 0.1, 100.0  # rad or m
+MOST_SWINGS = 20_000
 SAMPLES = 501
 COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 """s = 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both ends."""
@@ -130,8 +131,14 @@ def move(
     motion = Motion(machine)
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
-    if not (0 < duration < np.inf and np.isfinite(stroke)):
+    fastest = float(_modes(machine, at, [motion.names[k] for k in motion.motors]).frequencies.max(initial=0.0))
+    if duration * fastest > MOST_SWINGS:
+        what = f"{duration:g} s at {fastest:.4g} Hz is too long to follow: at most {MOST_SWINGS / fastest:.3g} s"
+        raise InputError(motion.source, "--duration", what)
+    if not 0 < duration < np.inf:
         raise InputError(motion.source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+    if not abs(stroke) <= FARTHEST:
+        raise InputError(motion.source, "--stroke", f"{stroke:g}: give rad or m up to {FARTHEST:g}")
     n, motors = len(motion.joints), motion.motors
     others = [k for k in range(n) if k not in motors]
     model = numpy_model(machine, ("inverse_dynamics",))

@@ -23,10 +23,10 @@ def equilibrium(
     """
     torques = torques or {}
     q, tau = starting_point(motion, at or {}), _torques(motion, torques)
-    given = {motion.index(name, "--torque") for name in torques}
+    given = set(motion.numbered(torques, "--torque"))
     sought = [k for k, joint in enumerate(motion.joints) if joint.kind is not Kind.MOTOR or k in given]
-    placed = {motion.index(name, "--at") for name in at or {}} & set(sought)
-    q = balanced(motion, q, tau, sought, bool(placed))
+    placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
+    q = balanced(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
     found = motion.forces(q, zero, zero)
     left = float(np.max(np.abs((found - tau)[sought]), initial=0.0))
@@ -48,8 +48,8 @@ def given_state(
     q, tau = np.zeros(len(motion.joints)), _torques(motion, torques or {})
     qd, zero = q.copy(), q.copy()
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
-        for name, x in named.items():
-            numbers[motion.index(name, place)] = x
+        for k, x in motion.numbered(named, place).items():
+            numbers[k] = x
     _, _, A = motion.jacobians(motion.residual, State(q, qd, zero, tau))
     try:
         qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
@@ -62,17 +62,17 @@ def given_state(
 def starting_point(motion: Motion, at: Mapping[str, float]) -> Array:
     """Where the search begins; raises `InputError` for joints that do not exist."""
     q = motion.neutral_positions()
-    for name, x in at.items():
-        q[motion.index(name, "--at")] = x
+    for k, x in motion.numbered(at, "--at").items():
+        q[k] = x
     return q
 
 
 def _torques(motion: Motion, torques: Mapping[str, float]) -> Array:
     tau = np.zeros(len(motion.joints))
-    for name, x in torques.items():
-        k = motion.index(name, "--torque")
+    for k, x in motion.numbered(torques, "--torque").items():
         if k not in motion.motors:
             motors = ", ".join(motion.names[m] for m in motion.motors) or "there is none"
-            raise InputError(motion.source, "--torque", f"{name} has no motor: torques belong to motors ({motors})")
+            what = f"{motion.names[k]} has no motor: torques belong to motors ({motors})"
+            raise InputError(motion.source, "--torque", what)
         tau[k] = x
     return tau

@@ -168,6 +168,8 @@ def with_motors(
     K, D, springs = linear.K.copy(), linear.D.copy(), linear.gains.copy()
     for name, (kp, kd) in (gains or {}).items():
         k = _motor(motion, name, "--pd")
+        if not np.isfinite([kp, kd]).all():
+            raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are no numbers to compute with")
         if k in fixed or k not in linear.kept:
             raise InputError(motion.source, "--pd", f"{name} is held: leave out one of --hold and --pd")
         row = linear.kept.index(k)

@@ -29,10 +29,12 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Scalar
 from symoro_elastic.symbolic.reverse import slopes
-from symoro_elastic.vibration.cells import refuse_unknown, with_named_cells
+from symoro_elastic.vibration.cells import refuse_values, with_named_cells
 
 Array = NDArray[np.float64]
 DUALS = differentiating(FLOATS)
+LARGEST = 1e9
+"""Of a position, a velocity or a torque that is given, SI units."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,14 @@ class Motion:
             what = f"no joint {quoted(name)} moves{did_you_mean(name, known)}"
             raise InputError(self.source, place, what)
         return known[name]
+
+    def numbered(self, named: Mapping[str, float], place: str) -> dict[int, float]:
+        """Numbers by row of q; raises `InputError` for joints that do not move and for what is no finite number."""
+        found = {self.index(name, place): float(x) for name, x in named.items()}
+        for name, x in named.items():
+            if not abs(x) <= LARGEST:
+                raise InputError(self.source, place, f"{name}={x:g} is out of range: give a number up to {LARGEST:g}")
+        return found
 
     @cached_property
     def residual(self) -> list[Scalar]:
@@ -227,15 +237,14 @@ def _spatial_inertia(ten: Sequence[float]) -> Array:
 def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
     """Values of all parameters; raises `InputError`."""
     source, names = machine.source or machine.name, [parameter.name for parameter in machine.parameters]
-    refuse_unknown(machine, given, names)
-    values = {}
-    for parameter in machine.parameters:
-        if parameter.name not in given and parameter.value is None:
-            what = f"{parameter.name} has no value: give it one in the file, or with --value {parameter.name}=X"
-            raise InputError(source, "parameters", what)
-        try:
-            known = given.get(parameter.name)
-            values[parameter.name] = float(parameter.value.value() if known is None else known)  # type: ignore[union-attr]
-        except FormulaError as error:
-            raise InputError(source, parameter.name, str(error)) from None
-    return values
+    refuse_values(machine, given, names)
+    missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
+    if missing:
+        others = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
+        what = f"{missing[0]} has no value{others}: give it one in the file, or with --value {missing[0]}=X"
+        raise InputError(source, "parameters", what)
+    try:
+        own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
+    except FormulaError as error:
+        raise InputError(source, "parameters", str(error)) from None
+    return {name: float(given.get(name, own.get(name, 0.0))) for name in names}

@@ -17,7 +17,7 @@ from symoro_elastic.vibration.motion import Array
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
-POINTS = 2000
+POINTS, MOST_POINTS = 2000, 200_000
 BLOCK = 256
 Complex = NDArray[np.complex128]
 
@@ -47,8 +47,8 @@ def frequency_grid(
     shaking = np.abs(poles[poles.imag > 0]) / (2 * np.pi)
     low = (float(shaking.min()) / 10 if len(shaking) else 1.0) if low is None else low
     high = (2 * float(shaking.max()) if len(shaking) else 1000.0) if high is None else high
-    if not (0 < low < high < np.inf and points > 1):
-        what = f"from {low:g} to {high:g} Hz in {points} points: give 0 < LOW < HIGH and at least 2 points"
+    if not (0 < low < high < np.inf and 1 < points <= MOST_POINTS):
+        what = f"from {low:g} to {high:g} Hz in {points} points: give 0 < LOW < HIGH and 2 to {MOST_POINTS} points"
         raise InputError(linear.motion.source, "--frequencies", what)
     found: Array = np.geomspace(low, high, points)
     return found

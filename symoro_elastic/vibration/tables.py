@@ -136,6 +136,8 @@ def tracked_conclusion(tracked: Tracked) -> str:
     low, high = f.min(axis=0), f.max(axis=0)
     spread = np.divide(high - low, high, out=np.zeros_like(high), where=high > 0)
     k = int(spread.argmax())
+    if not spread.any():
+        return "no frequency depends on the position"
     said = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
     if not tracked.doubtful:
         return said

@@ -70,6 +70,10 @@ def over_grid(
     if not grid or not 0 < count <= MOST_POSITIONS:
         what = f"{count if grid else 0} positions: name joints, and at most {MOST_POSITIONS} positions"
         raise InputError(motion.source, "--over", what)
+    for name in joints:
+        if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
+            what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
+            raise InputError(motion.source, "--over", what)
     positions = np.array(list(product(*grid.values())), dtype=float)
     before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
     found: list[Modes] = []
