@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
@@ -168,7 +168,7 @@ def _module(machine: str, name: str, folder: Path) -> Any:
 def _imported(machine: Machine, name: str, folder: Path) -> Any:
     place = folder / f"{machine.name}_{name}"
     place.mkdir(exist_ok=True)
-    for file, text in TARGETS["numpy"](described(machine, name)).items():
+    for file, text in render_numpy(described(machine, name)).items():
         (place / file).write_text(text)
     return imported(place)
 

@@ -2,7 +2,7 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -13,9 +13,11 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
+#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
+#define ALIGNED
 #endif
 #define LANES 8
 
@@ -84,7 +86,7 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
  */
 INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    int large = 0;
+    uint64_t large = 0;
     for (size_t i = 0; i < n; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     if (large) {
@@ -436,7 +438,9 @@ INLINE void flex4_direct_dynamics_state(size_t stride, size_t lanes, const doubl
 
 void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     flex4_direct_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     flex4_direct_dynamics_state(1, 1, q, qd, tau, p, c, sine, cosine, qdd);
@@ -457,7 +461,9 @@ APART void flex4_direct_dynamics_state_lanes(size_t stride, const double *restri
 
 static void flex4_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         flex4_direct_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -468,7 +474,7 @@ void flex4_direct_dynamics_batch(size_t states, const double *q, const double *q
 {
     double c[FLEX4_DIRECT_DYNAMICS_CONSTANTS];
     flex4_direct_dynamics_prepare(p, c);
-    double found_qdd[4*LANES];
+    double found_qdd[4*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -476,11 +482,11 @@ void flex4_direct_dynamics_batch(size_t states, const double *q, const double *q
         store(4, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[4*LANES];
+        double last_q[4*LANES] ALIGNED;
         load(4, states, count, q + first, last_q);
-        double last_qd[4*LANES];
+        double last_qd[4*LANES] ALIGNED;
         load(4, states, count, qd + first, last_qd);
-        double last_tau[2*LANES];
+        double last_tau[2*LANES] ALIGNED;
         load(2, states, count, tau + first, last_tau);
         flex4_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
         store(4, states, count, found_qdd, qdd + first);
@@ -747,7 +753,9 @@ INLINE void flex4_inverse_dynamics_state(size_t stride, size_t lanes, const doub
 
 void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     flex4_inverse_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     flex4_inverse_dynamics_state(1, 1, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
@@ -768,7 +776,9 @@ APART void flex4_inverse_dynamics_state_lanes(size_t stride, const double *restr
 
 static void flex4_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         flex4_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -779,8 +789,8 @@ void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *
 {
     double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
     flex4_inverse_dynamics_prepare(p, c);
-    double found_tau[2*LANES];
-    double found_qdd[4*LANES];
+    double found_tau[2*LANES] ALIGNED;
+    double found_qdd[4*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -789,11 +799,11 @@ void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *
         store(4, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[4*LANES];
+        double last_q[4*LANES] ALIGNED;
         load(4, states, count, q + first, last_q);
-        double last_qd[4*LANES];
+        double last_qd[4*LANES] ALIGNED;
         load(4, states, count, qd + first, last_qd);
-        double last_qdd_motor[2*LANES];
+        double last_qdd_motor[2*LANES] ALIGNED;
         load(2, states, count, qdd_motor + first, last_qdd_motor);
         flex4_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
         store(2, states, count, found_tau, tau + first);

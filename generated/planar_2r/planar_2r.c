@@ -2,7 +2,7 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -13,9 +13,11 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
+#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
+#define ALIGNED
 #endif
 #define LANES 8
 
@@ -47,7 +49,7 @@ const double planar_2r_defaults[PLANAR_2R_PARAMETERS] = {
  */
 INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    int large = 0;
+    uint64_t large = 0;
     for (size_t i = 0; i < n; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     if (large) {
@@ -205,7 +207,9 @@ INLINE void planar_2r_direct_dynamics_state(size_t stride, size_t lanes, const d
 
 void planar_2r_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     planar_2r_direct_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     planar_2r_direct_dynamics_state(1, 1, qd, tau, p, c, sine, cosine, qdd);
@@ -226,7 +230,9 @@ APART void planar_2r_direct_dynamics_state_lanes(size_t stride, const double *re
 
 static void planar_2r_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         planar_2r_direct_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -237,7 +243,7 @@ void planar_2r_direct_dynamics_batch(size_t states, const double *q, const doubl
 {
     double c[PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS];
     planar_2r_direct_dynamics_prepare(p, c);
-    double found_qdd[2*LANES];
+    double found_qdd[2*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -245,11 +251,11 @@ void planar_2r_direct_dynamics_batch(size_t states, const double *q, const doubl
         store(2, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[2*LANES];
+        double last_q[2*LANES] ALIGNED;
         load(2, states, count, q + first, last_q);
-        double last_qd[2*LANES];
+        double last_qd[2*LANES] ALIGNED;
         load(2, states, count, qd + first, last_qd);
-        double last_tau[2*LANES];
+        double last_tau[2*LANES] ALIGNED;
         load(2, states, count, tau + first, last_tau);
         planar_2r_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
         store(2, states, count, found_qdd, qdd + first);
@@ -342,7 +348,9 @@ INLINE void planar_2r_inverse_dynamics_state(size_t stride, size_t lanes, const 
 
 void planar_2r_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     planar_2r_inverse_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     planar_2r_inverse_dynamics_state(1, 1, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
@@ -363,7 +371,9 @@ APART void planar_2r_inverse_dynamics_state_lanes(size_t stride, const double *r
 
 static void planar_2r_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         planar_2r_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -374,8 +384,8 @@ void planar_2r_inverse_dynamics_batch(size_t states, const double *q, const doub
 {
     double c[PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS];
     planar_2r_inverse_dynamics_prepare(p, c);
-    double found_tau[2*LANES];
-    double found_qdd[2*LANES];
+    double found_tau[2*LANES] ALIGNED;
+    double found_qdd[2*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -384,11 +394,11 @@ void planar_2r_inverse_dynamics_batch(size_t states, const double *q, const doub
         store(2, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[2*LANES];
+        double last_q[2*LANES] ALIGNED;
         load(2, states, count, q + first, last_q);
-        double last_qd[2*LANES];
+        double last_qd[2*LANES] ALIGNED;
         load(2, states, count, qd + first, last_qd);
-        double last_qdd_motor[2*LANES];
+        double last_qdd_motor[2*LANES] ALIGNED;
         load(2, states, count, qdd_motor + first, last_qdd_motor);
         planar_2r_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
         store(2, states, count, found_tau, tau + first);

@@ -2,7 +2,7 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -13,9 +13,11 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
+#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
+#define ALIGNED
 #endif
 #define LANES 8
 
@@ -110,7 +112,7 @@ const double puma560_defaults[PUMA560_PARAMETERS] = {
  */
 INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    int large = 0;
+    uint64_t large = 0;
     for (size_t i = 0; i < n; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     if (large) {
@@ -936,7 +938,9 @@ INLINE void puma560_direct_dynamics_state(size_t stride, size_t lanes, const dou
 
 void puma560_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[5], sine[5], cosine[5];
+    double angle[5];
+    double sine[5];
+    double cosine[5];
     puma560_direct_dynamics_angles(1, 1, q, angle);
     circles(5, angle, sine, cosine);
     puma560_direct_dynamics_state(1, 1, qd, tau, p, c, sine, cosine, qdd);
@@ -957,7 +961,9 @@ APART void puma560_direct_dynamics_state_lanes(size_t stride, const double *rest
 
 static void puma560_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    double angle[5*LANES] ALIGNED;
+    double sine[5*LANES] ALIGNED;
+    double cosine[5*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         puma560_direct_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(5*LANES, angle, sine, cosine);
@@ -968,7 +974,7 @@ void puma560_direct_dynamics_batch(size_t states, const double *q, const double 
 {
     double c[PUMA560_DIRECT_DYNAMICS_CONSTANTS];
     puma560_direct_dynamics_prepare(p, c);
-    double found_qdd[6*LANES];
+    double found_qdd[6*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -976,11 +982,11 @@ void puma560_direct_dynamics_batch(size_t states, const double *q, const double 
         store(6, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[6*LANES];
+        double last_q[6*LANES] ALIGNED;
         load(6, states, count, q + first, last_q);
-        double last_qd[6*LANES];
+        double last_qd[6*LANES] ALIGNED;
         load(6, states, count, qd + first, last_qd);
-        double last_tau[6*LANES];
+        double last_tau[6*LANES] ALIGNED;
         load(6, states, count, tau + first, last_tau);
         puma560_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
         store(6, states, count, found_qdd, qdd + first);
@@ -1390,7 +1396,9 @@ INLINE void puma560_inverse_dynamics_state(size_t stride, size_t lanes, const do
 
 void puma560_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[5], sine[5], cosine[5];
+    double angle[5];
+    double sine[5];
+    double cosine[5];
     puma560_inverse_dynamics_angles(1, 1, q, angle);
     circles(5, angle, sine, cosine);
     puma560_inverse_dynamics_state(1, 1, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
@@ -1411,7 +1419,9 @@ APART void puma560_inverse_dynamics_state_lanes(size_t stride, const double *res
 
 static void puma560_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    double angle[5*LANES] ALIGNED;
+    double sine[5*LANES] ALIGNED;
+    double cosine[5*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         puma560_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(5*LANES, angle, sine, cosine);
@@ -1422,8 +1432,8 @@ void puma560_inverse_dynamics_batch(size_t states, const double *q, const double
 {
     double c[PUMA560_INVERSE_DYNAMICS_CONSTANTS];
     puma560_inverse_dynamics_prepare(p, c);
-    double found_tau[6*LANES];
-    double found_qdd[6*LANES];
+    double found_tau[6*LANES] ALIGNED;
+    double found_qdd[6*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -1432,11 +1442,11 @@ void puma560_inverse_dynamics_batch(size_t states, const double *q, const double
         store(6, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[6*LANES];
+        double last_q[6*LANES] ALIGNED;
         load(6, states, count, q + first, last_q);
-        double last_qd[6*LANES];
+        double last_qd[6*LANES] ALIGNED;
         load(6, states, count, qd + first, last_qd);
-        double last_qdd_motor[6*LANES];
+        double last_qdd_motor[6*LANES] ALIGNED;
         load(6, states, count, qdd_motor + first, last_qdd_motor);
         puma560_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
         store(6, states, count, found_tau, tau + first);

@@ -2,7 +2,7 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -13,9 +13,11 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
+#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
+#define ALIGNED
 #endif
 #define LANES 8
 
@@ -107,7 +109,7 @@ const double rx90_defaults[RX90_PARAMETERS] = {
  */
 INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    int large = 0;
+    uint64_t large = 0;
     for (size_t i = 0; i < n; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     if (large) {
@@ -879,7 +881,9 @@ INLINE void rx90_direct_dynamics_state(size_t stride, size_t lanes, const double
 
 void rx90_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[5], sine[5], cosine[5];
+    double angle[5];
+    double sine[5];
+    double cosine[5];
     rx90_direct_dynamics_angles(1, 1, q, angle);
     circles(5, angle, sine, cosine);
     rx90_direct_dynamics_state(1, 1, qd, tau, p, c, sine, cosine, qdd);
@@ -900,7 +904,9 @@ APART void rx90_direct_dynamics_state_lanes(size_t stride, const double *restric
 
 static void rx90_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    double angle[5*LANES] ALIGNED;
+    double sine[5*LANES] ALIGNED;
+    double cosine[5*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         rx90_direct_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(5*LANES, angle, sine, cosine);
@@ -911,7 +917,7 @@ void rx90_direct_dynamics_batch(size_t states, const double *q, const double *qd
 {
     double c[RX90_DIRECT_DYNAMICS_CONSTANTS];
     rx90_direct_dynamics_prepare(p, c);
-    double found_qdd[6*LANES];
+    double found_qdd[6*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -919,11 +925,11 @@ void rx90_direct_dynamics_batch(size_t states, const double *q, const double *qd
         store(6, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[6*LANES];
+        double last_q[6*LANES] ALIGNED;
         load(6, states, count, q + first, last_q);
-        double last_qd[6*LANES];
+        double last_qd[6*LANES] ALIGNED;
         load(6, states, count, qd + first, last_qd);
-        double last_tau[6*LANES];
+        double last_tau[6*LANES] ALIGNED;
         load(6, states, count, tau + first, last_tau);
         rx90_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
         store(6, states, count, found_qdd, qdd + first);
@@ -1316,7 +1322,9 @@ INLINE void rx90_inverse_dynamics_state(size_t stride, size_t lanes, const doubl
 
 void rx90_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[5], sine[5], cosine[5];
+    double angle[5];
+    double sine[5];
+    double cosine[5];
     rx90_inverse_dynamics_angles(1, 1, q, angle);
     circles(5, angle, sine, cosine);
     rx90_inverse_dynamics_state(1, 1, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
@@ -1337,7 +1345,9 @@ APART void rx90_inverse_dynamics_state_lanes(size_t stride, const double *restri
 
 static void rx90_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[5*LANES], sine[5*LANES], cosine[5*LANES];
+    double angle[5*LANES] ALIGNED;
+    double sine[5*LANES] ALIGNED;
+    double cosine[5*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         rx90_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(5*LANES, angle, sine, cosine);
@@ -1348,8 +1358,8 @@ void rx90_inverse_dynamics_batch(size_t states, const double *q, const double *q
 {
     double c[RX90_INVERSE_DYNAMICS_CONSTANTS];
     rx90_inverse_dynamics_prepare(p, c);
-    double found_tau[6*LANES];
-    double found_qdd[6*LANES];
+    double found_tau[6*LANES] ALIGNED;
+    double found_qdd[6*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -1358,11 +1368,11 @@ void rx90_inverse_dynamics_batch(size_t states, const double *q, const double *q
         store(6, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[6*LANES];
+        double last_q[6*LANES] ALIGNED;
         load(6, states, count, q + first, last_q);
-        double last_qd[6*LANES];
+        double last_qd[6*LANES] ALIGNED;
         load(6, states, count, qd + first, last_qd);
-        double last_qdd_motor[6*LANES];
+        double last_qdd_motor[6*LANES] ALIGNED;
         load(6, states, count, qdd_motor + first, last_qdd_motor);
         rx90_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
         store(6, states, count, found_tau, tau + first);

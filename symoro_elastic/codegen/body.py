@@ -1,11 +1,10 @@
-"""Bodies of generated functions: arguments unpacked, statements by section, results stored."""
+"""Lines of generated functions: arguments unpacked, statements by section."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.package import Function
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.symbolic.program import Section, Statement, by_section
 
@@ -40,38 +39,6 @@ PYTHON = Dialect(
     _python_continued,
     {name: f"_f.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")},
 )
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """The two parts of a function: lines that depend on parameters only, and the others.
-
-    `constants` are the variables that the first hands to the second.
-    """
-
-    once: list[str]
-    constants: list[str]
-    lines: list[str]
-    results: list[list[str]]
-    used: frozenset[str]
-
-
-def bodies(function: Function, parameters: Indices, joints: Sequence[str], dialect: Dialect) -> Bodies:
-    """Print the program of a function in a dialect; `parameters` gives the index of each in p."""
-    program = function.program
-    printer = Printer(program, functions=dialect.functions)
-    writer = Writer(printer, dialect, joints)
-    lines = writer.statements(program.statements)
-    results = [[printer.value(x) for x in output.entries] for output in program.outputs]
-    used = frozenset(printer.referenced)
-    constants = [s.name for s in program.once if s.name in used]
-    printer.referenced.clear()
-    once = writer.statements(program.once)
-    once_arguments = writer.unpack({"p": parameters}, printer.referenced)
-    arguments = {a.name: numbered(a.symbols) for a in program.inputs}
-    head = writer.unpack({**arguments, "p": parameters, "c": numbered(constants)}, used)
-    arrays = {name for name, symbols in {**arguments, "p": parameters}.items() if used & symbols.keys()}
-    return Bodies(once_arguments + once, constants, head + lines, results, frozenset(arrays))
 
 
 def numbered(names: Iterable[str]) -> Indices:

@@ -2,7 +2,7 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -13,9 +13,11 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
+#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
+#define ALIGNED
 #endif
 #define LANES 8
 
@@ -42,7 +44,7 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
  */
 INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    int large = 0;
+    uint64_t large = 0;
     for (size_t i = 0; i < n; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     if (large) {
@@ -366,7 +368,9 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
 
 void two_axis_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     two_axis_direct_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     two_axis_direct_dynamics_state(1, 1, q, qd, tau, p, sine, cosine, qdd);
@@ -380,7 +384,9 @@ APART void two_axis_direct_dynamics_state_lanes(size_t stride, const double *res
 
 static void two_axis_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         two_axis_direct_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -389,7 +395,7 @@ static void two_axis_direct_dynamics_lanes(size_t stride, const double *q, const
 
 void two_axis_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
-    double found_qdd[12*LANES];
+    double found_qdd[12*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -397,11 +403,11 @@ void two_axis_direct_dynamics_batch(size_t states, const double *q, const double
         store(12, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[12*LANES];
+        double last_q[12*LANES] ALIGNED;
         load(12, states, count, q + first, last_q);
-        double last_qd[12*LANES];
+        double last_qd[12*LANES] ALIGNED;
         load(12, states, count, qd + first, last_qd);
-        double last_tau[2*LANES];
+        double last_tau[2*LANES] ALIGNED;
         load(2, states, count, tau + first, last_tau);
         two_axis_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, found_qdd);
         store(12, states, count, found_qdd, qdd + first);
@@ -684,7 +690,9 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
 
 void two_axis_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     two_axis_inverse_dynamics_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     two_axis_inverse_dynamics_state(1, 1, q, qd, qdd_motor, p, sine, cosine, tau, qdd);
@@ -698,7 +706,9 @@ APART void two_axis_inverse_dynamics_state_lanes(size_t stride, const double *re
 
 static void two_axis_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         two_axis_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -707,8 +717,8 @@ static void two_axis_inverse_dynamics_lanes(size_t stride, const double *q, cons
 
 void two_axis_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
 {
-    double found_tau[2*LANES];
-    double found_qdd[12*LANES];
+    double found_tau[2*LANES] ALIGNED;
+    double found_qdd[12*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -717,11 +727,11 @@ void two_axis_inverse_dynamics_batch(size_t states, const double *q, const doubl
         store(12, states, LANES, found_qdd, qdd + first);
     }
     if (count) {
-        double last_q[12*LANES];
+        double last_q[12*LANES] ALIGNED;
         load(12, states, count, q + first, last_q);
-        double last_qd[12*LANES];
+        double last_qd[12*LANES] ALIGNED;
         load(12, states, count, qd + first, last_qd);
-        double last_qdd_motor[2*LANES];
+        double last_qdd_motor[2*LANES] ALIGNED;
         load(2, states, count, qdd_motor + first, last_qdd_motor);
         two_axis_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, found_tau, found_qdd);
         store(2, states, count, found_tau, tau + first);
@@ -1001,7 +1011,9 @@ INLINE void two_axis_inertia_matrix_state(size_t stride, size_t lanes, const dou
 
 void two_axis_inertia_matrix_prepared(const double *q, const double *p, const double *c, double *A)
 {
-    double angle[1], sine[1], cosine[1];
+    double angle[1];
+    double sine[1];
+    double cosine[1];
     two_axis_inertia_matrix_angles(1, 1, q, angle);
     circles(1, angle, sine, cosine);
     two_axis_inertia_matrix_state(1, 1, q, p, c, sine, cosine, A);
@@ -1022,7 +1034,9 @@ APART void two_axis_inertia_matrix_state_lanes(size_t stride, const double *rest
 
 static void two_axis_inertia_matrix_lanes(size_t stride, const double *q, const double *p, const double *c, double *A)
 {
-    double angle[1*LANES], sine[1*LANES], cosine[1*LANES];
+    double angle[1*LANES] ALIGNED;
+    double sine[1*LANES] ALIGNED;
+    double cosine[1*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         two_axis_inertia_matrix_angles(stride, LANES, q + l, angle + l);
     circles(1*LANES, angle, sine, cosine);
@@ -1033,7 +1047,7 @@ void two_axis_inertia_matrix_batch(size_t states, const double *q, const double 
 {
     double c[TWO_AXIS_INERTIA_MATRIX_CONSTANTS];
     two_axis_inertia_matrix_prepare(p, c);
-    double found_A[144*LANES];
+    double found_A[144*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -1041,7 +1055,7 @@ void two_axis_inertia_matrix_batch(size_t states, const double *q, const double 
         store(144, states, LANES, found_A, A + first);
     }
     if (count) {
-        double last_q[12*LANES];
+        double last_q[12*LANES] ALIGNED;
         load(12, states, count, q + first, last_q);
         two_axis_inertia_matrix_lanes(LANES, last_q, p, c, found_A);
         store(144, states, count, found_A, A + first);
@@ -1207,7 +1221,9 @@ INLINE void two_axis_bias_forces_state(size_t stride, size_t lanes, const double
 
 void two_axis_bias_forces(const double *q, const double *qd, const double *p, double *H)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     two_axis_bias_forces_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     two_axis_bias_forces_state(1, 1, q, qd, p, sine, cosine, H);
@@ -1221,7 +1237,9 @@ APART void two_axis_bias_forces_state_lanes(size_t stride, const double *restric
 
 static void two_axis_bias_forces_lanes(size_t stride, const double *q, const double *qd, const double *p, double *H)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         two_axis_bias_forces_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -1230,7 +1248,7 @@ static void two_axis_bias_forces_lanes(size_t stride, const double *q, const dou
 
 void two_axis_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H)
 {
-    double found_H[12*LANES];
+    double found_H[12*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -1238,9 +1256,9 @@ void two_axis_bias_forces_batch(size_t states, const double *q, const double *qd
         store(12, states, LANES, found_H, H + first);
     }
     if (count) {
-        double last_q[12*LANES];
+        double last_q[12*LANES] ALIGNED;
         load(12, states, count, q + first, last_q);
-        double last_qd[12*LANES];
+        double last_qd[12*LANES] ALIGNED;
         load(12, states, count, qd + first, last_qd);
         two_axis_bias_forces_lanes(LANES, last_q, last_qd, p, found_H);
         store(12, states, count, found_H, H + first);
@@ -1540,7 +1558,9 @@ INLINE void two_axis_geometric_model_state(size_t stride, size_t lanes, const do
 
 void two_axis_geometric_model(const double *q, const double *p, double *T)
 {
-    double angle[2], sine[2], cosine[2];
+    double angle[2];
+    double sine[2];
+    double cosine[2];
     two_axis_geometric_model_angles(1, 1, q, angle);
     circles(2, angle, sine, cosine);
     two_axis_geometric_model_state(1, 1, q, p, sine, cosine, T);
@@ -1554,7 +1574,9 @@ APART void two_axis_geometric_model_state_lanes(size_t stride, const double *res
 
 static void two_axis_geometric_model_lanes(size_t stride, const double *q, const double *p, double *T)
 {
-    double angle[2*LANES], sine[2*LANES], cosine[2*LANES];
+    double angle[2*LANES] ALIGNED;
+    double sine[2*LANES] ALIGNED;
+    double cosine[2*LANES] ALIGNED;
     for (size_t l = 0; l < LANES; l++)
         two_axis_geometric_model_angles(stride, LANES, q + l, angle + l);
     circles(2*LANES, angle, sine, cosine);
@@ -1563,7 +1585,7 @@ static void two_axis_geometric_model_lanes(size_t stride, const double *q, const
 
 void two_axis_geometric_model_batch(size_t states, const double *q, const double *p, double *T)
 {
-    double found_T[208*LANES];
+    double found_T[208*LANES] ALIGNED;
     const size_t count = states%LANES;
     size_t first = 0;
     for (; first + LANES <= states; first += LANES) {
@@ -1571,7 +1593,7 @@ void two_axis_geometric_model_batch(size_t states, const double *q, const double
         store(208, states, LANES, found_T, T + first);
     }
     if (count) {
-        double last_q[12*LANES];
+        double last_q[12*LANES] ALIGNED;
         load(12, states, count, q + first, last_q);
         two_axis_geometric_model_lanes(LANES, last_q, p, found_T);
         store(208, states, count, found_T, T + first);
