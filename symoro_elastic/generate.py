@@ -16,6 +16,7 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
+from symoro_elastic.models.feed_forward import MEANINGS as MOTION_WANTED
 from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.output_folder import write_files
 
@@ -27,7 +28,13 @@ ARGUMENTS = {
     "qdd_motor": "motor accelerations, rad/s2 or m/s2",
     "T": "placement of the frame, 4 x 4, row by row, lengths in m",
     "P": "place of the origin of the frame, m",
-}
+    "R0": "rotation from the axes of the base to those of the world, 3 x 3, row by row",
+    "Q0": "turn of the base in the world, a quaternion w x y z of length 1, which is taken as it is",
+    "P0": "place of the origin of the base in the world, m",
+    "V0": "velocity of the origin of the base (m/s), its angular velocity (rad/s), in its axes",
+    "V0d": "acceleration of the origin of the base (m/s2; dv/dt + w x v of V0), angular one (rad/s2), in its axes",
+    "f0": "force on the base (N), moment about its origin (N m), in its axes; its weight is no part of it",
+} | MOTION_WANTED
 RESULTS = {
     "qdd": "joint accelerations, rad/s2 or m/s2",
     "tau": "motor torques or forces, N m or N",
@@ -42,6 +49,8 @@ RESULTS = {
     "singularity": "zero where a solution is singular: product of the square roots and distances that vanish there",
     "E": "kinetic energy, gravity energy (zero at the origin of frame 0) and elastic energy, J",
     "Y": "regressor: torques are Y times the parameters that its columns name",
+    "V0d": "acceleration of the origin of the base (m/s2; dv/dt + w x v of V0), angular one (rad/s2), in its axes",
+    "f0": "force (N) and moment about its origin (N m) that move the base so, in its axes",
     "h": "energy regressor: energy is h times the parameters that its entries name, up to a constant",
     "X": "base inertial parameters",
     "dtau_dq": "derivatives of motor torques by q, springs and friction included",
@@ -59,6 +68,8 @@ PARTICULAR = {
     ("coriolis_forces", "H"): "Coriolis and centrifugal forces, and those of a moving base, N m or N",
     ("gravity_forces", "H"): "gravity forces, N m or N",
     ("friction_forces", "H"): "friction forces, N m or N",
+    ("feed_forward", "q"): "joint variables: motor positions and deflections of springs, rad or m",
+    ("feed_forward", "qd"): "joint velocities, rad/s or m/s",
     ("external_forces", "H"): "forces that balance the external wrenches, N m or N",
 }
 """What results are in the models where `RESULTS` does not say it."""
@@ -93,7 +104,7 @@ def generate(
     refuse_degenerate(machine, scene)
     step("trace")
     models = trace_scene(machine, scene)
-    whole = trace_scene(machine, whole_machine(scene)) if is_part(scene) else models
+    whole = [_of_whole(machine, model) for model in models] if is_part(scene) else models
     step("render")
     described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
     files = render(described, targets, machine.source, precisions)
@@ -148,7 +159,7 @@ def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
             for degeneracy in degeneracies(kept, known_motors, constants):
                 found.setdefault(degeneracy.joint, degeneracy)
     ordered = [found[j] for j in sorted(found)]
-    return [(d.message(kept), ", ".join(f"joint {j}" for j in d.moving_together)) for d in ordered]
+    return [(d.message(kept), ", ".join(f"joint {j}" if j else BASE for j in d.moving_together)) for d in ordered]
 
 
 def is_part(scene: Scene) -> bool:
@@ -156,9 +167,12 @@ def is_part(scene: Scene) -> bool:
     return bool(scene.outputs or scene.locked or scene.fold or not scene.gravity)
 
 
-def whole_machine(scene: Scene) -> Scene:
-    """The same models, nothing left out."""
-    return Scene(models=scene.models)
+def _of_whole(machine: Machine, part: TracedModel) -> TracedModel:
+    """The same model, nothing left out; itself where it exists only with joints locked."""
+    try:
+        return trace_scene(machine, Scene(models=(part.model.name,)))[0]
+    except InputError:
+        return part
 
 
 def describe(scene: Scene, models: Sequence[TracedModel] = ()) -> str:

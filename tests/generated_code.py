@@ -25,10 +25,13 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
+from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.symbolic.program import OperationCount
 
-ALL_MODELS = tuple(name for name, model in MODELS.items() if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES))
+ALL_MODELS = tuple(
+    name for name, model in MODELS.items() if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD)
+)
 """The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))

@@ -244,6 +244,16 @@ def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) ->
         (["make", TWO_R], "symoro-elastic: No such command 'make'"),
         (["generate", PRINTED], "joint 2, joint 3: H2 is zero at every position"),
         (["show", "none.par"], "none.par: file: there is no such file"),
+        (("generate", TWO_R, "--precision", "half"), "there is no 'half': choose from double, single, mixed"),
+        (("generate", TWO_R, "--precision", "single", "--target", "numpy"), "--precision: is of the C code"),
+        (("trade", TWO_R, "--tolerance", "nan"), "--tolerance: nan is no relative error"),
+        (
+            (
+                *("excite", TWO_R, "--out", "e.csv", "--position", "-1:1", "--velocity", "3", "--acceleration", "9"),
+                *("--value", "nope=1"),
+            ),
+            "--value: there is no 'nope': choose from g0, m1",
+        ),
     ],
 )
 def test_refused_arguments(arguments: Sequence[object], said: str, run: Run) -> None:
@@ -508,3 +518,11 @@ def test_a_parameter_called_like_a_result_is_refused_where_that_result_is_asked_
     assert run("generate", machine, "--out", tmp_path / "out").code == 0
     line = refused(run, "generate", machine, "--model", "inertia_matrix", "--out", tmp_path / "other")
     assert line.startswith(f"{machine}: A: ") and "generated code uses this name" in line
+
+
+def test_a_model_too_large_for_memory_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("symoro_elastic.generate.generate", exhausted)
+    assert "not enough memory for so large a model" in refused(run, "generate", TWO_R)

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from symoro_elastic.codegen.body import C, bodies
+from symoro_elastic.codegen.body import C, Writer
 from symoro_elastic.codegen.c import render_c
-from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.errors import InputError
 from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine
@@ -310,9 +310,9 @@ def test_a_name_given_first_stays_and_signs_go_outside() -> None:
     names.give(3, "H4", here)
     program = program_of(x * y, -(x * y), x, names=names)
     assert [(s.name, s.negative) for s in program.statements] == [("H1", True)]
-    printed = bodies(Function("f", "", "", program, (), ()), {}, (), C)
-    assert "    const double H1 = -x*y;" in printed.lines
-    assert printed.results == [["-H1", "H1", "x"]]
+    printer = Printer(program)
+    assert "    const double H1 = -x*y;" in Writer(printer, C, ()).statements(program.statements)
+    assert [printer.value(x) for output in program.outputs for x in output.entries] == ["-H1", "H1", "x"]
 
 
 # Everywhere the same

@@ -40,6 +40,8 @@ def main() -> None:
         code = _fail(_usage(error))
     except click.Abort:
         code = 130
+    except MemoryError:
+        code = _fail("not enough memory for so large a model: ask for one --model, for fewer outputs, or lock joints")
     except BrokenPipeError:
         code = 0
     sys.exit(code if isinstance(code, int) else 0)

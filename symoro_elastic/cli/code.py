@@ -55,6 +55,8 @@ def generate(
     from symoro_elastic.report.tables import models_json, models_table
 
     chosen = among(targets, TARGETS, "--target") or TARGETS
+    if precisions and "c" not in chosen:
+        raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
     written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
     with steps() as step:
         step("read")

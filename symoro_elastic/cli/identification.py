@@ -9,7 +9,7 @@ import click
 
 from symoro_elastic.cli.options import JSON, MACHINE
 from symoro_elastic.cli.output import counted, print_json, print_table, steps
-from symoro_elastic.cli.reading import numbers, ranges, read
+from symoro_elastic.cli.reading import numbers, parameter_values, ranges, read
 
 if TYPE_CHECKING:
     from symoro_elastic.identification.identify import Identification
@@ -93,7 +93,7 @@ def excite(
     trajectory.refuse_rate(rate, frequency, harmonics, periods)
     with counted("search") as progress:
         best = excitation.excite(
-            found, limits, frequency, harmonics, numbers(values, "--value"), known,
+            found, limits, frequency, harmonics, parameter_values(values, found), known,
             evaluations=evaluations, seed=seed, progress=lambda done, total, _: progress(done, total),
         )  # fmt: skip
     sampled = trajectory.trajectory(best.motion, limits, periods, rate)
@@ -137,7 +137,7 @@ def identify(
         step("read")
         records = [read_measurements(path, found) for path in data]
         result = identification.identify(
-            found, records, numbers(values, "--value"), numbers(known, "--known"), bandwidth, step=step
+            found, records, parameter_values(values, found), numbers(known, "--known"), bandwidth, step=step
         )
     if as_json:
         print_json(identification.as_json(result))

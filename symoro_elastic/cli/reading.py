@@ -116,3 +116,10 @@ def numbers(given: Sequence[str], option: str) -> dict[str, float]:
         except ValueError:
             raise InputError("symoro-elastic", option, f"{text!r} is not NAME=NUMBER") from None
     return found
+
+
+def parameter_values(given: Sequence[str], machine: Machine) -> dict[str, float]:
+    """`--value NAME=X` by name, each the name of a parameter of the machine."""
+    found = numbers(given, "--value")
+    among(tuple(found), tuple(p.name for p in machine.parameters), "--value")
+    return found

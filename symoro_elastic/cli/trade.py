@@ -75,6 +75,10 @@ def trade(
     from symoro_elastic.trade.tables import trade_json
     from symoro_elastic.trade.trade import Request
 
+    if not tolerance < float("inf"):
+        raise InputError(
+            "symoro-elastic", "--tolerance", f"{tolerance} is no relative error: give a number such as 1e-6"
+        )
     found_machine = read(machine, base)
     asked = with_merged_angles(scene_of(found_machine, scene, models, fold, only), merge_angles)
     found = _found(found_machine, asked, Request(effort or "usual", states, extreme, rounds, seed), machine)

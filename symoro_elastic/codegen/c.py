@@ -18,6 +18,7 @@ from symoro_elastic.symbolic.expression import SYMBOL, Expression, reachable
 from symoro_elastic.symbolic.program import Statement
 
 CIRCLES = ("sine", "cosine")
+LARGE_STACK = 64_000
 STATE, WORK, PARAMETERS = "state", "work", "parameters"
 
 
@@ -118,6 +119,7 @@ class _CFunction:
             "angles": len(self.angles),
             "angle_part": self._angle_part(),
             "places": places,
+            "stack": self._stack(places),
             "prepare_places": prepare_places,
             "prepare_parts": _named(
                 f"{self.name}_constants",
@@ -130,6 +132,14 @@ class _CFunction:
             "unused": [a.name for a in (*self.inputs, *self.parameters) if not self._uses(a.name, used)],
             "empty": [r.name for r in self.results if not r.size],
         }
+
+    def _stack(self, places: int) -> str:
+        """Work arrays of one call and of a batch in kB, where they are large; empty elsewhere."""
+        sizes = {"double": 8, "float": 4, "double_double": 16}
+        one = places * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.circle]
+        arguments = 2 * sum(array.size for array in (*self.inputs, *self.results)) * sizes[self.precision.state]
+        batch = (one + arguments) * self.precision.lanes
+        return f"{max(1, one // 1000)} kB of stack, {batch // 1000} kB in a batch" if batch > LARGE_STACK else ""
 
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:
         steps = []

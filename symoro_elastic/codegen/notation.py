@@ -23,6 +23,7 @@ COMPONENTS = {
     "six": ("_(?P<c>[1-6])", "k"),
     "entry": ("_(?P<c>[1-6]{2})", "mn"),
     "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "quaternion": ("_(?P<c>[wxyz])", "w"),
     "number": (r"_(?P<c>\d+)", "i"),
     "row column": (r"_(?P<c>[1-6]_\d+)", "k_i"),
     "c": ("_c", ""),
@@ -30,6 +31,10 @@ COMPONENTS = {
     "c moment": ("_c(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
     "parameter": (r"_(?P<c>[A-Z]+\d+)", "X"),
     "theta": ("_theta", ""),
+    "motor": ("_motor", ""),
+    "spring": ("_spring", ""),
+    "link": ("_link", ""),
+    "compliance": ("_compliance", ""),
     "r": ("_r", ""),
 }
 
@@ -64,6 +69,11 @@ class Quantity:
 TABLE = (
     Quantity("qd", "", r"\dot{q}", "", "@", "", "[3]", "velocity of joint j"),
     Quantity("qdd", "", r"\ddot{q}", "", "@", "", "[34], [59]", "acceleration of joint j"),
+    Quantity("y", "number", "y", "(#)", "@", "", "", "outboard coordinate of motor j, derivative i by time"),
+    Quantity("y", "motor", "q", "", "@", "q_{j}", "[9]", "variable of motor j, before its springs"),
+    Quantity("y", "spring", "q", "", "@", "q_{j}", "[9]", "deflection of spring j"),
+    Quantity("y", "link", "z", "", "@", "", "[9]", "variable of motor j and of springs up to joint j"),
+    Quantity("y", "compliance", "k", "-1", "@", "1/k_{j}", "[9]", "inverse of the stiffness of joint j"),
     Quantity("tau", "", r"\Gamma", "", "@", "", "[8], [61]", "torque or force of motor j"),
     Quantity("Gamma", "", r"\bar{\Gamma}", "", "@", r"\Gamma_{j}", "[9], [17], [61]",
              "what moves joint j: motor, spring, damper, less friction"),
@@ -76,6 +86,13 @@ TABLE = (
     Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "A"),
     Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "qdd"),
     Quantity("A", "entry", "A", "", "@,#", "{}^{0}A_{j}", "[2]", "orientation of frame j, in frame 0"),
+    Quantity("F", "six", "f", r"\mathrm{e}", "@,#", "", "", "wrench of the surroundings on body j"),
+    Quantity("Lb", "entry", r"\mathit{LD}", "", "@,#", r"\mathbf{LD}", "",
+             "factors of the articulated inertia of a floating base, L D L^T"),
+    Quantity("Db", "six", "D", "-1", "@,#", r"\mathbf{D}^{-1}", "", "inverse pivots of these factors"),
+    Quantity("fb", "six", "f", "*", "@,#", r"\mathbf{L}^{-1}(\mathbf{f}_{j} + \boldsymbol{\beta}^{*}_{j})", "",
+             "what moves a floating base"),
+    Quantity("Q", "quaternion", "Q", "", "@#", "", "", "quaternion that turns frame j into the world"),
     Quantity("Y", "parameter", "Y", "", r"@,\mathit{#}", "", "[15]", "entry of the regressor: joint j, parameter X"),
     Quantity("root", "number", r"\Delta", "", "@,#", "", "", "vanishes where solution i of joint j is singular"),
     Quantity("cos", "number", r"\mathrm{C}", "", "@,#", r"\cos\theta_{j}", "[1]", "cosine of solution i of joint j"),
@@ -172,6 +189,7 @@ RESULTS = {
     "h": "h",
     "X": "X",
     "q": "q",
+    "qd": r"\dot{q}",
     "singularity": r"\Delta",
     "dtau_dq": r"[\partial\Gamma/\partial q]",
     "dtau_dqd": r"[\partial\Gamma/\partial\dot{q}]",
@@ -226,7 +244,7 @@ class Notation:
         self.symbols: dict[str, str] = {}
         given = [name for argument in program.inputs for name in argument.symbols]
         assigned = [s.name for s in (*program.once, *program.statements)]
-        self._users = {*given, *program.used}
+        self._users, self._assigned = {*given, *program.used}, set(assigned)
         self._claim({name: self.quantity(name) for name in (*assigned, *given)})
         self._claim({name: user_symbol(name) for name in (*given, *sorted(program.used), *assigned)})
 
@@ -245,10 +263,12 @@ class Notation:
     def quantity(self, name: str) -> str:
         """Symbol of a quantity of the table; empty for any other name."""
         function, _, argument = name.partition("_")
-        if function in FUNCTIONS and argument in self._users:
+        if function in FUNCTIONS and argument in self._users | self._assigned:
             return f"{FUNCTIONS[function]}_{{{self.quantity(argument) or user_symbol(argument)}}}"
         if function == "by":
             return self._derivative(argument)
+        if function == "rate":
+            return self._coefficient(argument)
         letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
         for row in _BY_NAME.get(letters, ()):
             found = _pattern(row.component).fullmatch(name, len(letters))
@@ -265,6 +285,12 @@ class Notation:
             if quantity:
                 return rf"\partial_{{{self.quantity(variable) or user_symbol(variable)}}}{quantity}"
         return ""
+
+    def _coefficient(self, name: str) -> str:
+        """Symbol of a coefficient of t^k, k first: `2_f3_6` is that of f3_6 at t^2."""
+        order, _, of = name.partition("_")
+        quantity = self.quantity(of) or user_symbol(of)
+        return rf"[{quantity}]_{{t^{{{order}}}}}"
 
     def meanings(self) -> Iterator[Meaning]:
         """The quantities that occur, in the order of the table."""

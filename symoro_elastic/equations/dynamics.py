@@ -3,15 +3,17 @@
 Each joint has either its torque known (a motor in the direct model; an elastic or passive joint
 always) or its acceleration known (a motor in the inverse model). A body reached from the base
 through known accelerations only has its own acceleration known before the backward recursion,
-and needs no articulated inertia: there the recursion is Newton and Euler's.
+and needs no articulated inertia: there the recursion is Newton and Euler's. So it is with the base,
+unless it floats under a known wrench.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from symoro_elastic.equations.floating_base import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.equations.kinematics import (
     Scalars,
     angular_velocities,
@@ -70,7 +72,7 @@ NOTHING: Pair = (ZERO, ZERO)
 
 
 class SingularPivot(ZeroDivisionError):
-    """H_j of a joint is exactly zero: nothing gives it an acceleration."""
+    """H_j of a joint is exactly zero: nothing gives it an acceleration; joint 0 is a floating base."""
 
     def __init__(self, joint: int) -> None:
         super().__init__(f"H{joint} is zero")
@@ -98,7 +100,10 @@ class Elimination:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """All quantities of a dynamic model, by joint number; entry 0 is the base."""
+    """All quantities of a dynamic model, by joint number; entry 0 is the base, where it is part of the machine.
+
+    `solved` holds the accelerations of a base under a known wrench.
+    """
 
     w: list[Vector]
     wd: dict[int, Vector]
@@ -112,31 +117,62 @@ class Dynamics:
     f: dict[int, Pair]
     qdd: dict[int, Scalar]
     Gamma: dict[int, Scalar]
+    solved: dict[int, Solution] = field(default_factory=dict)
 
 
-def dynamics(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None]) -> Dynamics:
+def dynamics(
+    mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None], base: WrenchKnown | None = None
+) -> Dynamics:
     """Accelerations and torques of every joint: the direct model [28]-[36], the paper's inverse
     model [50]-[61], the rigid inverse model, according to the rules; `rules[j]` belongs to joint j.
 
+    The mechanism holds the acceleration of the base, unless `base` says that the wrench on it is known.
     Torques in N m or N, accelerations in rad/s2 or m/s2. Raises `SingularPivot`.
     """
     w = angular_velocities(mechanism, qd)
     g = velocity_terms(mechanism, qd, w)
     state = Dynamics(w, {}, {}, {}, g, {}, {}, {}, {}, {}, {}, {})
+    if base is None:
+        _accelerate_base(mechanism, state)
+    else:
+        _release(0, mechanism.body or RigidInertia(), NOTHING, state)
     _accelerate_known(mechanism, qd, rules, state)
     for j, link in mechanism.numbered():
         if j not in state.vd:
-            state.b[j] = state.bs[j] = _bias(link, w[j])
-            state.Js[j] = SpatialInertia.of_body(link.body)
+            _release(j, link.body, link.wrench, state)
     _backward(mechanism, rules, state)
+    if base is not None:
+        _accelerate_free_base(base, state)
     _forward(mechanism, rules, state)
     return state
 
 
-def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None], state: Dynamics) -> None:
-    """V'_j [6] and Newton-Euler wrenches [12], [15] of the bodies whose acceleration is known beforehand."""
+def _accelerate_base(mechanism: Mechanism, state: Dynamics) -> None:
+    """The base whose acceleration is known, and the wrench that its own body needs [12]."""
     state.vd[0], state.wd[0] = mechanism.acceleration
     state.U[0] = hat_plus_hat_squared(state.w[0], state.wd[0])
+    if mechanism.body is not None:
+        state.f[0] = newton_euler(mechanism.body, state.w[0], state.wd[0], state.vd[0], state.U[0])
+
+
+def _accelerate_free_base(base: WrenchKnown, state: Dynamics) -> None:
+    """The base whose articulated inertia the backward recursion has found."""
+    state.f[0] = base.wrench
+    try:
+        state.solved[0] = found = base_acceleration(state.Js[0], _plus(base.wrench, state.bs[0]))
+    except ZeroDivisionError:
+        raise SingularPivot(0) from None
+    state.vd[0], state.wd[0] = found.pair
+
+
+def _release(j: int, body: RigidInertia, wrench: Pair, state: Dynamics) -> None:
+    """The start of J*_j and b*_j of a body whose acceleration is not known."""
+    state.b[j] = state.bs[j] = _bias(body, wrench, state.w[j])
+    state.Js[j] = SpatialInertia.of_body(body)
+
+
+def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | None], state: Dynamics) -> None:
+    """V'_j [6] and Newton-Euler wrenches [12], [15] of the bodies whose acceleration is known beforehand."""
     for j, link in mechanism.numbered():
         i, rule = link.antecedent, rules[j]
         if i not in state.vd or isinstance(rule, TorqueKnown):
@@ -171,11 +207,11 @@ def _euler(inertia: Symmetric, w: Vector, wd: Vector, u: Matrix) -> Vector:
     )
 
 
-def _bias(link: Link, w: Vector) -> Pair:
+def _bias(body: RigidInertia, wrench: Pair, w: Vector) -> Pair:
     """b_j = -[w x (w x MS); w x (J w)] - external wrench [14]."""
-    force = cross(w, cross(w, link.body.moments))
-    moment = cross(w, times_symmetric(link.body.inertia, w))
-    return _minus(_plus((force, moment), link.wrench))
+    force = cross(w, cross(w, body.moments))
+    moment = cross(w, times_symmetric(body.inertia, w))
+    return _minus(_plus((force, moment), wrench))
 
 
 def _backward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamics) -> None:
@@ -193,7 +229,7 @@ def _backward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamic
             unturned = _plus(found.K.times(_carried(link, i, state)), found.al)
             state.f[j] = _turned_back(link, unturned)
             carried = wrench_to_antecedent(link.unturned, unturned)
-        if i:
+        if i in state.f:
             state.f[i] = _plus(state.f[i], carried)
 
 

@@ -9,27 +9,44 @@ from fractions import Fraction
 
 from symoro_elastic.equations.kinematics import Scalars, velocities
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import Scalar, Vector, cross, dot, origin, times_symmetric, to_child
+from symoro_elastic.equations.spatial import (
+    Pair,
+    RigidInertia,
+    Scalar,
+    Vector,
+    cross,
+    dot,
+    origin,
+    times_symmetric,
+    to_child,
+)
 
 
 def kinetic_energy(mechanism: Mechanism, qd: Scalars) -> Scalar:
     """(sum of V_j^T JJ_j V_j + Ia_j qd_j^2) / 2, in J, where V^T JJ V = M v^2 + 2 MS . (v x w) + w^T J w."""
-    twice: Scalar = 0
-    for (j, link), (v, w) in zip(mechanism.numbered(), velocities(mechanism, qd)[1:], strict=True):
-        body = link.body
-        turning = dot(w, times_symmetric(body.inertia, w))
-        twice = twice + body.mass * dot(v, v) + 2 * dot(body.moments, cross(v, w)) + turning
+    base, *moving = velocities(mechanism, qd)
+    twice: Scalar = 0 if mechanism.body is None else _with_body(0, mechanism.body, base)
+    for (j, link), velocity in zip(mechanism.numbered(), moving, strict=True):
+        twice = _with_body(twice, link.body, velocity)
         twice = twice + link.rotor_inertia * (qd[j] * qd[j])
     return half(twice)
 
 
-def gravity_energy(mechanism: Mechanism, gravity: Vector) -> Scalar:
+def _with_body(twice: Scalar, body: RigidInertia, velocity: Pair) -> Scalar:
+    """Twice the kinetic energy, that of one more body included."""
+    v, w = velocity
+    turning = dot(w, times_symmetric(body.inertia, w))
+    return twice + body.mass * dot(v, v) + 2 * dot(body.moments, cross(v, w)) + turning
+
+
+def gravity_energy(mechanism: Mechanism, gravity: Vector, depth: Scalar = 0) -> Scalar:
     """- sum of g . (M_j 0P_j + 0A_j MS_j), in J; zero with every centre of mass at the origin of frame 0.
 
-    `gravity` is in frame 0 and carried into the frames: g . 0P_j is the depth of frame j.
+    `gravity` is in frame 0 and carried into the frames: g . 0P_j is the depth of frame j. `depth` is that of frame 0.
     """
-    energy: Scalar = 0
-    fields: list[tuple[Vector, Scalar]] = [(gravity, 0)]
+    body = mechanism.body or RigidInertia()
+    energy: Scalar = 0 - (body.mass * depth + dot(gravity, body.moments))
+    fields: list[tuple[Vector, Scalar]] = [(gravity, depth)]
     for _, link in mechanism.numbered():
         field, depth = fields[link.antecedent]
         depth = depth + dot(field, origin(link.placement))

@@ -6,18 +6,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from symoro_elastic.equations.dynamics import SingularPivot
+from symoro_elastic.equations.floating_base import six, six_rows, solve_symmetric
 from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.mechanism import Axis, Mechanism
-from symoro_elastic.equations.spatial import Pair, RigidInertia, Scalar, SpatialInertia, wrench_to_antecedent
+from symoro_elastic.equations.spatial import (
+    Pair,
+    RigidInertia,
+    Scalar,
+    SpatialInertia,
+    add,
+    scale,
+    wrench_to_antecedent,
+)
 
 
 @dataclass(frozen=True)
 class InertiaMatrix:
-    """A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of."""
+    """A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of.
+
+    `base`: wrenches on a base that is part of the machine for a unit of each joint's acceleration;
+    those of its own acceleration are composite inertia 0.
+    """
 
     composite: list[RigidInertia]
     f: list[Pair]
     A: list[list[Scalar]]
+    base: dict[int, Pair]
 
 
 def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
@@ -26,11 +40,12 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
     Entries are zero where neither joint carries the other. Units kg m2, kg m or kg.
     """
     n = len(mechanism.links)
-    composite = [RigidInertia(), *(link.body for link in mechanism.links)]
+    composite = [mechanism.body or RigidInertia(), *(link.body for link in mechanism.links)]
     f: list[Pair] = [((0, 0, 0), (0, 0, 0))] * (n + 1)
     A: list[list[Scalar]] = [[0] * (n + 1) for _ in range(n + 1)]
+    base: dict[int, Pair] = {}
     for j, link in reversed(list(mechanism.numbered())):
-        if link.antecedent:
+        if link.antecedent or mechanism.body is not None:
             composite[link.antecedent] += composite[j].to_antecedent(link.placement)
         if link.axis is Axis.NONE:
             continue
@@ -42,7 +57,9 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
             i = mechanism.links[i - 1].antecedent
             axis = mechanism.links[i - 1].axis
             A[i][j] = A[j][i] = 0 if axis is Axis.NONE else axis.project(wrench)
-    return InertiaMatrix(composite, f, A)
+        if mechanism.body is not None:
+            base[j] = wrench_to_antecedent(mechanism.links[i - 1].placement, wrench)
+    return InertiaMatrix(composite, f, A, base)
 
 
 @dataclass(frozen=True)
@@ -88,3 +105,35 @@ def solution(factors: Factorization, right: Mapping[int, Scalar]) -> dict[int, S
         for i, entry in row.items():
             x[j] = x[j] - entry * x[i]
     return x
+
+
+def free_solution(
+    factors: Factorization, found: InertiaMatrix, wrench: Pair, right: Mapping[int, Scalar]
+) -> tuple[Pair, dict[int, Scalar]]:
+    """V'_0 and x of A (V'_0, x) = (wrench, right) on a floating base: the joints are eliminated, then its six rows.
+
+    Raises `SingularPivot`.
+    """
+    held = solution(factors, right)
+    pushed = [solution(factors, {j: six(found.base[j])[k] for j in right}) for k in range(6)]
+    columns = zip(six_rows(SpatialInertia.of_body(found.composite[0])), pushed, strict=True)
+    left = [six(_without(found, (column[:3], column[3:]), moved)) for column, moved in columns]
+    try:
+        base = solve_symmetric(left, six(_without(found, wrench, held)))
+    except ZeroDivisionError:
+        raise SingularPivot(0) from None
+    for k, acceleration in enumerate(base.x):
+        held = {j: x - pushed[k][j] * acceleration for j, x in held.items()}
+    return base.pair, held
+
+
+def wrench_on_base(found: InertiaMatrix, wrench: Pair, qdd: Mapping[int, Scalar]) -> Pair:
+    """A wrench on a floating base, and what the accelerations of the joints add to it."""
+    force, moment = wrench
+    for j, x in qdd.items():
+        force, moment = add(force, scale(x, found.base[j][0])), add(moment, scale(x, found.base[j][1]))
+    return force, moment
+
+
+def _without(found: InertiaMatrix, wrench: Pair, qdd: Mapping[int, Scalar]) -> Pair:
+    return wrench_on_base(found, wrench, {j: -x for j, x in qdd.items()})

@@ -70,11 +70,15 @@ class Link:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Links in table order and the motion of the base: V0 and V'0, gravity already subtracted."""
+    """Links in table order and the motion of the base: V0 and V'0, gravity already subtracted.
+
+    `body` is that of a base which is part of the machine; `None` for the ground.
+    """
 
     links: tuple[Link, ...]
     velocity: Pair = (ZERO, ZERO)
     acceleration: Pair = (ZERO, ZERO)
+    body: RigidInertia | None = None
 
     def numbered(self) -> enumerate[Link]:
         """(j, link j) from the base to the tips."""
@@ -92,25 +96,25 @@ class Mechanism:
         def pair(p: Pair) -> Pair:
             return vector(p[0]), vector(p[1])
 
+        def rigid(body: RigidInertia) -> RigidInertia:
+            return RigidInertia(scalar(body.mass), vector(body.moments), tuple(map(scalar, body.inertia)))
+
         links = tuple(
             Link(
                 link.antecedent,
                 link.axis,
                 tuple(Screw(s.axis, *map(scalar, s[1:])) for s in link.placement),
-                RigidInertia(
-                    scalar(link.body.mass),
-                    vector(link.body.moments),
-                    tuple(map(scalar, link.body.inertia)),
-                ),
+                rigid(link.body),
                 scalar(link.rotor_inertia),
                 pair(link.wrench),
             )
             for link in self.links
         )
-        return Mechanism(links, pair(self.velocity), pair(self.acceleration))
+        base = None if self.body is None else rigid(self.body)
+        return Mechanism(links, pair(self.velocity), pair(self.acceleration), base)
 
 
 def without_loads(mechanism: Mechanism) -> Mechanism:
     """The mechanism on a base at rest, without gravity and external wrenches."""
     links = tuple(replace(link, wrench=(ZERO, ZERO)) for link in mechanism.links)
-    return Mechanism(links)
+    return Mechanism(links, body=mechanism.body)

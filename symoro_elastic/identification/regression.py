@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.models.catalogue import MODELS, trace
@@ -192,6 +193,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
 
     Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value.
     """
+    refuse_floating(machine, "identification")
     given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
         loads = (*joint.wrench.force, *joint.wrench.moment)

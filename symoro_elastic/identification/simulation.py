@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.generate import package
 from symoro_elastic.identification.measurements import Measurements
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.candidates import import_package
@@ -52,6 +53,7 @@ class Sensors:
 
 def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
     """The generated numpy package of a machine, imported."""
+    refuse_floating(machine, "simulation")
     files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))

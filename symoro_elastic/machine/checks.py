@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
-from symoro_elastic.machine.machine import Base, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import resolve
@@ -15,6 +16,8 @@ from symoro_elastic.machine.resolve import resolve
 AXES = "xyz"
 TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
+NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
+NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
 NOT_NEGATIVE = ("mass", "stiffness", "damping", "viscous friction", "coulomb friction", "rotor_inertia")
 
 
@@ -26,7 +29,9 @@ def check(machine: Machine) -> list[str]:
     _check_names(machine)
     for j, joint in enumerate(machine.joints, start=1):
         _check_joint(machine, j, joint)
+    _check_base(machine)
     _check_declared(machine)
+    _check_units(machine)
     values = parameter_values(machine)
     _check_values(machine, values)
     if machine.scene is not None:
@@ -45,6 +50,8 @@ def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
     for j, joint in enumerate(machine.joints, start=1):
         for key, formula in cells(joint):
             yield place_of(j, joint, key), formula
+    if machine.floating:
+        yield from ((f"base, {key}", formula) for key, formula in body_cells(machine.floating.body))
     for field in fields(Base):
         for axis, formula in zip(AXES, getattr(machine.base, field.name), strict=True):
             yield f"{field.name} {axis}", formula
@@ -54,10 +61,7 @@ def cells(joint: Joint) -> Iterator[tuple[str, Formula]]:
     """Every expression of one joint, with its column."""
     for key in GEOMETRY:
         yield key, getattr(joint, key)
-    yield "mass", joint.body.mass
-    kind = "center_of_mass" if joint.body.central else "first_moments"
-    yield from ((f"{kind} {axis}", formula) for axis, formula in zip(AXES, joint.body.moments, strict=True))
-    yield from ((f"inertia {entry}", formula) for entry, formula in zip(TENSOR, joint.body.inertia, strict=True))
+    yield from body_cells(joint.body)
     yield "stiffness", joint.spring.stiffness
     yield "damping", joint.spring.damping
     yield "neutral", joint.spring.neutral
@@ -66,6 +70,21 @@ def cells(joint: Joint) -> Iterator[tuple[str, Formula]]:
     yield "rotor_inertia", joint.rotor_inertia
     yield from ((f"force {axis}", formula) for axis, formula in zip(AXES, joint.wrench.force, strict=True))
     yield from ((f"moment {axis}", formula) for axis, formula in zip(AXES, joint.wrench.moment, strict=True))
+
+
+def body_cells(body: Body) -> Iterator[tuple[str, Formula]]:
+    """Every expression of one body, with its column."""
+    yield "mass", body.mass
+    kind = "center_of_mass" if body.central else "first_moments"
+    yield from ((f"{kind} {axis}", formula) for axis, formula in zip(AXES, body.moments, strict=True))
+    yield from ((f"inertia {entry}", formula) for entry, formula in zip(TENSOR, body.inertia, strict=True))
+
+
+def refuse_floating(machine: Machine, place: str) -> None:
+    """Raise `InputError` for a machine on a floating base, where only the models are offered."""
+    if machine.floating:
+        what = "not offered on a floating base: leave out `floating` for a base whose motion is given"
+        raise _error(machine, place, what)
 
 
 def parameter_values(machine: Machine) -> dict[str, float]:
@@ -112,6 +131,13 @@ def _check_distinct(machine: Machine, named: list[tuple[str, str]]) -> None:
         if name in places:
             raise _error(machine, place, f"the name {name!r} is taken by {places[name]}: choose another")
         places[name] = place
+
+
+def _check_base(machine: Machine) -> None:
+    for field in fields(Base):
+        moved = field.name != "gravity" and any(not x.is_zero for x in getattr(machine.base, field.name))
+        if machine.floating and moved:
+            raise _error(machine, f"base, {field.name}", "it is an argument where the base floats: leave it out")
 
 
 def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
@@ -178,3 +204,11 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
     if tree[0] == "/" and parts[1] == 0:
         raise FormulaError("division by zero")
     return None if None in parts else Formula(tree[0], tree).value(values)
+
+
+def _check_units(machine: Machine) -> None:
+    """Values are in SI units: nothing converts them."""
+    for parameter in machine.parameters:
+        if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
+            what = f"its unit is {quoted(parameter.unit)}, but nothing converts values: write it in m, kg, s, rad, N"
+            raise InputError(machine.source or machine.name, f"parameter {parameter.name}", what)

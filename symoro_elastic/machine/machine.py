@@ -118,6 +118,33 @@ class Base:
     angular_acceleration: Vector3 = NO_VECTOR
 
 
+class Orientation(StrEnum):
+    """What tells how a floating base is turned: 0R of the world, or a unit quaternion."""
+
+    ROTATION = "rotation"
+    QUATERNION = "quaternion"
+
+
+class Given(StrEnum):
+    """What is known of the motion of a floating base: the wrench on it, or its acceleration."""
+
+    WRENCH = "wrench"
+    ACCELERATION = "acceleration"
+
+
+@dataclass(frozen=True)
+class Floating:
+    """A base that is a body with six degrees of freedom; frame 0 is its frame.
+
+    Its orientation, its velocity and what is `known` of its motion are arguments of the models;
+    gravity is then given in the axes of the world.
+    """
+
+    orientation: Orientation = Orientation.ROTATION
+    known: Given = Given.WRENCH
+    body: Body = Body()
+
+
 @dataclass(frozen=True)
 class Machine:
     """A tree of bodies joined by motors, springs, passive joints and fixed frames.
@@ -130,6 +157,7 @@ class Machine:
     joints: tuple[Joint, ...]
     parameters: tuple[Parameter, ...] = ()
     base: Base = Base()
+    floating: Floating | None = None
     scene: Scene | None = None
     notes: tuple[str, ...] = ()
     extras: dict[str, str] = field(default_factory=dict)

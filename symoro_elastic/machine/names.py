@@ -56,7 +56,7 @@ QUANTITIES: dict[str, Collection[str]] = {
     "components": _words(
         """
         A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root length
-        Pc Qc Q Fa Fh Fq Fv Gq Gv qddq qddv qddt y
+        Pc Qc Q Lb Db fb Fa Fh Fq Fv Gq Gv qddq qddv qddt y
         """
     ),
     "prefixes": ("sin_", "cos_", "sign_", "result_", "pair_", "by_", "rate_"),
@@ -85,7 +85,8 @@ KEYWORDS = _words(
 
 LIBRARY = _words(
     """
-    LANES INLINE APART ALIGNED LARGEST_ANGLE double_double pair I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
+    LANES INLINE APART ALIGNED LARGEST_ANGLE double_double pair
+    I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
     math_errhandling linux unix near far main printf malloc free memcpy size_t

@@ -16,7 +16,7 @@ Matrix = list[list[float]]
 
 def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     """What is probably not meant, a line each; formulas over names without value are passed over."""
-    lines = []
+    lines = [f"base: {line}" for line in _inertia(machine.floating.body, values)] if machine.floating else []
     for j, joint in enumerate(machine.joints, start=1):
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
         found = (*_angles(joint, values), *inertia, *_without_effect(joint))

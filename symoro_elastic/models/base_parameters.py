@@ -17,7 +17,7 @@ from symoro_elastic.equations.base_parameters import ROTOR, Leaving, Settle, gro
 from symoro_elastic.equations.mechanism import Axis, Mechanism
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
 from symoro_elastic.equations.spatial import is_zero
-from symoro_elastic.machine.checks import GEOMETRY, parameter_values
+from symoro_elastic.machine.checks import GEOMETRY, parameter_values, refuse_floating
 from symoro_elastic.machine.checks import formulas as formulas_of
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import (
@@ -91,6 +91,11 @@ class Grouping:
         """The text of every formula, composites first."""
         return {name: formula.text for name, formula in self._all()}
 
+    @property
+    def parts(self) -> dict[str, str]:
+        """The text of the composites that the formulas of base parameters are made of."""
+        return {name: text for name, text in self.formulas.items() if name in self.composites}
+
     def values(self, values: Mapping[str, float]) -> dict[str, float]:
         """Values of composites and base parameters from those of the machine's parameters.
 
@@ -114,6 +119,7 @@ def grouped(machine: Machine) -> Grouping:
 
     Raises `InputError` for cells without value.
     """
+    refuse_floating(machine, "base inertial parameters")
     zero = ZeroPosition(machine)
     found = zero.leaving()
     mechanism = zero.polynomials()

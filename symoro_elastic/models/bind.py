@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, TorqueKnown
+from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
 from symoro_elastic.equations.joint_laws import elastic_torque, friction
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    ZERO,
+    Matrix,
     Pair,
     RigidInertia,
     Screw,
     Vector,
     X,
     Z,
+    dot,
     subtract,
+    times,
     translation,
+    transpose,
 )
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
@@ -31,6 +38,15 @@ from symoro_elastic.symbolic.program import Names
 Points = tuple[tuple[int, Point], ...]
 PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
 """Entries of the placement of a frame in frame 0, row by row; the fourth column holds its position."""
+ON_BASE = {
+    "R0": tuple(f"A0_{m}{n}" for m in range(1, 4) for n in range(1, 4)),
+    "Q0": tuple(f"Q0_{x}" for x in "wxyz"),
+    "P0": tuple(f"P0_{x}" for x in "xyz"),
+    "V0": tuple(f"V0_{k}" for k in range(1, 7)),
+    "V0d": tuple(f"Vd0_{k}" for k in range(1, 7)),
+    "f0": tuple(f"F0_{k}" for k in range(1, 7)),
+}
+"""Entries of the arguments that belong to a floating base."""
 
 
 def _exact(x: Scalar) -> Scalar:
@@ -62,7 +78,11 @@ class Bound:
         self.qdd = self._per_joint("qdd", machine.moving)
         self.tau = self._per_joint("tau", self.motors)
         self.qdd_motor = self._per_joint("qdd", self.motors)
+        self.on_base = {name: tuple(map(self.graph.symbol, names)) for name, names in self._arguments_on_base()}
         self.mechanism = self._mechanism()
+
+    def _arguments_on_base(self) -> Iterable[tuple[str, tuple[str, ...]]]:
+        return ON_BASE.items() if self.machine.floating else ()
 
     def _per_joint(self, quantity: str, joints: Sequence[int]) -> dict[int, Expression]:
         return {j: self.graph.symbol(f"{quantity}{j}") for j in joints}
@@ -100,15 +120,20 @@ class Bound:
         return next((place for place, written in formulas(self.machine) if written == formula), elsewhere)
 
     def _mechanism(self) -> Mechanism:
-        base = self.machine.base
-        gravity = self.cells(base.gravity)
+        base, floating = self.machine.base, self.machine.floating
         links = [self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)]
         links += [Link(j, Axis.NONE, translation(self.cells(at))) for j, at in self.points]
+        linear, angular = self.base_acceleration
         return Mechanism(
             tuple(links),
-            (self.cells(base.velocity), self.cells(base.angular_velocity)),
-            (subtract(self.cells(base.acceleration), gravity), self.cells(base.angular_acceleration)),
+            self._pair_on_base("V0") if floating else (self.cells(base.velocity), self.cells(base.angular_velocity)),
+            (subtract(linear, self.gravity), angular),
+            self._body(floating.body) if floating else None,
         )
+
+    def _pair_on_base(self, argument: str) -> Pair:
+        a, b, c, d, e, f = self.on_base[argument]
+        return (a, b, c), (d, e, f)
 
     def _link(self, j: int, joint: Joint) -> Link:
         q = self.q.get(j, 0)
@@ -139,7 +164,7 @@ class Bound:
         """Names of the entries of each argument of the generated functions."""
         by_name = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "qdd_motor": self.qdd_motor}
         names = {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
-        return names | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]}
+        return names | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]} | ON_BASE
 
     def sign_of_velocity(self, j: int) -> Scalar:
         """sign(qd_j)."""
@@ -166,9 +191,24 @@ class Bound:
 
     @property
     def gravity(self) -> Vector:
-        """Acceleration of gravity in frame 0."""
+        """Acceleration of gravity in frame 0; that of a floating base is turned."""
         found: Vector = self.cells(self.machine.base.gravity)
-        return found
+        return times(transpose(self._rotation()), found) if self.machine.floating else found
+
+    def _rotation(self) -> Matrix:
+        """From the axes of a floating base to those of the world."""
+        if self.machine.floating and self.machine.floating.orientation is Orientation.QUATERNION:
+            return rotation_of(self.on_base["Q0"])
+        a, b, c, d, e, f, g, h, i = self.on_base["R0"]
+        return (a, b, c), (d, e, f), (g, h, i)
+
+    @property
+    def depth(self) -> Scalar:
+        """g . P of the origin of frame 0 in the world; zero where frame 0 is the world."""
+        if self.machine.floating is None:
+            return 0
+        x, y, z = self.on_base["P0"]
+        return dot(self.cells(self.machine.base.gravity), (x, y, z))
 
     def rates(self) -> list[Scalar]:
         """qd by link number, zero for fixed frames and the base."""
@@ -182,7 +222,28 @@ class Bound:
     def base_acceleration(self) -> Pair:
         """V'_0 without gravity."""
         base = self.machine.base
+        if self.machine.floating:
+            return self._pair_on_base("V0d")
         return self.cells(base.acceleration), self.cells(base.angular_acceleration)
+
+    @property
+    def held_base_acceleration(self) -> Pair:
+        """V'_0 without gravity where no coordinate accelerates: what the file gives, zero for a floating base."""
+        return (ZERO, ZERO) if self.machine.floating else self.base_acceleration
+
+    @property
+    def held(self) -> Mechanism:
+        """The mechanism on a base that no coordinate accelerates, under gravity."""
+        linear, angular = self.held_base_acceleration
+        return replace(self.mechanism, acceleration=(subtract(linear, self.gravity), angular))
+
+    @property
+    def base_rule(self) -> WrenchKnown | None:
+        """The wrench on a base that is free to move."""
+        floating = self.machine.floating
+        if floating is None or floating.known is Given.ACCELERATION:
+            return None
+        return WrenchKnown(self._pair_on_base("f0"))
 
     def given_rules(self) -> list[Rule | None]:
         """Every acceleration known."""

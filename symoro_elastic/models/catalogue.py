@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
@@ -11,6 +12,8 @@ from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
+from symoro_elastic.models.feed_forward import FEED_FORWARD
+from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
@@ -20,7 +23,7 @@ from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-FAMILIES = (DYNAMIC, DERIVATIVES, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION)
+FAMILIES = (DYNAMIC, DERIVATIVES, FEED_FORWARD, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION)
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
@@ -39,11 +42,15 @@ def trace(
     `points` are numbered before those of `asked`; `merge_angles` allows sums of angles.
     Raises `SingularPivot` where a joint has no inertia.
     """
-    model = MODELS[name]
+    model = on_its_base(MODELS[name], machine)
     own = points_of(asked)
     bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else ())
     results = model.run(bound, tuple(asked) or _everything(machine, model))
-    inputs = [Input(argument, bound.arguments()[argument]) for argument in model.arguments]
+    entries = bound.arguments()
+    if model.own_arguments:
+        entries = model.own_arguments(bound, results)
+        model = replace(model, arguments=tuple(entries))
+    inputs = [Input(argument, entries[argument]) for argument in model.arguments]
     outputs = [Output(name, r.shape, r.entries) for name, r in results.items()]
     traced = TracedModel(model, results, build(inputs, outputs, bound.names), not asked, bound.points)
     return with_merged_angles(traced, bound.graph, bound.names) if merge_angles else traced

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
+from symoro_elastic.equations.dynamics import NOTHING, AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
+from symoro_elastic.equations.floating_base import WrenchKnown
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import ZERO
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -29,6 +30,8 @@ class Degeneracy:
 
     def message(self, machine: Machine) -> str:
         """What is wrong and how to mend it, naming the joints."""
+        if not self.joint:
+            return "with all that it carries it has a motion that meets no inertia: give it a body"
         names = [_name(machine, j) for j in self.moving_together]
         joints = [machine.joints[j - 1] for j in self.moving_together]
         if len(joints) == 1:
@@ -71,19 +74,23 @@ def degeneracies(machine: Machine, known_motors: bool, folded: Sequence[str] = (
     """Joints whose pivot vanishes in the direct model or, with `known_motors`, in the inverse model."""
     bound = Bound(machine, folded)
     mechanism = _modulo_prime(bound)
+    base = WrenchKnown(NOTHING) if bound.base_rule else None
     rules: list[Rule | None] = [None] * (len(machine.joints) + 1)
     for j in machine.moving:
         known = known_motors and j in bound.motors
         rules[j] = AccelerationKnown(0) if known else TorqueKnown(0)
-    return list(_singular_joints(mechanism, rules))
+    return list(_singular_joints(mechanism, rules, base))
 
 
-def _singular_joints(mechanism: Mechanism, rules: list[Rule | None]) -> Iterator[Degeneracy]:
+def _singular_joints(mechanism: Mechanism, rules: list[Rule | None], base: WrenchKnown | None) -> Iterator[Degeneracy]:
     at_rest = [0] * len(rules)
     while True:
         try:
-            dynamics(mechanism, at_rest, rules)
+            dynamics(mechanism, at_rest, rules, base)
         except SingularPivot as pivot:
+            if not pivot.joint:
+                yield Degeneracy(0, (0,))
+                return
             rules[pivot.joint] = AccelerationKnown(1)
             together = _moving(mechanism, rules)
             rules[pivot.joint] = AccelerationKnown(0)

@@ -7,64 +7,66 @@ from dataclasses import replace
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
 from symoro_elastic.equations.kinematics import frames, velocities
-from symoro_elastic.equations.lagrange import factorization, inertia_matrix, solution
+from symoro_elastic.equations.lagrange import factorization, inertia_matrix
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
 from symoro_elastic.equations.spatial import ZERO, RigidInertia, subtract
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
 from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_screws
 from symoro_elastic.symbolic.expression import Scalar
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules())
+    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules(), bound.base_rule)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
-    return {"qdd": Result(asked, tuple(found.qdd[j] for j in asked))}
+    return {"qdd": Result(asked, tuple(found.qdd[j] for j in asked)), **found_of_base(bound, found)}
 
 
 def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     """qdd of A qdd = Gamma - H [8].
 
-    Few operations on a short arm; on chains of 100 bodies, at large mass ratios and in single precision
-    10 to 1000 times less accurate than the recursion, and slower from about ten joints in series.
+    Fewer operations than the recursion up to some ten joints in series. Less accurate: two or three times on an arm,
+    a thousand times on 50 equal bodies, a million times where their masses grow; not for chains in single precision.
     """
-    held = dynamics(bound.mechanism, bound.rates(), bound.held_rules())
-    found = inertia_matrix(bound.mechanism)
+    mechanism = bound.held if bound.base_rule else bound.mechanism
+    held = dynamics(mechanism, bound.rates(), bound.held_rules())
+    found = inertia_matrix(mechanism)
     factors = factorization(bound.mechanism, found.A)
-    forces = {j: bound.exerted(j) - held.Gamma[j] for j in bound.machine.moving}
-    qdd = solution(factors, forces)
+    right = {j: bound.exerted(j) - held.Gamma[j] for j in bound.machine.moving}
+    qdd, of_base = solved(bound, factors, found, held, right)
     name_dynamics(bound, held, "[15]", "[61]")
     name_composites(bound, found)
-    name_factors(bound, factors, forces, qdd)
-    return {"qdd": Result(asked, tuple(qdd[j] for j in asked))}
+    name_factors(bound, factors, right, qdd)
+    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **of_base}
 
 
 def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules())
+    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules(), bound.base_rule)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     motors = tuple(j for j in asked if j in bound.motors)
     others = asked if asked == bound.machine.moving else tuple(j for j in asked if j not in bound.motors)
     tau = tuple(found.Gamma[j] + bound.friction(j) for j in motors)
-    return {"tau": Result(motors, tau), "qdd": Result(others, tuple(found.qdd[j] for j in others))}
+    qdd = tuple(found.qdd[j] for j in others)
+    return {"tau": Result(motors, tau), "qdd": Result(others, qdd), **found_of_base(bound, found)}
 
 
 def _bias_forces(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.held_rules())
+    found = dynamics(bound.held, bound.rates(), bound.held_rules())
     name_dynamics(bound, found, "[15]", "[61]")
-    return {"H": Result(asked, tuple(found.Gamma[j] + bound.friction(j) for j in asked))}
+    return {"H": forces(found, asked, tuple(found.Gamma[j] + bound.friction(j) for j in asked))}
 
 
 def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
     found = inertia_matrix(bound.mechanism)
     name_composites(bound, found)
-    entries = tuple(found.A[i][j] for i in asked for j in asked)
-    return {"A": Result(asked, entries, (len(asked),))}
+    return {"A": inertia(bound, found, asked)}
 
 
 def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
     """H(q, qd) without gravity, friction and external wrenches; what the motion of the base adds is part of it."""
     unloaded = without_loads(bound.mechanism)
-    moved = replace(unloaded, velocity=bound.mechanism.velocity, acceleration=bound.base_acceleration)
+    moved = replace(unloaded, velocity=bound.mechanism.velocity, acceleration=bound.held_base_acceleration)
     return _held(bound, asked, moved)
 
 
@@ -77,18 +79,19 @@ def _gravity_forces(bound: Bound, asked: Joints) -> Results:
 def _external_forces(bound: Bound, asked: Joints) -> Results:
     """What the external wrenches ask of the joints."""
     bodiless = tuple(replace(link, body=RigidInertia()) for link in bound.mechanism.links)
-    return _held(bound, asked, replace(bound.mechanism, links=bodiless), at_rest=True)
+    base = None if bound.mechanism.body is None else RigidInertia()
+    return _held(bound, asked, replace(bound.mechanism, links=bodiless, body=base), at_rest=True)
 
 
 def _friction_forces(bound: Bound, asked: Joints) -> Results:
-    return {"H": Result(asked, tuple(bound.friction(j) for j in asked))}
+    return {"H": without_force_on_base(bound, asked, tuple(bound.friction(j) for j in asked))}
 
 
 def _held(bound: Bound, asked: Joints, mechanism: Mechanism, at_rest: bool = False) -> Results:
     rates = [0] * len(bound.rates()) if at_rest else bound.rates()
     found = dynamics(mechanism, rates, bound.held_rules())
     name_dynamics(bound, found, "[15]", "[61]")
-    return {"H": Result(asked, tuple(found.Gamma[j] for j in asked))}
+    return {"H": forces(found, asked, tuple(found.Gamma[j] for j in asked))}
 
 
 def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
@@ -104,7 +107,7 @@ def _energy(bound: Bound, _: Joints) -> Results:
     elastic: Scalar = 0
     for j in bound.machine.moving:
         elastic = elastic + elastic_energy(*bound.spring(j))
-    parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity), elastic)
+    parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity, bound.depth), elastic)
     return {"E": Result(None, parts, (3,))}
 
 

@@ -57,7 +57,8 @@ Results = dict[str, Result]
 class Model:
     """A model that can be generated: what it gives, by which equations, from which arguments.
 
-    `rows` tells whether its results follow the joints that move or all frames.
+    `rows` tells whether its results follow the joints that move or all frames; `own_arguments` gives the
+    arguments and the names of their entries where they depend on the machine.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Model:
     results: tuple[str, ...]
     run: Callable[[Bound, Any], Results]
     rows: str = JOINTS
+    own_arguments: Callable[[Bound, Results], dict[str, tuple[str, ...]]] | None = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.floating_base import Solution
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix
 from symoro_elastic.equations.spatial import ENTRY, Matrix, Pair, RigidInertia, SpatialInertia, Symmetric, Vector
 from symoro_elastic.models.bind import Bound
@@ -76,6 +77,8 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
     _name_forward(bound, found)
     for j, _ in reversed(list(bound.mechanism.numbered())):
         _name_backward(bound.names, found, j, Section(BACKWARD, j, backward_equations))
+    if bound.machine.floating:
+        _name_base(bound.names, found, Section(BACKWARD, 0, backward_equations), Section(FORWARD_2, 0, last))
     for j, _ in bound.mechanism.numbered():
         here = Section(FORWARD_2, j, last)
         _name_pair(bound.names, found.f.get(j, ((0, 0, 0), (0, 0, 0))), f"f{j}", here)
@@ -83,6 +86,24 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
         bound.names.give(found.Gamma.get(j, 0), f"Gamma{j}", here)
         if j in found.eliminated:
             _name_acceleration(bound.names, found, j, here)
+
+
+def _name_base(names: Names, found: Dynamics, backward: Section, forward: Section) -> None:
+    """Name the quantities of a floating base."""
+    if 0 in found.Js:
+        _name_inertia(names, found.Js[0], "Js0", backward)
+        _name_pair(names, found.bs[0], "bs0", backward)
+        _name_solution(names, found.solved[0], forward)
+    _name_acceleration(names, found, 0, forward)
+    _name_pair(names, found.f[0], "f0", forward)
+
+
+def _name_solution(names: Names, solved: Solution, section: Section) -> None:
+    for k, (row, inverse, reduced) in enumerate(zip(solved.left, solved.inverses, solved.reduced, strict=True)):
+        for m, x in enumerate(row[: k + 1]):
+            names.give(x, f"Lb0_{k + 1}{m + 1}", section)
+        names.give(inverse, f"Db0_{k + 1}", section)
+        names.give(reduced, f"fb0_{k + 1}", section)
 
 
 def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) -> None:

@@ -20,7 +20,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Numbers, Parameters, evaluated
 from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
-from symoro_elastic.numerics.states import ARGUMENTS, States
+from symoro_elastic.numerics.states import States
 from symoro_elastic.symbolic.expression import reachable
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ TINY = 1e-300
 def rounded(states: States, precision: Precision) -> States:
     """States whose numbers the arrays of this precision hold."""
     dtype = TYPES[precision.state]
-    held = {name: getattr(states, name).astype(dtype).astype(float) for name in ARGUMENTS}
+    held = {name: getattr(states, name).astype(dtype).astype(float) for name in states.arguments}
     return States(**held, titles=states.titles)
 
 
@@ -154,7 +154,7 @@ class _Judge:
             moved: Array = self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf))
             return moved
 
-        moved = {name: off(getattr(states, name)) for name in ARGUMENTS}
+        moved = {name: off(getattr(states, name)) for name in states.arguments}
         return States(**moved, titles=states.titles), {
             name: off(np.full(len(states), value)) for name, value in self.values.items()
         }

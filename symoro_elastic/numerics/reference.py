@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import ATAN2, COS, PI, SIN, SQRT
@@ -77,15 +77,17 @@ class Reference:
             replace(joint, kind=Kind.MOTOR, spring=Spring()) if joint.sigma != 2 else joint
             for joint in self.machine.joints
         )
-        return trace(replace(self.machine, joints=joints), "inverse_dynamics").program
+        floating = self.machine.floating and replace(self.machine.floating, known=Given.ACCELERATION)
+        return trace(replace(self.machine, joints=joints, floating=floating), "inverse_dynamics").program
 
     def disagreement(self, state: State, seed: int = 0) -> float:
         """A x + H against Newton and Euler's recursion at random accelerations x, relative."""
         point, source = self.at(state), random.Random(seed)
-        x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in self.machine.moving]
+        x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
-        found = point.run(self.newton_euler, {"q": point.q, "qd": point.qd, "qdd_motor": x})["tau"]
-        return distance(found, wanted)
+        given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
+        found = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
+        return distance([*found.get("f0", ()), *found["tau"]], wanted)
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,13 @@ class Point:
             own |= direct | {"inverse_dynamics": self._inverse}
         if traced.model.name in own:
             return own[traced.model.name](traced)
-        return self.run(traced.program, {argument: self._numbers(argument) for argument in traced.model.arguments})
+        return self.run(traced.program, self.arguments(traced.program))
+
+    def arguments(self, program: Program, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
+        """Arguments of a program: those given, else those of the state."""
+        given = given or {}
+        names = [argument.name for argument in program.inputs]
+        return {name: given[name] if name in given else self._numbers(name) for name in names}
 
     def run(self, program: Program, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
         """Results of a traced program in this arithmetic."""
@@ -149,14 +157,20 @@ class Point:
     @cached_property
     def A(self) -> Matrix:
         """The inertia matrix [8]."""
-        n = len(self.q)
+        n = self.of_base + len(self.q)
         entries = self._result(self.run(self.reference.inertia, {"q": self.q})["A"])
         return [entries[row * n : (row + 1) * n] for row in range(n)]
 
     @cached_property
     def H(self) -> Numbers:
         """Bias forces, friction included."""
-        return self._result(self.run(self.reference.bias, {"q": self.q, "qd": self.qd})["H"])
+        given = {"q": self.q, "qd": self.qd}
+        return self._result(self.run(self.reference.bias, self.arguments(self.reference.bias, given))["H"])
+
+    @property
+    def of_base(self) -> int:
+        """Degrees of freedom of the base, the first ones."""
+        return 6 if self.reference.machine.floating else 0
 
     def _result(self, entries: Numbers) -> Numbers:
         """An array as it is, or one ulp of its largest entry off."""
@@ -177,9 +191,10 @@ class Point:
         return [self.reference.machine.joints[j - 1] for j in self.reference.machine.moving]
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
-        """Entries of the joints with these numbers."""
-        by_number = dict(zip(self.reference.machine.moving, entries, strict=True))
-        return [by_number[j] for j in rows]
+        """Entries of the joints with these numbers; number 0 stands for those of a floating base, in turn."""
+        base = iter(entries[: self.of_base])
+        by_number = dict(zip(self.reference.machine.moving, entries[self.of_base :], strict=True))
+        return [by_number[j] if j else next(base) for j in rows]
 
     def _inertia(self, traced: TracedModel) -> dict[str, Numbers]:
         asked = traced.rows["A"]
@@ -199,25 +214,39 @@ class Point:
         ]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
-        """A qdd = Gamma - H."""
         Gamma, tau = self._exerted(), iter(self._numbers("tau"))
         for k, joint in enumerate(self._joints()):
             if joint.kind is Kind.MOTOR:
                 Gamma[k] = next(tau)
-        qdd = solve(self.A, [g - h for g, h in zip(Gamma, self.H, strict=True)])
-        return {"qdd": self._of_joints(qdd, traced.rows["qdd"])}
+        return self._solved(traced, [None] * len(Gamma), Gamma)
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
-        """Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11]."""
-        Gamma, given = self._exerted(), iter(self._numbers("qdd_motor"))
-        motors = [joint.kind is Kind.MOTOR for joint in self._joints()]
-        soft = [k for k, motor in enumerate(motors) if not motor]
-        qdd = [next(given) if motor else self.arithmetic.number(0) for motor in motors]
+        given = iter(self._numbers("qdd_motor"))
+        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self._joints()]
+        return self._solved(traced, known, self._exerted())
+
+    def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
+        """Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
+
+        The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of a floating base go first.
+        """
+        floating, zero = self.reference.machine.floating, self.arithmetic.number(0)
+        if floating and floating.known is Given.ACCELERATION:
+            known, exerted = [*self._numbers("V0d"), *known], [zero] * 6 + exerted
+        elif floating:
+            known, exerted = [None] * 6 + list(known), [*self._numbers("f0"), *exerted]
+        soft = [k for k, x in enumerate(known) if x is None]
+        qdd, Gamma = [zero if x is None else x for x in known], exerted
         right = [Gamma[k] - self.H[k] - dot(self.A[k], qdd) for k in soft]
         for k, x in zip(soft, solve([[self.A[k][i] for i in soft] for k in soft], right), strict=True):
             qdd[k] = x
         tau = [dot(row, qdd) + h for row, h in zip(self.A, self.H, strict=True)]
-        return {name: self._of_joints(x, traced.rows[name]) for name, x in (("tau", tau), ("qdd", qdd))}
+        base = {"V0d": qdd[: self.of_base], "f0": tau[: self.of_base]}
+        of_joints = {"tau": tau, "qdd": qdd}
+        return {
+            name: base[name] if name in base else self._of_joints(of_joints[name], rows)
+            for name, rows in traced.rows.items()
+        }
 
     def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
         """0Tj = 0Ti iTj [2]."""

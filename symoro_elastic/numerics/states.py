@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.numerics.base_states import base_states
 from symoro_elastic.numerics.values import Values, parameter_values
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 ARGUMENTS = ("q", "qd", "tau", "qdd_motor", "qdd")
+ON_BASE = ("R0", "Q0", "P0", "V0", "V0d", "f0")
 OF_MOTORS = ("tau", "qdd_motor")
+
+
+def _none() -> Array:
+    return np.empty((0, 0))
+
+
 WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 
@@ -24,7 +32,8 @@ WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
-    SI units, radians; `titles` says what is special about each state.
+    SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base
+    and are empty where there is none.
     """
 
     q: Array
@@ -33,21 +42,32 @@ class States:
     qdd_motor: Array
     qdd: Array
     titles: tuple[str, ...]
+    R0: Array = field(default_factory=_none)
+    Q0: Array = field(default_factory=_none)
+    P0: Array = field(default_factory=_none)
+    V0: Array = field(default_factory=_none)
+    V0d: Array = field(default_factory=_none)
+    f0: Array = field(default_factory=_none)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of the arguments that have values."""
+        return (*ARGUMENTS, *ON_BASE) if self.V0.shape[1] else ARGUMENTS
 
     def __len__(self) -> int:
         return len(self.titles)
 
     def __add__(self, other: States) -> States:
-        joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ARGUMENTS}
+        joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.arguments}
         return States(**joined, titles=self.titles + other.titles)
 
     def part(self, rows: slice) -> States:
         """Some of the states."""
-        return States(**{name: getattr(self, name)[rows] for name in ARGUMENTS}, titles=self.titles[rows])
+        return States(**{name: getattr(self, name)[rows] for name in self.arguments}, titles=self.titles[rows])
 
     def at(self, state: int) -> dict[str, Array]:
         """The arguments of one state, by name."""
-        return {name: getattr(self, name)[state] for name in ARGUMENTS}
+        return {name: getattr(self, name)[state] for name in self.arguments}
 
 
 @dataclass(frozen=True)
@@ -78,7 +98,8 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values 
     """
     variables = _variables(machine, values or parameter_values(machine, seed))
     rng = np.random.default_rng([seed, 1])
-    return _stacked([("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)], variables)
+    drawn = [("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)]
+    return _with_base(machine, _stacked(drawn, variables), np.random.default_rng([seed, 3]))
 
 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
@@ -96,7 +117,15 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values |
         state = _moderate(variables, rng, wide=k % 2 == 0)
         change(state, variables, rng)
         found.append((title, state))
-    return _stacked(found, variables)
+    return _with_base(machine, _stacked(found, variables), np.random.default_rng([seed, 4]))
+
+
+def _with_base(machine: Machine, states: States, rng: Rng) -> States:
+    """The states, those of a floating base too."""
+    if machine.floating is None:
+        return states
+    of_joints = {name: getattr(states, name) for name in ARGUMENTS}
+    return States(**of_joints | base_states(states.titles, rng), titles=states.titles)
 
 
 def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:

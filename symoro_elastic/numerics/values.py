@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from symoro_elastic.machine.checks import body_cells
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
 
@@ -66,6 +67,8 @@ def _draw(machine: Machine, rng: np.random.Generator) -> Values:
         for formula, draw in _cells(joint):
             _settle(values, formula, draw(rng))
         _settle_body(values, joint.body, rng)
+    if machine.floating:
+        _settle_body(values, machine.floating.body, rng)
     for name in ("velocity", "angular_velocity", "acceleration", "angular_acceleration"):
         for formula in getattr(machine.base, name):
             _settle(values, formula, MOTION(rng))
@@ -131,6 +134,10 @@ def _undefined_cell(machine: Machine, values: Values) -> str:
         for formula in (*(formula for formula, _ in _cells(joint)), *body):
             if _known(formula, values) is None:
                 return f"joint {j} ({joint.name}), {formula}"
+    if machine.floating:
+        for place, formula in body_cells(machine.floating.body):
+            if _known(formula, values) is None:
+                return f"base, {place}"
     for name in Base.__dataclass_fields__:
         if any(_known(formula, values) is None for formula in getattr(machine.base, name)):
             return name

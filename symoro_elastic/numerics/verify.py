@@ -274,8 +274,8 @@ def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: S
 
 
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
-    """Raise `InputError` for a model whose arguments are no state: a placement has to be put back instead."""
+    """Raise `InputError` for a model whose arguments are no state: what it gives has to be put back instead."""
     for name in scene.models:
         if not set(MODELS[name].arguments) <= set(ARGUMENTS):
-            what = "there is no reference for it: put its solutions back into geometric_model"
+            what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
             raise InputError(machine.source or machine.name, f"check, {name}", what)

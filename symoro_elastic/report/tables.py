@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from symoro_elastic.generate import ARGUMENTS, PARTICULAR, RESULTS
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.symbolic.program import OperationCount, saved
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def catalogue_json() -> dict[str, Any]:
                 "title": model.title,
                 "equations": model.equations,
                 "arguments": {name: [SHAPES.get(name, "n"), ARGUMENTS[name]] for name in model.arguments},
-                "results": {name: [_result_shape(name), _meaning(model, name)] for name in model.results},
+                "results": {name: [_result_shape(model, name), _meaning(model, name)] for name in model.results},
             }
             for model in MODELS.values()
         }
@@ -159,11 +160,11 @@ def catalogue_table() -> Any:
         for k, name in enumerate(model.results):
             head = (model.name, ", ".join(model.arguments) or "p") if k == 0 else ("", "")
             equations = model.equations if k == 0 else ""
-            table.add_row(*head, name, _result_shape(name), _meaning(model, name), equations)
+            table.add_row(*head, name, _result_shape(model, name), _meaning(model, name), equations)
     return table
 
 
-SHAPES = {"tau": "m", "qdd_motor": "m", "T": "16", "P": "3"}
+SHAPES = {"tau": "m", "qdd_motor": "m", "T": "16", "P": "3"} | dict.fromkeys(MOTION, "m")
 RESULT_SHAPES = {
     "A": "n x n",
     "T": "frames x 4 x 4",
@@ -187,11 +188,12 @@ RESULT_SHAPES = {
     "dqdd_dp": "n x columns",
     "singularity": "solutions",
     "q": "solutions x n",
+    "feed_forward q": "n",
 }
 
 
-def _result_shape(name: str) -> str:
-    return RESULT_SHAPES.get(name, "n")
+def _result_shape(model: Model, name: str) -> str:
+    return RESULT_SHAPES.get(f"{model.name} {name}") or RESULT_SHAPES.get(name, "n")
 
 
 def _meaning(model: Model, name: str) -> str:

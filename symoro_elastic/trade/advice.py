@@ -33,7 +33,8 @@ def advice(found: Trade, tolerance: float, with_fast_math: bool = False) -> Advi
     for model, figures in found.figures.items():
         if fastest_within(figures, tolerance, with_fast_math) is None:
             nearest = most_accurate(figures, with_fast_math)
-            what = f"no way to compute {model} has errors within {tolerance:.1e}: nearest is {nearest.error:.1e}, with "
+            what = f"none of the ways tried to compute {model} has errors within {tolerance:.1e}: "
+            what += f"nearest is {nearest.error:.1e}, with "
             raise InputError(source, "--tolerance", what + nearest.point.words)
     every = [one for figures in found.figures.values() for one in figures]
     models = list(found.figures)

@@ -9,6 +9,7 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.errors import InputError
 from symoro_elastic.generate import describe, package, refuse_degenerate
 from symoro_elastic.grouping import checked_grouping
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import ALL, Scene
@@ -59,6 +60,7 @@ def asked_models(scene: Scene) -> tuple[str, ...]:
 
 def refuse_stateless(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are no state of a machine."""
+    refuse_floating(machine, "trade")
     source = machine.source or machine.name
     for name in asked_models(scene):
         arguments = MODELS[name].arguments

@@ -14,7 +14,6 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.numerics.accuracy import Errors, measure, rounded_values
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
@@ -159,7 +158,7 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
 def _drifts(
     machine: Machine, scene: Scene, values: dict[str, float], folder: Path, notes: list[str], progress: Progress
 ) -> list[Drift]:
-    if "direct_dynamics" not in asked_models(scene) or "energy" not in MODELS:
+    if "direct_dynamics" not in asked_models(scene) or not restricted(machine, scene).moving:
         return []
     try:
         return drifts(restricted(machine, scene), values, folder / "motion", progress)

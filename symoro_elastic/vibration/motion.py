@@ -21,6 +21,7 @@ from symoro_elastic.equations.kinematics import seen_motion, velocities, view
 from symoro_elastic.equations.mechanism import Axis, Mechanism
 from symoro_elastic.equations.spatial import ZERO, subtract
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
@@ -58,6 +59,7 @@ class Motion:
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Raises `InputError` for parameters without a value, or with one and unknown."""
+        refuse_floating(machine, "linear models")
         self.given, self.points = machine, points
         self.machine = with_named_cells(_without_coulomb(machine))
         self.joints: list[Joint] = [self.machine.joints[j - 1] for j in machine.moving]

@@ -56,8 +56,6 @@ BAD = [
     ("NL = 3", "NL = {3}", "NL", "one number"),
     ("NJ = 3", "NJ = 2", "NJ", "too few"),
     ("NJ = 3", "NJ = 3\nNF = 4", "NF", "2 NJ - NL = 3"),
-    ("NJ = 3", "NJ = 3\nis_floating = 1", "is_floating", "not handled yet"),
-    ("NJ = 3", "NJ = 3\nis_mobile = True", "is_mobile", "not handled yet"),
     ("NJ = 3", "NJ = 3\nis_mobile = maybe", "is_mobile", "0 or 1"),
     ("Type = 0", "Type = 7", "Type", "must be 0"),
     ("ant = {0, 1, 2}\n", "", "ant", "missing"),

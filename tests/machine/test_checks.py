@@ -17,6 +17,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.plausibility import _eigenvalues
 from tests.machine.samples import TOML
+from tests.references.random_machines import planar_2r
 
 parse = Formula.parse
 
@@ -169,3 +170,17 @@ def test_formulas_are_all_of_them() -> None:
     walk(machine.joints)
     walk(machine.base)
     assert sorted(found) == sorted(reachable)
+
+
+@pytest.mark.parametrize("unit", ["mm", "N/mm", "deg", "g mm2", "kN"])
+def test_units_that_nothing_converts_are_refused(unit: str) -> None:
+    machine = planar_2r()
+    first, *others = machine.parameters
+    with pytest.raises(InputError, match=rf"parameter {first.name}: its unit is '{unit}', but nothing converts values"):
+        check(replace(machine, parameters=(replace(first, unit=unit), *others)))
+
+
+@pytest.mark.parametrize("unit", ["", "m", "kg m2", "N m/rad", "m/s2", "N s/m", "turns"])
+def test_other_units_are_text(unit: str) -> None:
+    machine = planar_2r()
+    check(replace(machine, parameters=tuple(replace(p, unit=unit) for p in machine.parameters)))

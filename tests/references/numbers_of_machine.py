@@ -78,10 +78,11 @@ class BaseNumbers:
 
 @dataclass(frozen=True)
 class MachineNumbers:
-    """Rows in table order, and the base."""
+    """Rows in table order, the base, and its body where it floats."""
 
     joints: list[JointNumbers]
     base: BaseNumbers
+    floating: BodyNumbers | None = None
 
     @property
     def moving(self) -> list[int]:
@@ -115,7 +116,8 @@ def numbers_of(machine: Machine, arithmetic: Arithmetic = FLOATS, values: Values
         return np.array([number(formula) for formula in formulas])
 
     base = BaseNumbers(*(vector(getattr(machine.base, entry.name)) for entry in fields(Base)))
-    return MachineNumbers([_joint(joint, number, vector) for joint in machine.joints], base)
+    floating = _body(machine.floating.body, number, vector) if machine.floating else None
+    return MachineNumbers([_joint(joint, number, vector) for joint in machine.joints], base, floating)
 
 
 def _joint(joint: Joint, number: Scalar, vector: Vector) -> JointNumbers:

@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin  # type: ignore[import-untyped, unused-ignore]
 
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.references.numbers_of_machine import Array, JointNumbers, MachineNumbers, Values, numbers_of
+from tests.references.numbers_of_machine import Array, BodyNumbers, JointNumbers, MachineNumbers, Values, numbers_of
 
 Numbers = Sequence[float] | Array
 
@@ -89,6 +89,45 @@ def model_of(machine: Machine, values: Values | None = None) -> tuple[Any, list[
     return built.model, built.order, built.numbers
 
 
+@dataclass(frozen=True)
+class BaseState:
+    """How a floating base is turned (to the world), its velocity and acceleration in its own axes, linear part first.
+
+    The acceleration is that of the origin, as everywhere in the project.
+    """
+
+    rotation: Array
+    velocity: Array
+    acceleration: Array
+
+    @property
+    def spatial(self) -> Array:
+        """The acceleration as Pinocchio wants it: a - w x v."""
+        return self.acceleration - np.append(np.cross(self.velocity[3:], self.velocity[:3]), np.zeros(3))
+
+
+def floating_dynamics(
+    machine: Machine, base: BaseState, q: Numbers, qd: Numbers, qdd: Numbers
+) -> tuple[Array, Array, Array]:
+    """On a floating base: forces of base and joints by `rnea`, A by `crba`, accelerations that `aba` finds for these.
+
+    Base first; friction and springs are left out.
+    """
+    built = _build(machine, None)
+    place = [0.0, 0, 0, *pin.Quaternion(base.rotation).coeffs()]
+    position, rows = _put(built, q, position=True), [*range(6), *built.order]
+    position[:7] = place
+    velocity, acceleration = _put(built, qd), _put(built, qdd)
+    velocity[:6], acceleration[:6] = base.velocity, base.spatial
+    model, data, wrenches = built.model, built.data, _external_forces(built)
+    forces = np.array(pin.rnea(model, data, position, velocity, acceleration, wrenches))
+    pin.crba(model, data, position)
+    A = np.triu(data.M) + np.triu(data.M, 1).T
+    found = np.array(pin.aba(model, data, position, velocity, forces, wrenches))[rows]
+    found[:3] += np.cross(base.velocity[3:], base.velocity[:3])
+    return forces[rows], A[np.ix_(rows, rows)], found
+
+
 def _inertia_matrix(built: _Built, q: Numbers) -> Array:
     pin.crba(built.model, built.data, _put(built, q, position=True))
     matrix = np.triu(built.data.M) + np.triu(built.data.M, 1).T
@@ -146,8 +185,10 @@ def _build(machine: Machine, values: Values | None) -> _Built:
     model.gravity = pin.Motion(numbers.base.gravity, np.zeros(3))
     base = numbers.base
     motion = (base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
-    moving_base = any(np.any(part) for part in motion)
+    moving_base = any(np.any(part) for part in motion) or numbers.floating is not None
     root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base") if moving_base else 0
+    if numbers.floating:
+        model.appendBodyToJoint(root, _inertia(numbers.floating), pin.SE3.Identity())
     carriers, places = [root] * len(numbers.joints), [pin.SE3.Identity()] * len(numbers.joints)
 
     def add(j: int) -> None:
@@ -159,7 +200,7 @@ def _build(machine: Machine, values: Values | None) -> _Built:
             moving = pin.JointModelPZ() if joint.sigma == 1 else pin.JointModelRZ()
             carrier, place = model.addJoint(carrier, moving, place, f"row {j + 1}"), pin.SE3.Identity()
         carriers[j], places[j] = carrier, place
-        model.appendBodyToJoint(carrier, _inertia(joint), place)
+        model.appendBodyToJoint(carrier, _inertia(joint.body), place)
         for child, row in enumerate(numbers.joints):
             if row.antecedent == j + 1:
                 add(child)
@@ -184,9 +225,8 @@ def _placement(joint: JointNumbers) -> Any:
     return place
 
 
-def _inertia(joint: JointNumbers) -> Any:
+def _inertia(body: BodyNumbers) -> Any:
     """Pinocchio holds the mass, the centre of mass and the inertia about it."""
-    body = joint.body
     if not body.mass:
         if np.any(body.first_moment):
             raise ValueError("Pinocchio cannot hold first moments without mass")

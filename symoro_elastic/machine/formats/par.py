@@ -7,17 +7,29 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import body_cells
 from symoro_elastic.machine.formats.cells import formula, split
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_names import Names
-from symoro_elastic.machine.formats.par_syntax import ParText, take_apart
+from symoro_elastic.machine.formats.par_syntax import INERTIAL, ParText, take_apart
 from symoro_elastic.machine.formats.par_writing import kind_flags, layout, listed, structure
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
+from symoro_elastic.machine.machine import (
+    Base,
+    Body,
+    Floating,
+    Friction,
+    Joint,
+    Kind,
+    Machine,
+    Orientation,
+    Spring,
+    Wrench,
+)
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.resolve import coordinates, resolve
 from symoro_elastic.machine.scene import Scene
@@ -27,8 +39,9 @@ def read(text: str, source: str) -> Machine:
     """The machine in a .par text; raises `InputError`. Its meaning is left to `checks.check`."""
     found = take_apart(text, source)
     columns = Columns(found)
-    scene, springs, central = _scene(found), _springs(columns), _central_bodies(columns)
-    names = Names(columns, _formulas_of_extensions(scene, springs, central, source))
+    scene, springs, central, floating = _scene(found), _springs(columns), _central_bodies(columns), _floating(columns)
+    of_base = [formula for _, formula in body_cells(floating.body)] if floating else []
+    names = Names(columns, [*of_base, *_formulas_of_extensions(scene, springs, central, source)])
     joints = [_joint(columns, j, names, springs[j - 1]) for j in range(1, columns.count + 1)]
     joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
     machine = Machine(
@@ -36,6 +49,7 @@ def read(text: str, source: str) -> Machine:
         joints=tuple(joints),
         parameters=names.parameters({joint.variable for joint in joints if joint.variable}),
         base=_base(columns),
+        floating=floating,
         notes=(*found.comments, *_texts(found, "notes")),
         extras=_extras(columns, joints),
         source=source,
@@ -98,6 +112,20 @@ def _base(columns: Columns) -> Base:
         acceleration=columns.base_vector("VP0"),
         angular_acceleration=columns.base_vector("WP0"),
     )
+
+
+def _floating(columns: Columns) -> Floating | None:
+    """The base that floats or is mobile; its turn is given by a rotation matrix unless the file says otherwise."""
+    orientation = columns.found.extensions.get("orientation", Orientation.ROTATION.value)
+    if orientation not in tuple(Orientation):
+        raise columns.fail("orientation", f"must be one of {', '.join(Orientation)}")
+    if columns.known_of_base is None:
+        if "orientation" in columns.found.extensions:
+            raise columns.fail("orientation", "only a floating base has one: add is_floating = 1")
+        return None
+    cells = (columns.base_formula(columns.of_base, key) for key in INERTIAL)
+    xx, xy, xz, yy, yz, zz, mx, my, mz, m = cells
+    return Floating(Orientation(orientation), columns.known_of_base, Body(m, (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
 
 
 def _formulas_of_extensions(

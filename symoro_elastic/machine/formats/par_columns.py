@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.cells import formula, whole
-from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, JOINT, VECTORS, ParText
+from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, INERTIAL, JOINT, VECTORS, ParText
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import NO_VECTOR, Kind, Vector3
+from symoro_elastic.machine.machine import NO_VECTOR, Given, Kind, Vector3
 from symoro_elastic.machine.names import quoted, reserved
 
 FALSE, TRUE = ("0", "False", "false"), ("1", "True", "true")
@@ -17,8 +19,10 @@ class Columns:
 
     def __init__(self, found: ParText) -> None:
         self.found, self.source = found, found.source
+        self.known_of_base = self._known_of_base()
         self.count = self._count()
         self._check_lengths()
+        self.of_base = self._of_base()
         self.names = self._names()
         self._formulas: dict[str, tuple[Formula, ...]] = {}
 
@@ -94,13 +98,34 @@ class Columns:
             return Kind.ELASTIC
         return Kind.MOTOR if self.flag("mu", j, 1) else Kind.PASSIVE
 
-    def _count(self) -> int:
-        for key in ("is_floating", "is_mobile"):
+    def _known_of_base(self) -> Given | None:
+        """What is known of a floating base (the wrench on it) or of a mobile one (its acceleration)."""
+        found = []
+        for key, known in (("is_floating", Given.WRENCH), ("is_mobile", Given.ACCELERATION)):
             value = self.found.numbers.get(key, "0")
-            if value in TRUE:
-                raise InputError(self.source, key, "a floating or mobile base is not handled yet: write 0")
-            if value not in FALSE:
+            if value not in (*TRUE, *FALSE):
                 raise InputError(self.source, key, f"{quoted(value)} must be 0 or 1")
+            found += [known] if value in TRUE else []
+        if len(found) > 1:
+            raise InputError(self.source, "is_mobile", "the base is floating already: write 1 for one of both")
+        return found[0] if found else None
+
+    def _of_base(self) -> dict[str, str]:
+        """Cells of the base, which go before those of the bodies; taken out of the lists."""
+        cells = {}
+        for key in BODY:
+            if len(self.found.lists.get(key, ())) > self.count:
+                cells[key], *self.found.lists[key] = self.found.lists[key]
+        for key in BODY[len(INERTIAL) :]:
+            if not self.base_formula(cells, key).is_zero:
+                raise InputError(self.source, f"base, {key}", "the base has no joint, and f0 is an argument: write 0")
+        return cells
+
+    def base_formula(self, cells: Mapping[str, str], key: str) -> Formula:
+        """A cell of the base, zero where there is none."""
+        return formula(cells.get(key, "0"), self.source, f"base, {key}")
+
+    def _count(self) -> int:
         if "NL" not in self.found.numbers:
             raise InputError(self.source, "NL", "is missing: write NL = the number of bodies")
         for key in ("ant", "sigma"):
@@ -130,6 +155,8 @@ class Columns:
         expected = {**dict.fromkeys(VECTORS, 3), "Z": 16}
         for key, cells in self.found.lists.items():
             count = expected.get(key, self.count)
+            if key in BODY and self.known_of_base and len(cells) == count + 1:
+                continue
             if len(cells) != count:
                 rows = "NL" if key in BODY else "NJ" if key in JOINT else "NF" if key in GEOMETRIC else "fixed"
                 raise InputError(self.source, key, f"has {len(cells)} entries, expected {count} ({rows})")

@@ -27,7 +27,7 @@ ALIASES = {
 }
 EXTENSIONS = (
     *("name", "names", "parameters", "values", "units", "damping", "neutral", "central"),
-    *("notes", "scene", "extras"),
+    *("notes", "scene", "extras", "orientation"),
 )
 # Headings that writers of .par files put in; they are no remarks about the machine.
 HEADINGS = (

@@ -11,7 +11,7 @@ from symoro_elastic.machine.formats.cells import cell_of
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.par_syntax import HEADINGS, INERTIAL, JOINT, entries
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
 
 Column = Callable[[Joint], str]
@@ -87,7 +87,10 @@ def _numbers(machine: Machine) -> list[str]:
     count = len(machine.joints)
     kind = machine.extras.get("Type", "")
     usual = structure(machine.joints)
-    return [f"NL = {count}", f"NJ = {count}", f"NF = {count}", f"Type = {kind if _is_type(kind) else usual}"]
+    numbers = [f"NL = {count}", f"NJ = {count}", f"NF = {count}", f"Type = {kind if _is_type(kind) else usual}"]
+    if machine.floating is None:
+        return numbers
+    return [*numbers, "is_mobile = 1" if machine.floating.known is Given.ACCELERATION else "is_floating = 1"]
 
 
 def _is_type(text: str) -> bool:
@@ -113,7 +116,7 @@ def _geometry(machine: Machine) -> list[str]:
 
 
 def _bodies(machine: Machine) -> list[str]:
-    bodies = [_about_origin(joint.body, joint, machine) for joint in machine.joints]
+    bodies = [_about_origin(joint.body, f"joint {joint.name}", machine) for joint in machine.joints]
     inertial = [(*body.inertia, *body.moments, body.mass) for body in bodies]
     rows = {key: [body[i].text for body in inertial] for i, key in enumerate(INERTIAL)}
     rows["IA"] = [joint.rotor_inertia.text for joint in machine.joints]
@@ -123,15 +126,19 @@ def _bodies(machine: Machine) -> list[str]:
         rows[key] = [joint.wrench.force[axis].text for joint in machine.joints]
     for axis, key in enumerate(("CX", "CY", "CZ")):
         rows[key] = [joint.wrench.moment[axis].text for joint in machine.joints]
+    if machine.floating:
+        base = _about_origin(machine.floating.body, "base", machine)
+        cells = dict(zip(INERTIAL, (*base.inertia, *base.moments, base.mass), strict=True))
+        rows = {key: [cells.get(key, ZERO).text, *row] for key, row in rows.items()}
     return _aligned(rows)
 
 
-def _about_origin(body: Body, joint: Joint, machine: Machine) -> Body:
+def _about_origin(body: Body, place: str, machine: Machine) -> Body:
     try:
         return about_origin(body)
     except FormulaError as error:
         what = f"its inertia about the origin cannot be written ({error}): write .toml, or give it about the origin"
-        raise InputError(machine.source or machine.name, f"joint {joint.name}, inertia", what) from None
+        raise InputError(machine.source or machine.name, f"{place}, inertia", what) from None
 
 
 def _joint_lists(machine: Machine) -> list[str]:
@@ -174,6 +181,7 @@ def _aligned(rows: dict[str, list[str]]) -> list[str]:
 
 def _extensions(machine: Machine, notes: list[str], declare: bool) -> list[str]:
     joints, parameters = machine.joints, machine.parameters
+    turned = machine.floating and machine.floating.orientation
     usual_names = all(joint.name == f"j{j}" for j, joint in enumerate(joints, start=1))
     own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
     values: dict[str, str] = {
@@ -184,6 +192,7 @@ def _extensions(machine: Machine, notes: list[str], declare: bool) -> list[str]:
         "damping": _joint_list(joint.spring.damping for joint in joints),
         "neutral": _joint_list(joint.spring.neutral for joint in joints),
         "central": _entries({joint.name: _central(joint.body) for joint in joints if joint.body.central}),
+        "orientation": "quaternion" if turned is Orientation.QUATERNION else "",
         "notes": listed(map(_word, machine.notes[len(notes) :])) if machine.notes[len(notes) :] else "",
         "scene": _scene(machine.scene) if machine.scene else "",
         "extras": _entries({key: _word(text) for key, text in machine.extras.items() if key not in own}),

@@ -15,11 +15,14 @@ from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import (
     Base,
     Body,
+    Floating,
     Friction,
+    Given,
     Inertia6,
     Joint,
     Kind,
     Machine,
+    Orientation,
     Parameter,
     Spring,
     Wrench,
@@ -35,6 +38,9 @@ KEYS = (
 )
 JOINT_KEYS = ("name", "antecedent", "kind", "sigma", "gamma", "b", "alpha", "d", "theta", "r")
 
+MOTION = ("velocity", "angular_velocity", "acceleration", "angular_acceleration")
+FLOATING = ("floating", "known", "body")
+
 
 def read(text: str, source: str) -> Machine:
     """The machine in a TOML text; raises `InputError`. Its meaning is left to `checks.check`."""
@@ -45,6 +51,7 @@ def read(text: str, source: str) -> Machine:
         joints=_joints(top, {parameter.name for parameter in parameters}),
         parameters=parameters,
         base=_base(top),
+        floating=_floating(top),
         notes=top.texts("notes"),
         extras={key: top.table("extras").text(key) for key in top.table("extras").entries},
         source=source,
@@ -67,7 +74,7 @@ def _parameter(table: Table, name: str) -> Parameter:
 
 
 def _base(top: Table) -> Base:
-    table = top.table("base").only(("velocity", "angular_velocity", "acceleration", "angular_acceleration"))
+    table = top.table("base").only((*MOTION, *FLOATING))
     return Base(
         gravity=top.vector("gravity"),
         velocity=table.vector("velocity"),
@@ -75,6 +82,27 @@ def _base(top: Table) -> Base:
         acceleration=table.vector("acceleration"),
         angular_acceleration=table.vector("angular_acceleration"),
     )
+
+
+def _floating(top: Table) -> Floating | None:
+    table = top.table("base")
+    if "floating" not in table.entries:
+        for key in FLOATING[1:]:
+            if key in table.entries:
+                raise table.fail(key, 'only a floating base has one: add floating = "rotation"')
+        return None
+    return Floating(
+        Orientation(_one_of(table, "floating", tuple(Orientation))),
+        Given(_one_of(table, "known", tuple(Given), Given.WRENCH)),
+        _body_of(table.table("body")),
+    )
+
+
+def _one_of(table: Table, key: str, known: tuple[str, ...], default: str | None = None) -> str:
+    text = table.text(key, default)
+    if text not in known:
+        raise table.fail(key, f"no {key} {quoted(text)}{did_you_mean(text, known)}")
+    return text
 
 
 def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
@@ -121,10 +149,7 @@ def _joint(row: Table, j: int, numbers: dict[str, int], parameters: set[str]) ->
 
 
 def _kind(row: Table) -> Kind:
-    text = row.text("kind")
-    if text not in tuple(Kind):
-        raise row.fail("kind", f"no kind {quoted(text)}{did_you_mean(text, tuple(Kind))}")
-    return Kind(text)
+    return Kind(_one_of(row, "kind", tuple(Kind)))
 
 
 def _number(row: Table, key: str) -> int:
@@ -160,6 +185,10 @@ def _with_variable(joint: Joint, row: Table, parameters: set[str]) -> Joint:
 
 
 def _body(joint: Joint, table: Table) -> Joint:
+    return replace(joint, body=_body_of(table))
+
+
+def _body_of(table: Table) -> Body:
     keys = ("mass", "center_of_mass", "inertia"), ("mass", "first_moments", "inertia_at_origin")
     table.only((*keys[0], *keys[1][1:]))
     central = [key for key in keys[0][1:] if key in table.entries]
@@ -168,8 +197,7 @@ def _body(joint: Joint, table: Table) -> Joint:
         what = "one of both: center_of_mass and inertia, or first_moments and inertia_at_origin"
         raise table.fail(f"{central[0]}, {about_origin[0]}", what)
     moments, inertia = keys[0][1:] if central else keys[1][1:]
-    body = Body(table.formula("mass"), table.vector(moments), _inertia(table, inertia), bool(central))
-    return replace(joint, body=body)
+    return Body(table.formula("mass"), table.vector(moments), _inertia(table, inertia), bool(central))
 
 
 def _inertia(table: Table, key: str) -> Inertia6:

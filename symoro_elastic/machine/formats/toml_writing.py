@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from symoro_elastic.machine.formats.cells import cell_of
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR, Base, Body, Joint, Machine, Parameter
+from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 
 # Numbers that TOML reads back with the same text (`-0` would lose its sign).
@@ -38,7 +38,7 @@ def _sections(machine: Machine) -> Iterable[tuple[str, list[str]]]:
     yield "motors", _named(joints, lambda joint: _cells(rotor_inertia=joint.rotor_inertia))
     yield "friction", _named(joints, lambda j: _cells(viscous=j.friction.viscous, coulomb=j.friction.coulomb))
     yield "wrenches", _named(joints, lambda j: _vectors(force=j.wrench.force, moment=j.wrench.moment))
-    yield "base", _table(_base(machine.base))
+    yield "base", _table([*_base(machine.base), *_floating(machine.floating)])
     yield "extras", _table((key, _text(value)) for key, value in machine.extras.items())
 
 
@@ -106,7 +106,10 @@ def _vectors(**values: tuple[Formula, ...]) -> Entry:
 
 
 def _body(joint: Joint) -> Entry:
-    body = joint.body
+    return _body_cells(joint.body)
+
+
+def _body_cells(body: Body) -> Entry:
     if body == Body():
         return []
     moments, inertia = ("center_of_mass", "inertia") if body.central else ("first_moments", "inertia_at_origin")
@@ -131,6 +134,14 @@ def _base(base: Base) -> Entry:
         acceleration=base.acceleration,
         angular_acceleration=base.angular_acceleration,
     )
+
+
+def _floating(floating: Floating | None) -> Entry:
+    if floating is None:
+        return []
+    body = _body_cells(floating.body)
+    entry = [("floating", _text(floating.orientation.value)), ("known", _text(floating.known.value))]
+    return [*entry, ("body", _inline(body))] if body else entry
 
 
 def _parameter(parameter: Parameter) -> str:

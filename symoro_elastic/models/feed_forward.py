@@ -1,0 +1,190 @@
+"""Feed-forward through elastic joints: motor torques for a wanted motion of the outboard side.
+
+This is not the paper's inverse model, which is given what the motors do: here the motion beyond the
+springs is given, with as many derivatives by time as the chain needs. External wrenches count as constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from graphlib import TopologicalSorter
+from itertools import pairwise
+from math import factorial
+
+from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.feed_forward import drives, hung_side_by_side
+from symoro_elastic.equations.spatial import Screw, Z
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.flatness import HIGHEST, refuse_high_order, refuse_unfit
+from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.naming import name_dynamics
+from symoro_elastic.models.naming_feed_forward import name_coordinates, name_results, name_series
+from symoro_elastic.symbolic.expression import SYMBOL, Scalar, reachable
+from symoro_elastic.symbolic.functions import cosine_sine
+from symoro_elastic.symbolic.time_series import Motion, TimeSeries
+
+MOTION = tuple("y" + "d" * order for order in range(HIGHEST + 1))
+"""Names of the arguments: y, yd, ydd ..., a `d` for each derivative by time."""
+MEANINGS = {
+    "y": "outboard coordinates, a motor each: its own plus those of the springs behind it, in its sense, rad or m",
+    "yd": "their velocities, rad/s or m/s",
+    "ydd": "their accelerations, rad/s2 or m/s2",
+    "yddd": "their jerks, rad/s3 or m/s3",
+} | {name: f"their {k}th derivatives by time, rad/s{k} or m/s{k}" for k, name in enumerate(MOTION) if k > 3}
+Reach = dict[int, int]
+"""By joint, the highest derivative of its coordinate that is needed."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The equations of a chain whose coordinates z_j are all unknown.
+
+    `springs` holds the torques s_j Gamma_j, `tau` those of motors; `outer[j]` is the joint behind joint j on
+    its axis: the spring there tells z_j. Of the joints without, z_j is the wanted motion y.
+    """
+
+    springs: dict[int, Scalar]
+    tau: dict[int, Scalar]
+    outer: dict[int, int]
+    senses: dict[int, int]
+    motors: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Coefficients in time of coordinates z_j and of the deflections of springs."""
+
+    needed: Reach
+    series: TimeSeries
+    z: dict[int, Motion]
+    deflections: dict[int, list[Scalar]]
+
+
+def _feed_forward(bound: Bound, asked: Joints) -> Results:
+    balance = _balance(bound)
+    solution = _solution(bound, balance)
+    tau = {j: solution.series.of(x, 0)[0] for j, x in balance.tau.items()}
+    z = {j: [solution.z[j](k) for k in range(highest + 1)] for j, highest in solution.needed.items()}
+    q = solution.deflections | {j: z[j] for j in tau}
+    name_results(bound, q, tau)
+    name_coordinates(bound, z, {j: motor for j, motor in balance.motors.items() if j not in balance.outer})
+    name_series(bound, solution.series)
+    motors = tuple(j for j in asked if j in tau)
+    return {
+        "tau": Result(motors, tuple(tau[j] for j in motors)),
+        "q": Result(asked, tuple(q[j][0] for j in asked)),
+        "qd": Result(asked, tuple(q[j][1] for j in asked)),
+    }
+
+
+def _balance(bound: Bound) -> Balance:
+    """Newton and Euler's torques of the tree in which the bodies of a drive hang side by side."""
+    elastic = [j for j in bound.machine.moving if j not in bound.motors]
+    found = drives(bound.mechanism, bound.motors, elastic)
+    refuse_unfit(bound, found)
+    held = {j: _held(bound, j) for j in bound.machine.moving}
+    motion = dynamics(hung_side_by_side(bound.mechanism, found, held), bound.rates(), bound.given_rules())
+    name_dynamics(bound, motion, "[15]", "[61]")
+    balance = Balance({}, {}, {}, {}, {})
+    for drive in found:
+        torque: Scalar = 0
+        for j, sense in reversed(list(zip(drive.joints, drive.senses, strict=True))[1:]):
+            balance.springs[j] = torque = torque + sense * motion.Gamma[j]
+        balance.tau[drive.motor] = torque + motion.Gamma[drive.motor] + bound.friction(drive.motor)
+        balance.outer.update(pairwise(drive.joints))
+        balance.senses.update(zip(drive.joints, drive.senses, strict=True))
+        balance.motors.update(dict.fromkeys(drive.joints, drive.motor))
+    return balance
+
+
+def _held(bound: Bound, j: int) -> Screw:
+    """The last screw of joint j at zero of its variable."""
+    joint = bound.machine.joints[j - 1]
+    return Screw(Z, *cosine_sine(bound.graph, bound.cell(joint.theta)), bound.cell(joint.r))
+
+
+def _solution(bound: Bound, balance: Balance) -> Solution:
+    """q = q0 - s (s Gamma) / k of each spring [9], and z_(i-1) = z_i - s q, each after those that it needs.
+
+    In a tree no two of them need each other: a spring feels what it carries, never its own motor.
+    """
+    reach = {j: _reach(bound, [balance.springs[behind], bound.q[behind]]) for j, behind in balance.outer.items()}
+    order = [j for j in TopologicalSorter(reach).static_order() if j in reach]
+    needed = _needed(bound, balance, reach, order)
+    z: dict[int, Motion] = {j: partial(_wanted, bound, balance.motors[j]) for j in balance.senses}
+    variables: dict[str, Motion] = {}
+    for j, sense in balance.senses.items():
+        for rate, symbols in enumerate((bound.q, bound.qd, bound.qdd)):
+            variables[symbols[j].operands[0]] = partial(_rate, z, j, sense, rate)
+    solution = Solution(needed, TimeSeries(variables), z, {})
+    for j in order:
+        behind = balance.outer[j]
+        sense, outside = balance.senses[behind], z[behind]
+        spring = bound.machine.joints[behind - 1].spring
+        compliance, neutral = Fraction(1) / bound.cell(spring.stiffness), bound.cell(spring.neutral)
+        torque = solution.series.of(balance.springs[behind], needed[j])
+        bent = [(0 if k else neutral) - sense * (compliance * x) for k, x in enumerate(torque)]
+        solution.deflections[behind] = bent
+        z[j] = [outside(k) - sense * x for k, x in enumerate(bent)].__getitem__
+    return solution
+
+
+def _wanted(bound: Bound, motor: int, k: int) -> Scalar:
+    """Coefficient k of the outboard coordinate of a motor."""
+    return bound.graph.symbol(f"y{motor}_{k}") * Fraction(1, factorial(k))
+
+
+def _rate(z: Mapping[int, Motion], j: int, sense: int, rate: int, k: int) -> Scalar:
+    """Coefficient k of s_j z_j, of its velocity or of its acceleration."""
+    return z[j](k + rate) * (sense * factorial(k + rate) // factorial(k))
+
+
+def _reach(bound: Bound, roots: Iterable[Scalar]) -> Reach:
+    """The coordinates that expressions are made of, and their highest derivatives."""
+    names = {
+        x.operands[0]: (j, rate) for rate, group in enumerate((bound.q, bound.qd, bound.qdd)) for j, x in group.items()
+    }
+    found: Reach = {}
+    for node in reachable(roots):
+        if node.operation == SYMBOL and node.operands[0] in names:
+            j, rate = names[node.operands[0]]
+            found[j] = max(rate, found.get(j, 0))
+    return found
+
+
+def _needed(bound: Bound, balance: Balance, reach: Mapping[int, Reach], order: Sequence[int]) -> Reach:
+    """Highest derivative of each coordinate that torques and velocities of motors need. Raises `InputError`."""
+    needed = dict.fromkeys(balance.senses, 1) | {
+        j: max(1, rate) for j, rate in _reach(bound, balance.tau.values()).items()
+    }
+    for j in reversed(order):
+        for other, rate in reach[j].items():
+            needed[other] = max(needed[other], needed[j] + rate)
+    for j, highest in needed.items():
+        if highest > HIGHEST:
+            refuse_high_order(bound, j, highest)
+    return needed
+
+
+def _arguments(bound: Bound, results: Results) -> dict[str, tuple[str, ...]]:
+    """y and as many of its derivatives as the results are made of: names of their entries, a motor each."""
+    used = {x.operands[0] for x in reachable(x for r in results.values() for x in r.entries) if x.operation == SYMBOL}
+    entries = [tuple(f"y{motor}_{k}" for motor in bound.motors) for k in range(HIGHEST + 1)]
+    highest = max((k for k, names in enumerate(entries) if used & set(names)), default=0)
+    return dict(zip(MOTION, entries[: highest + 1], strict=False))
+
+
+FEED_FORWARD = (
+    Model(
+        "feed_forward",
+        "feed-forward: motor torques for a wanted motion beyond the springs",
+        "[9], [15]",
+        MOTION[:5],
+        ("tau", "q", "qd"),
+        _feed_forward,
+        own_arguments=_arguments,
+    ),
+)

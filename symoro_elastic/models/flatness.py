@@ -1,0 +1,70 @@
+"""Machines whose outboard motion does not tell, in closed form, what the motors must do: which joints, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NoReturn
+
+from symoro_elastic.equations.feed_forward import Drive
+from symoro_elastic.equations.spatial import is_zero
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import place_of
+from symoro_elastic.machine.machine import Base, Joint, Kind
+from symoro_elastic.models.bind import Bound
+
+HIGHEST = 12
+"""The highest derivative by time that a function takes."""
+
+
+def refuse_unfit(bound: Bound, found: Sequence[Drive]) -> None:
+    """Raise `InputError` for a joint that no motor drives, or whose spring has damping, and for a moving base."""
+    machine = bound.machine
+    if not _at_rest(bound, machine.base):
+        _refuse(bound, "base", "it moves, and derivatives of its motion by time are not known: give a base at rest")
+    if not bound.motors:
+        _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
+    driven = {j for drive in found for j in drive.joints}
+    for j in machine.moving:
+        for cell, what in _faults(bound, j, machine.joints[j - 1], j in driven):
+            _refuse(bound, place_of(j, machine.joints[j - 1], cell), what)
+
+
+def _at_rest(bound: Bound, base: Base) -> bool:
+    cells = (*base.velocity, *base.angular_velocity, *base.acceleration, *base.angular_acceleration)
+    return all(map(is_zero, bound.cells(cells)))
+
+
+def _faults(bound: Bound, j: int, joint: Joint, driven: bool) -> Iterator[tuple[str, str]]:
+    if joint.kind is Kind.MOTOR:
+        return
+    if joint.kind is Kind.PASSIVE:
+        yield "kind", "nothing drives it, so it cannot be made to follow: lock it in a scene, or make it a motor"
+    if not driven:
+        yield (
+            "kind",
+            "it is elastic and not the one spring behind a motor on its axis: it vibrates by itself, whatever the "
+            "motors do, and the wanted motion has no torques in closed form: lock it in a scene",
+        )
+    cells = (
+        ("damping", joint.spring.damping),
+        ("viscous friction", joint.friction.viscous),
+        ("coulomb friction", joint.friction.coulomb),
+    )
+    for cell, formula in cells:
+        if not is_zero(bound.cell(formula)):
+            what = "it makes the deflection of the spring a differential equation, without closed form: make it 0"
+            yield cell, what
+    if not is_zero(bound.cell(joint.rotor_inertia)):
+        yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
+    if is_zero(bound.cell(joint.spring.stiffness)):
+        yield "stiffness", "a spring without stiffness transmits no torque: give it one"
+
+
+def refuse_high_order(bound: Bound, j: int, order: int) -> NoReturn:
+    """Raise `InputError` for a motion that would be needed with more derivatives than can be given."""
+    what = f"its motion is needed with {order} derivatives, at most {HIGHEST} can be given: lock springs in a scene"
+    _refuse(bound, place_of(j, bound.machine.joints[j - 1]), what)
+
+
+def _refuse(bound: Bound, place: str, what: str) -> NoReturn:
+    raise InputError(bound.machine.source or bound.machine.name, place, f"feed_forward: {what}")

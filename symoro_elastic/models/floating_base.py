@@ -1,0 +1,112 @@
+"""Models of a machine on a floating base: what its six degrees of freedom add to arguments and results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.floating_base import six, six_rows
+from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
+from symoro_elastic.equations.spatial import Pair, Scalar, SpatialInertia, add, subtract
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.model import Joints, Model, Result, Results
+
+ADDED: dict[str, tuple[str, ...]] = {
+    "direct_dynamics": ("orientation", "V0", "known"),
+    "direct_dynamics_by_inertia_matrix": ("orientation", "V0", "known"),
+    "inverse_dynamics": ("orientation", "V0", "known"),
+    "inertia_matrix": (),
+    "bias_forces": ("orientation", "V0"),
+    "coriolis_forces": ("V0",),
+    "gravity_forces": ("orientation",),
+    "friction_forces": (),
+    "external_forces": (),
+    "reaction_wrenches": ("orientation", "V0", "V0d"),
+    "energy": ("orientation", "P0", "V0"),
+    "geometric_model": (),
+    "velocities": ("V0",),
+    "accelerations": ("V0", "V0d"),
+    "jacobian": (),
+    "jacobian_dot_qd": (),
+    "inverse_geometric_model": (),
+    "inverse_position_model": (),
+}
+"""Arguments of the base by model; what a file chooses stands here as `orientation` and `known`."""
+BASE_ROWS = (0,) * 6
+
+
+def on_its_base(model: Model, machine: Machine) -> Model:
+    """The model with the arguments and results that a floating base adds; raises `InputError` where there is none."""
+    floating = machine.floating
+    if floating is None:
+        return model
+    if model.name not in ADDED:
+        what = f"not offered on a floating base, which has: {', '.join(ADDED)}"
+        raise InputError(machine.source or machine.name, model.name, what)
+    chosen = _chosen(floating)
+    added = tuple(chosen.get(name, name) for name in ADDED[model.name])
+    results = (chosen["found"],) if "known" in ADDED[model.name] else ()
+    return replace(model, arguments=(*model.arguments, *added), results=(*model.results, *results))
+
+
+def _chosen(floating: Floating) -> dict[str, str]:
+    orientation = "Q0" if floating.orientation is Orientation.QUATERNION else "R0"
+    known, found = ("V0d", "f0") if floating.known is Given.ACCELERATION else ("f0", "V0d")
+    return {"orientation": orientation, "known": known, "found": found}
+
+
+def found_of_base(bound: Bound, found: Dynamics) -> Results:
+    """The acceleration of a base on which the wrench is known, or the wrench that its known acceleration needs."""
+    if bound.machine.floating is None:
+        return {}
+    if bound.base_rule is None:
+        return _six("f0", found.f[0])
+    return _six("V0d", (add(found.vd[0], bound.gravity), found.wd[0]))
+
+
+def solved(
+    bound: Bound, factors: Factorization, matrix: InertiaMatrix, held: Dynamics, right: Mapping[int, Scalar]
+) -> tuple[dict[int, Scalar], Results]:
+    """qdd of A qdd = Gamma - H [8], and what is found of the base.
+
+    `held` is without accelerations of the joints, and of a base on which the wrench is known.
+    """
+    if bound.base_rule is None:
+        qdd = solution(factors, right)
+        return qdd, _six("f0", wrench_on_base(matrix, held.f[0], qdd)) if bound.machine.floating else {}
+    (force, moment), (held_force, held_moment) = bound.base_rule.wrench, held.f[0]
+    wrench = subtract(force, held_force), subtract(moment, held_moment)
+    base, qdd = free_solution(factors, matrix, wrench, right)
+    return qdd, _six("V0d", base)
+
+
+def _six(name: str, pair: Pair) -> Results:
+    return {name: Result(None, six(pair), (6,))}
+
+
+def forces(found: Dynamics, asked: Joints, of_joints: tuple[Scalar, ...]) -> Result:
+    """Forces of the joints, after the wrench on a base that is part of the machine."""
+    if 0 not in found.f:
+        return Result(asked, of_joints)
+    return Result((*BASE_ROWS, *asked), (*six(found.f[0]), *of_joints))
+
+
+def without_force_on_base(bound: Bound, asked: Joints, of_joints: tuple[Scalar, ...]) -> Result:
+    """Forces of the joints that do not act on the base."""
+    rows = BASE_ROWS if bound.machine.floating else ()
+    return Result((*rows, *asked), (*rows, *of_joints))
+
+
+def inertia(bound: Bound, found: InertiaMatrix, asked: Joints) -> Result:
+    """A(q): six rows and columns of a floating base before those of the joints."""
+    rows = [[found.A[i][j] for j in asked] for i in asked]
+    if bound.machine.floating is None:
+        return Result(asked, tuple(x for row in rows for x in row), (len(asked),))
+    columns = [six(found.base[j]) for j in asked]
+    base = six_rows(SpatialInertia.of_body(found.composite[0]))
+    whole = [[*row, *(column[k] for column in columns)] for k, row in enumerate(base)]
+    whole += [[*column, *row] for column, row in zip(columns, rows, strict=True)]
+    return Result((*BASE_ROWS, *asked), tuple(x for row in whole for x in row), (6 + len(asked),))

@@ -1,0 +1,140 @@
+"""Expressions as functions of time: coefficients x_k of x(t) = sum of x_k t^k, so that x_k is x^(k) / k!.
+
+One pass over the nodes of a graph takes the coefficients of its variables to those of everything they
+make: a product is a convolution, a quotient and a square root solve one, sine and cosine follow from
+their differential equation. Coefficients of the order k need k operations, not 2^k as derivatives of
+derivatives do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+
+from symoro_elastic.symbolic.expression import (
+    ADD,
+    COS,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    SYMBOL,
+    Expression,
+    Level,
+    Scalar,
+    reachable,
+)
+
+Motion = Callable[[int], Scalar]
+"""Coefficient k of a variable."""
+Coefficients = Sequence[Scalar]
+
+
+class TimeSeries:
+    """Coefficients of expressions, given those of their variables; what no variable moves is constant.
+
+    The sign of a velocity is taken to be constant; angles of points (atan2) are not followed. Shared nodes are
+    followed once, as far as they are needed.
+    """
+
+    def __init__(self, variables: Mapping[str, Motion]) -> None:
+        self.variables = variables
+        self.found: dict[int, list[Scalar]] = {}
+        self._circles: dict[int, tuple[list[Scalar], list[Scalar]]] = {}
+
+    def of(self, x: Scalar, order: int) -> list[Scalar]:
+        """Coefficients 0 to `order` of an expression."""
+        self._follow([x], order)
+        return [self._coefficients(x)(k) for k in range(order + 1)]
+
+    def _follow(self, roots: Iterable[Scalar], order: int) -> None:
+        for node in reachable(roots):
+            if node.level is Level.STATE:
+                known = self.found.setdefault(node.id, [])
+                while len(known) <= order:
+                    known.append(self._next(node, len(known), known))
+
+    def _coefficients(self, x: Scalar) -> Motion:
+        if isinstance(x, Expression) and x.level is Level.STATE:
+            return self.found[x.id].__getitem__
+        return lambda k: 0 if k else x
+
+    def _next(self, node: Expression, k: int, known: Coefficients) -> Scalar:
+        """Coefficient k of a node whose operands have theirs."""
+        if node.operation == SYMBOL:
+            return self.variables[node.operands[0]](k)
+        if node.operation in (SIN, COS):
+            return self._on_circle(node.operands[0], k)[node.operation == SIN]
+        if node.operation == MULTIPLY and node.operands[0] is node.operands[1]:
+            return _square(k, self._coefficients(node.operands[0]))
+        return RULES[node.operation](k, known, *map(self._coefficients, node.operands))
+
+    def _on_circle(self, angle: Expression, k: int) -> tuple[Scalar, Scalar]:
+        """Coefficient k of cosine and sine: c' = -s x', s' = c x'."""
+        cosine, sine = self._circles.setdefault(angle.id, ([], []))
+        x = self._coefficients(angle)
+        if not cosine:
+            start = x(0)
+            cosine.append(_function(COS, start))
+            sine.append(_function(SIN, start))
+        while len(cosine) <= k:
+            n = len(cosine)
+            rates = [i * x(i) for i in range(n + 1)]
+            turned = [_total(rates[i] * point[n - i] for i in range(1, n + 1)) for point in (sine, cosine)]
+            cosine.append(-(turned[0] * Fraction(1, n)))
+            sine.append(turned[1] * Fraction(1, n))
+        return cosine[k], sine[k]
+
+
+def _function(operation: str, x: Scalar) -> Scalar:
+    """Sine is odd, cosine even; an angle that is a constant stays one of the graph."""
+    if isinstance(x, Expression) and x.operation == NEGATE:
+        inner = x.graph.node(operation, x.operands[0])
+        return -inner if operation == SIN else inner
+    return x.graph.node(operation, x) if isinstance(x, Expression) else int(operation == COS)
+
+
+def _total(terms: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
+    for term in terms:
+        total = total + term
+    return total
+
+
+def _product(k: int, known: Coefficients, x: Motion, y: Motion) -> Scalar:
+    return _total(x(i) * y(k - i) for i in range(k + 1))
+
+
+def _square(k: int, x: Motion) -> Scalar:
+    """Each product of two different coefficients occurs twice."""
+    twice = 2 * _total(x(i) * x(k - i) for i in range((k + 1) // 2))
+    return twice if k % 2 else twice + x(k // 2) * x(k // 2)
+
+
+def _quotient(k: int, known: Coefficients, x: Motion, y: Motion) -> Scalar:
+    """y z = x."""
+    left = x(k) - _total(y(i) * known[k - i] for i in range(1, k + 1))
+    return left / (y(0) if isinstance(y(0), Expression) else Fraction(y(0)))
+
+
+def _root(k: int, known: Coefficients, x: Motion) -> Scalar:
+    """z z = x."""
+    if k == 0:
+        return x(0).graph.node(SQRT, x(0))
+    left = x(k) - _total(known[i] * known[k - i] for i in range(1, k))
+    return left / (2 * known[0])
+
+
+RULES: Mapping[str, Callable[..., Scalar]] = {
+    ADD: lambda k, known, x, y: x(k) + y(k),
+    SUBTRACT: lambda k, known, x, y: x(k) - y(k),
+    NEGATE: lambda k, known, x: -x(k),
+    MULTIPLY: _product,
+    DIVIDE: _quotient,
+    SQRT: _root,
+    SIGN: lambda k, known, x: 0 if k else x(0).graph.node(SIGN, x(0)),
+}
+"""Coefficient k of a node from those before it and those of its operands."""
