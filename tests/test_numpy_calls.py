@@ -18,7 +18,7 @@ from symoro_elastic.machine.scene import Scene
 from tests.built import FIVE, Array, Built, built
 from tests.generated_code import ALL_MODELS, imported, rendered
 from tests.golden import GENERATED, ROOT
-from tests.references.random_machines import random_machine
+from tests.references.random_machines import chain, random_machine
 
 STATES = ("q", "qd", "tau", "qdd_motor", "qdd")
 # The functions of numpy, for a program carried out plainly on whole arrays.
@@ -286,3 +286,12 @@ def test_calls_at_the_same_time_do_not_meet() -> None:
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda k: rx90.inverse_dynamics(*stacks[k % 4], p)[0], range(16)))
     assert all(same_bits(one, wanted[k % 4]) for k, one in enumerate(found))
+
+
+def test_only_placements_may_be_matrices(tmp_path: Path) -> None:
+    """16 joint variables as 4 x 4 are a mistake."""
+    for file, text in rendered(chain(16), Scene(("bias_forces",)), ["numpy"]).items():
+        (tmp_path / file).write_text(text)
+    module = imported(tmp_path)
+    with pytest.raises(ValueError, match=r"q has shape \(4, 4\): \(\.\.\., 16\) is expected"):
+        module.bias_forces(np.zeros((4, 4)), np.zeros(16), np.ones(len(module.PARAMETERS)))

@@ -19,9 +19,9 @@ class Floats:
         return 1.0 if x > 0 else -1.0 if x < 0 else x
 
 
-def by_row(x, size):
-    """A placement given as a 4 x 4 matrix, row by row."""
-    return x.reshape((*x.shape[:-2], size)) if size == 16 and x.shape[-2:] == (4, 4) else x
+def by_row(name, x):
+    """A placement T, which may be given as a 4 x 4 matrix, row by row."""
+    return x.reshape((*x.shape[:-2], 16)) if name == "T" and x.shape[-2:] == (4, 4) else x
 
 
 class Model:
@@ -50,7 +50,7 @@ class Model:
         return self.program(Floats, *state, prepared(self.constants, p))
 
     def stack(self, arrays, p):
-        arrays = [by_row(x, size) for x, size in zip(arrays, self.sizes.values())]
+        arrays = [by_row(name, x) for name, x in zip(self.sizes, arrays)]
         for (name, size), x in zip(self.sizes.items(), [*arrays, p]):
             if x.shape[-1:] != (size,):
                 raise ValueError(f"{name} has shape {x.shape}: (..., {size}) is expected")
