@@ -52,11 +52,13 @@ class Writer:
     def __init__(self, printer: Printer, dialect: Dialect, joints: Sequence[str]) -> None:
         self.printer, self.dialect, self.joints = printer, dialect, joints
 
-    def unpack(self, arguments: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
-        """The entries of arrays that are used, by name."""
-        used = set(used)
+    def unpack(
+        self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
+    ) -> list[str]:
+        """The entries of arrays that are used, by name; `read` says how those of an array are converted."""
+        used, read, dialect = set(used), read or {}, self.dialect
         return [
-            f"    {self.dialect.declare}{symbol} = {array}[{index}]{self.dialect.end}"
+            f"    {dialect.declare}{symbol} = {read.get(array, '{}').format(f'{array}[{index}]')}{dialect.end}"
             for array, symbols in arguments.items()
             for symbol, index in symbols.items()
             if symbol in used

@@ -88,33 +88,26 @@ class _CFunction:
     def described(self) -> dict[str, Any]:
         """What the templates are told."""
         program = self.function.program
-        values = [[self.printer.value(x) for x in output.entries] for output in program.outputs]
-        at_end = self._needed(values)
+        stored, at_end = self._stored()
         parts, places = cut(_of_use(self._steps(program.statements), at_end), at_end)
         used = frozenset().union(*(part.uses for part in parts))
         constants = [s.name for s in program.once if s.name in used]
         prepare_parts, prepare_places = cut(self._steps(program.once), constants)
-        stored = [f"    {r.name}[{k}*lanes] = {self._stored(v)};" for r, vs in self._pairs(values) for k, v in vs]
         live = Array(self.precision.real, "live", places, True, WORK)
         arrays = [*self.inputs, *self.parameters, self.constants_array, *self._circles(), live, *self.results]
+        of_constants = [self.constants_array] if constants else []
+        of_lanes = [*self.inputs, *self.parameters, *of_constants, *(r for r in self.results if r.size)]
         last = len(parts) - 1
         return described(self.function) | {
             "c_name": self.name,
             "signature": _signature([*self.inputs, *self.parameters, *self.results]),
             "prepared_signature": _signature([*self.inputs, *self.parameters, self.constants_array, *self.results]),
-            "lanes_signature": _signature(
-                [
-                    *self.inputs,
-                    *self.parameters,
-                    *([self.constants_array] if constants else []),
-                    *(r for r in self.results if r.size),
-                ]
-            ),
+            "lanes_signature": _signature(of_lanes),
+            "of_lanes": of_lanes,
             "inputs": self.inputs,
             "results": self.results,
             "parameters": self.parameters,
             "constants": constants,
-            "constants_array": self.constants_array,
             "constants_macro": f"{self.package.name.upper()}_{self.function.name.upper()}_CONSTANTS",
             "angles": len(self.angles),
             "angle_part": self._angle_part(),
@@ -149,19 +142,16 @@ class _CFunction:
             steps.append(Step(statement, frozenset(self.printer.referenced)))
         return steps
 
-    def _needed(self, values: list[list[str]]) -> frozenset[str]:
-        """Names of the variables that the results are."""
+    def _stored(self) -> tuple[list[str], frozenset[str]]:
+        """Lines that store the results, and the names of the variables that these are."""
         self.printer.referenced.clear()
-        for output in self.function.program.outputs:
-            for x in output.entries:
-                self.printer.value(x)
-        return frozenset(self.printer.referenced)
-
-    def _pairs(self, values: list[list[str]]) -> list[tuple[Array, list[tuple[int, str]]]]:
-        return [(result, list(enumerate(entries))) for result, entries in zip(self.results, values, strict=True)]
-
-    def _stored(self, value: str) -> str:
-        return f"pair_rounded({value})" if self.precision.is_pair else value
+        rounded = "pair_rounded({})" if self.precision.is_pair else "{}"
+        lines = [
+            f"    {output.name}[{k}*lanes] = {rounded.format(self.printer.value(x))};"
+            for output in self.function.program.outputs
+            for k, x in enumerate(output.entries)
+        ]
+        return lines, frozenset(self.printer.referenced)
 
     def _circles(self) -> list[Array]:
         return [Array(self.precision.circle, name, len(self.angles), belongs_to=WORK) for name in CIRCLES]
@@ -181,37 +171,35 @@ class _CFunction:
             **self.entries,
             "p": self.indices,
             "c": numbered(constants),
-            "live": {name: f"{k}*lanes" for name, k in part.taken.items()},
         }
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(CIRCLES))
-        used |= {"live"} if part.left else set()
+        used |= {"live"} if part.taken or part.left else set()
         used |= {r.name for r in self.results if r.size} if stored else set()
-        lines = self._unpacked(groups, part.uses) + self.writer.statements([s.statement for s in part.steps])
-        lines += ["", *(f"    live[{k}*lanes] = {name};" for name, k in part.left.items())] if part.left else []
+        lines = self._lines(part, groups, "*lanes")
         lines += ["", "    /* Results. */", *stored] if stored else []
         return _part_context(lines, [a for a in arrays if a.name in used])
 
     def _prepare_part(self, part: Part, constants: Sequence[str]) -> dict[str, Any]:
-        groups: dict[str, Indices] = {"p": self.indices, "live": numbered_places(part.taken)}
         real = self.precision.real
-        lines = self._unpacked(groups, part.uses) + self.writer.statements([s.statement for s in part.steps])
-        lines += ["", *(f"    live[{k}] = {name};" for name, k in part.left.items())] if part.left else []
+        lines = self._lines(part, {"p": self.indices})
         lines += ["", *(f"    c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
         arrays = [*self.parameters] if part.uses & self.indices.keys() else []
         arrays += [Array(real, "live", 1, True, WORK)] if part.taken or part.left else []
         arrays += [Array(real, "c", 1, True, PARAMETERS)] if constants else []
         return _part_context(lines, arrays)
 
-    def _unpacked(self, groups: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+    def _lines(self, part: Part, groups: Mapping[str, Indices], step: str = "") -> list[str]:
+        """Arguments, statements, and what goes on to later parts; entries of `live` are a step apart."""
+        live = {"live": {name: f"{k}{step}" for name, k in part.taken.items()}}
+        lines = self._unpacked({**groups, **live}, part.uses)
+        lines += self.writer.statements([s.statement for s in part.steps])
+        left = [f"    live[{k}{step}] = {name};" for name, k in part.left.items()]
+        return [*lines, "", *left] if left else lines
+
+    def _unpacked(self, groups: Mapping[str, Indices], used: Iterable[str], writer: Writer | None = None) -> list[str]:
         """Arguments by name; numbers of the caller become pairs."""
-        lines = self.writer.unpack(groups, used)
-        if not self.precision.is_pair:
-            return lines
-        given = {array: f" = {array}[" for array in (*self.entries, "p")}
-        return [
-            line.replace(" = ", " = pair(").replace(";", ", 0.0);") if any(g in line for g in given.values()) else line
-            for line in lines
-        ]
+        given = {*self.entries, "p"} if self.precision.is_pair else set()
+        return (writer or self.writer).unpack(groups, used, dict.fromkeys(given, "pair({}, 0.0)"))
 
     def _angle_part(self) -> dict[str, Any]:
         """The part that finds the angles."""
@@ -221,14 +209,9 @@ class _CFunction:
         lines = [f"    angle[{k}*lanes] = {printer.text(a).signed()};" for k, a in enumerate(self.angles)]
         symbols = {symbol for angle in self.angles for symbol in _symbols(angle)}
         writer = Writer(printer, _dialect(wide), self.package.joint_names)
-        head = self._unpacked(self.entries, symbols) if self.precision.is_pair else writer.unpack(self.entries, symbols)
+        head = self._unpacked(self.entries, symbols, writer)
         arrays = [a for a in self.inputs if symbols & self.entries[a.name].keys()]
         return _part_context([*head, *lines], [*arrays, Array(self.precision.circle, "angle", 1, True, WORK)])
-
-
-def numbered_places(places: dict[str, int]) -> Indices:
-    """Places as text."""
-    return {name: str(k) for name, k in places.items()}
 
 
 def _symbols(angle: Expression) -> list[str]:

@@ -21,6 +21,8 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 
 Array: TypeAlias = NDArray[Any]
 
+TYPES: dict[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
+"""Types of numpy for the types of arrays in C."""
 COMPILERS = ("gcc", "clang", "cc")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fPIC", "-shared")
 MOST_OPTIMISED = 3000
@@ -93,17 +95,16 @@ class CompiledPackage:
     def __init__(self, package: Package, library: Path, precision: Precision = DOUBLE) -> None:
         """Load a library made from the C text of this package in a precision."""
         self.package, self.precision = package, precision
-        self.type = np.dtype(precision.state.replace("float", "float32"))
+        self.type = TYPES[precision.state]
         self._functions = {function.name: function for function in package.functions}
         loaded = ctypes.CDLL(str(library.resolve()))
-        self._entries = {
-            name: _entry(loaded, package, function, precision) for name, function in self._functions.items()
-        }
-        self._batches = {
-            name: _batch(loaded, package, function, precision)
-            for name, function in self._functions.items()
-            if function.arguments
-        }
+        self._entries, self._batches = {}, {}
+        for name, function in self._functions.items():
+            in_c = f"{package.name}{precision.suffix}_{name}"
+            arrays = len(function.arguments) + bool(package.parameters) + len(function.results)
+            self._entries[name] = _entry(loaded, in_c, arrays)
+            if function.arguments:
+                self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
         self._defaults = np.array([parameter.value for parameter in package.parameters], dtype=float)
 
     def call(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
@@ -176,17 +177,10 @@ def compile_package(
     )
 
 
-def _entry(library: ctypes.CDLL, package: Package, function: Function, precision: Precision) -> Any:
-    entry = library[f"{package.name}{precision.suffix}_{function.name}"]
-    count = len(function.arguments) + bool(package.parameters) + len(function.results)
-    entry.argtypes, entry.restype = [ctypes.c_void_p] * count, None
-    return entry
-
-
-def _batch(library: ctypes.CDLL, package: Package, function: Function, precision: Precision) -> Any:
-    entry = library[f"{package.name}{precision.suffix}_{function.name}_batch"]
-    count = len(function.arguments) + bool(package.parameters) + len(function.results)
-    entry.argtypes, entry.restype = [ctypes.c_size_t, *[ctypes.c_void_p] * count], None
+def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:
+    """A function of the library that takes some numbers, then arrays."""
+    entry = library[name]
+    entry.argtypes, entry.restype = [*first, *[ctypes.c_void_p] * arrays], None
     return entry
 
 

@@ -12,7 +12,7 @@ LIBM = ("sin", "cos", "sqrt", "atan2")
 class Precision:
     """`state` is the type of a function's arrays, `real` that of its arithmetic, `circle` that of sines and cosines.
 
-    A batch computes `lanes` states side by side; `digits` is the unit roundoff of the arithmetic in bits.
+    A batch computes `lanes` states side by side; `bits` is the length of its significand.
     """
 
     name: str

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Numbers, Parameters, evaluated
@@ -28,8 +29,6 @@ Found = Mapping[str, Numbers | Sequence[Numbers]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
 Progress = Callable[[int, int], None]
 
-TYPES: dict[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
-"""Types of numpy for the types of arrays in C."""
 NUMBERS_AT_ONCE = 2_000_000
 LEAST_MOVES = 32
 MOST_EXTENDED_BITS = 53

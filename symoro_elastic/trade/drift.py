@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.codegen.c import render_c
-from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.templates import render
@@ -28,7 +28,6 @@ from symoro_elastic.generate import package
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.numerics.accuracy import TYPES
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.states import States, moderate_states
 

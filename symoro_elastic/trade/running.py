@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.codegen.c import render_c
-from symoro_elastic.codegen.compile import CompilationFailed, CompiledPackage, compile_library
+from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.python import render_numpy
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.accuracy import TYPES, rounded, rounded_values
+from symoro_elastic.numerics.accuracy import rounded, rounded_values
 from symoro_elastic.numerics.candidates import Candidate, c_code, import_package, numpy_code
 from symoro_elastic.numerics.states import ARGUMENTS, States
 from symoro_elastic.trade.builds import Build

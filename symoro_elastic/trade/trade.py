@@ -158,10 +158,11 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
 def _drifts(
     machine: Machine, scene: Scene, values: dict[str, float], folder: Path, notes: list[str], progress: Progress
 ) -> list[Drift]:
-    if "direct_dynamics" not in asked_models(scene) or not restricted(machine, scene).moving:
+    kept = restricted(machine, scene)
+    if "direct_dynamics" not in asked_models(scene) or not kept.moving:
         return []
     try:
-        return drifts(restricted(machine, scene), values, folder / "motion", progress)
+        return drifts(kept, values, folder / "motion", progress)
     except CompilerMissing:
         return []
     except InputError as error:

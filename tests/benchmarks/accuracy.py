@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.numerics.accuracy import TYPES, Errors, measure, rounded, rounded_values
+from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import given_values
