@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
@@ -48,6 +48,31 @@ def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
     """Formulas of the base inertial parameters; none where no grouping can be used."""
     return {} if check.refused else dict(grouping.formulas)
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """Formulas of the base inertial parameters and of the sums they share, how they were checked, and conditioning.
+
+    `condition` is that of the base regressor at random states, None where there is no such figure.
+    """
+
+    formulas: dict[str, str]
+    parts: dict[str, str]
+    check: str
+    condition: float | None
+    conditioning: str
+
+
+def base_parameters(machine: Machine) -> BaseParameters:
+    """What there is to tell of the base inertial parameters of a machine."""
+    if machine.floating:
+        return BaseParameters({}, {}, "not offered on a floating base", None, "")
+    grouping, check = checked_grouping(machine)
+    formulas = base_formulas(grouping, check)
+    parts = {name: text for name, text in formulas.items() if name in grouping.composites}
+    own = {name: text for name, text in formulas.items() if name not in parts}
+    return BaseParameters(own, parts, check.message, check.conditioning.condition, conditioning_text(check))
 
 
 def conditioning_text(check: CrossCheck) -> str:

@@ -13,7 +13,7 @@ from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.machine.machine import Machine
+    pass
 
 
 @click.command()
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 def show(machine: str, scene: str | None, as_json: bool) -> None:
     """Print the table of MACHINE, its parameters, and what is degenerate."""
     from symoro_elastic.generate import found_degeneracies
+    from symoro_elastic.grouping import base_parameters
     from symoro_elastic.machine.machine import Kind
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.report.tables import machine_table
@@ -31,7 +32,7 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
-    formulas, parts, message, condition, conditioning = _base_parameters(kept)
+    base = base_parameters(kept)
     if as_json:
         by_kind = {k: [joint.name for joint in kept.joints if joint.kind is k] for k in Kind}
         print_json(
@@ -41,10 +42,10 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
                 "motors": by_kind[Kind.MOTOR],
                 "elastic": by_kind[Kind.ELASTIC],
                 "parameters": [p.name for p in kept.parameters],
-                "base_parameters": {name: text for name, text in formulas.items() if name not in parts},
-                "base_parameters_parts": parts,
-                "base_parameters_check": message,
-                "base_parameters_condition": condition,
+                "base_parameters": base.formulas,
+                "base_parameters_parts": base.parts,
+                "base_parameters_check": base.check,
+                "base_parameters_condition": base.condition,
                 "degenerate": degenerate,
             }
         )
@@ -55,26 +56,11 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     if kept.floating:
         turned, known = kept.floating.orientation, kept.floating.known
         click.echo(f"floating base: {turned} and {known} given, M = {kept.floating.body.mass}")
-    click.echo(f"\nbase inertial parameters: {message}")
-    for name, formula in formulas.items():
+    click.echo(f"\nbase inertial parameters: {base.check}")
+    for name, formula in {**base.parts, **base.formulas}.items():
         click.echo(f"  {name} = {formula}")
-    click.echo(conditioning)
+    click.echo(base.conditioning)
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
-
-
-def _base_parameters(machine: Machine) -> tuple[dict[str, str], dict[str, str], str, float | None, str]:
-    """Formulas of the base inertial parameters and of the sums they share, how they were checked, and conditioning.
-
-    The latter as a number and in words.
-    """
-    from symoro_elastic.grouping import base_formulas, checked_grouping, conditioning_text
-
-    if machine.floating:
-        return {}, {}, "not offered on a floating base", None, ""
-    grouping, check = checked_grouping(machine)
-    formulas = base_formulas(grouping, check)
-    parts = grouping.parts if formulas else {}
-    return formulas, parts, check.message, check.conditioning.condition, conditioning_text(check)
 
 
 @click.command()

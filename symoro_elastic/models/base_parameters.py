@@ -91,11 +91,6 @@ class Grouping:
         """The text of every formula, composites first."""
         return {name: formula.text for name, formula in self._all()}
 
-    @property
-    def parts(self) -> dict[str, str]:
-        """The text of the composites that the formulas of base parameters are made of."""
-        return {name: text for name, text in self.formulas.items() if name in self.composites}
-
     def values(self, values: Mapping[str, float]) -> dict[str, float]:
         """Values of composites and base parameters from those of the machine's parameters.
 
