@@ -110,6 +110,12 @@ def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) ->
     return modes(with_motors(linearize(motion, equilibrium(motion, at), (), ()), held))
 
 
+def usual_duration(machine: Machine, at: Mapping[str, float] | None = None) -> float:
+    """Five periods of the first vibration with motors held, s."""
+    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    return PERIODS / _slowest(_modes(machine, at, motors))
+
+
 def _slowest(found: Modes) -> float:
     """The first frequency above 0, Hz; 1 Hz where nothing vibrates."""
     swinging = found.frequencies[found.frequencies > 0]

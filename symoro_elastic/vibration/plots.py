@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.vibration.feed_forward import Following
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.motion import Array
 from symoro_elastic.vibration.responses import Response
@@ -39,6 +41,11 @@ def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> lis
         pictures = {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
         return save_figures(pictures, folder, form)
     return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
+
+
+def plot_following(found: Following, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write feed_forward.<form> to a folder; returns its path. Raises `InputError`."""
+    return save_figures({"feed_forward": following(found)}, folder, form)
 
 
 def bode(response: Response, j: int) -> Any:
@@ -142,4 +149,23 @@ def over_two(tracked: Tracked, mode: int) -> Any:
     axis.set_xlabel(tracked.joints[0])
     axis.set_ylabel(tracked.joints[1])
     axis.set_title(f"mode {mode + 1}")
+    return figure
+
+
+def following(found: Following) -> Any:
+    """A column a motor: the wanted motion, how far the motor is ahead of it, the torque."""
+    joints = motors_of(found.machine)
+    figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
+    lead = found.at_motors(found.q)
+    for m, (column, joint) in enumerate(
+        zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
+    ):
+        y, unit, force = found.wanted.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
+        rows = ((f"wanted, {unit}", y), (f"motor ahead, {unit}", lead[:, m] - y), (f"torque, {force}", found.tau[:, m]))
+        for axis, (label, curve) in zip(column, rows, strict=True):
+            axis.plot(found.t, curve, linewidth=0.9)
+            axis.set_ylabel(label)
+            axis.grid(True, linewidth=0.3)
+        column[0].set_title(joint.name)
+        column[2].set_xlabel("t, s")
     return figure
