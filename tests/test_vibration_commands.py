@@ -14,10 +14,11 @@ import scipy.io
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.vibration.comparison import compare
 from symoro_elastic.vibration.export import arrays_of, control_system, save_linearization
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.motion import Motion
-from symoro_elastic.vibration.plots import over_two
+from symoro_elastic.vibration.plots import losses, over_two
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.tracking import over_grid
 from tests.built import cell
@@ -88,6 +89,19 @@ def test_compare_on_the_command_line() -> None:
     assert "--ratio couples them" in found["conclusion"]
     shown = run("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02").stdout
     assert "rigid misses" in shown and found["conclusion"] in shown
+
+
+def test_pictures_of_a_comparison(tmp_path: Path) -> None:
+    """What the pictures show is what the table sums up."""
+    write_machine(drive(), tmp_path / "drive.toml")
+    run("compare", tmp_path / "drive.toml", "--duration", "0.1", "--plots", tmp_path / "p", "--json")
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"torques.png", "accelerations.png"}
+    found = compare(drive(), duration=0.1)
+    (torque, _), t = found.losses, found.course.t
+    values, missed = losses([torque], t).axes
+    assert [line.get_label() for line in values.lines] == ["full", "reduced", "rigid"]
+    reduced, rigid = (line.get_ydata() for line in missed.lines)
+    assert not reduced.any() and abs(rigid).max() == torque.rigid[1] > 0
 
 
 @pytest.mark.parametrize("suffix", ["npz", "mat"])
