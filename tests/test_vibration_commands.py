@@ -129,6 +129,21 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
     assert found["qd"][4] == 2.0 and len(found["A"]) == 24 and found["qdd"][8] != 0.0
 
 
+def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
+    """Where its torque is an input, and its encoder an output, of which nothing is left: text, JSON and files."""
+    note = "motor_x is held: motor_x.tau moves nothing, motor_x.q does not change"
+    shown = run("linearize", TWO_AXIS, *AT, "--hold", "motor_x", "--out", tmp_path / "two.mat").stdout
+    assert note in shown.splitlines() and "motor_y is held" not in shown
+    found = figures("linearize", TWO_AXIS, *AT, "--hold", "motor_x")
+    assert found["notes"] == [note] and not any(row[0] for row in found["B"]) and not any(found["C"][0])
+    assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
+    assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
+    alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
+    assert alone.notes == ("motor is held",) and linearized(drive()).notes == ()
+    save_linearization(linearized(drive()), tmp_path / "free.mat")
+    assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
+
+
 def test_a_system_for_python_control() -> None:
     linear = linearized(drive(d=3.0))
     try:

@@ -84,6 +84,8 @@ def linearize(
     click.echo("\n".join(state_lines(linear)))
     click.echo(f"coordinates: {', '.join(linear.coordinates)}")
     click.echo(f"inputs: {', '.join(linear.inputs)}; outputs: {', '.join(linear.outputs)}")
+    for note in linear.notes:
+        click.echo(note)
     growing = damped(linear)[0].real.max(initial=0.0)
     click.echo(f"fastest growth {growing:.3g} 1/s: unstable" if growing > 0 else "no pole is unstable")
     if out:
