@@ -16,13 +16,15 @@ from symoro_elastic.identification.measurements import read_columns
 from symoro_elastic.identification.simulation import numpy_model, runge_kutta
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.vibration.feed_forward import Following, feed_forward, orders
 from symoro_elastic.vibration.wanted import along, move, read_wanted, through, times
+from tests.references.random_machines import random_machine
 from tests.test_commands import EXAMPLES, refused, run
+from tests.test_feed_forward import with_springs
 from tests.vibrating import drive
 
 LOCKED = ("bed_yaw", "bed_y", "bed_x", "motor_secondary", "cart_yaw", "cart_x", "cart_y", "sensor_head")
@@ -78,6 +80,20 @@ def test_the_full_model_follows(machine: Machine, duration: float, rate: float, 
         np.testing.assert_allclose(outboard(machine, found.q), y, rtol=0, atol=1e-15)
         errors.append(abs(outboard(machine, simulated(found)) - y[::2]).max())
     assert errors[1] < best and errors[0] / errors[1] == pytest.approx(16, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_random_trees_follow(seed: int) -> None:
+    """All joints, springs in rows and in branches; without Coulomb's jumps the integration keeps its order."""
+    rigid = random_machine(seed, joints=3, kinds=(Kind.MOTOR,), branching=0.3, prismatic=0.4, symbolic=False)
+    sprung = with_springs(rigid, [1, 2], seed)
+    rows = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in sprung.joints)
+    machine = replace(sprung, joints=rows)
+    errors = []
+    for rate in (400, 800):
+        found = feed_forward(machine, move(machine, {"": 0.1}, {"": 0.2}, 1.0, 13, rate))
+        errors.append(abs(simulated(found) - found.q[::2]).max())
+    assert errors[1] < 1e-6 and errors[0] / errors[1] == pytest.approx(16, rel=0.1)
 
 
 def test_a_move_in_closed_form() -> None:
@@ -156,7 +172,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
     [
         (columns(2), f"motor: {FEW}and a spline of degree 4 or more"),
         (columns(2, 2) | {"yddd_motor": np.zeros(201), "ydddd_motor": np.zeros(201)},
-         "yddd_motor: ydd changes by"),
+         "motor: 2 derivatives of its motion are given (derivative 2 changes by "),
         ({"t": columns(0)["t"]}, "y_motor: missing"),
         ({x: y for x, y in columns(4).items() if x != "ydd_motor"}, "ydd_motor: missing"),
         (columns(0) | {"q_load": columns(0)["t"]}, "q_load: a wanted motion is that of what motors drive"),

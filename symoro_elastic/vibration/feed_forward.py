@@ -96,7 +96,9 @@ def refuse_few(wanted: Wanted, needed: Mapping[str, int], machine: Machine) -> N
         if given < order:
             smooth = f"a spline of degree {order} or more (--degree {order + 1}: smooth torques)"
             lacking = f"columns up to {wanted.columns}{'d' * order}_{name}, or positions alone and {smooth}"
-            what = f"{given} derivatives of its motion are given, {MODEL} needs {order}"
+            doubt = [line.removeprefix(f"{name}: ") for line in wanted.doubts if line.startswith(f"{name}: ")]
+            why = f" ({doubt[0]})" if doubt and wanted.columns else ""
+            what = f"{given} derivatives of its motion are given{why}, {MODEL} needs {order}"
             raise InputError(wanted.source, name, f"{what}: give {lacking if wanted.columns else smooth}")
 
 

@@ -66,9 +66,9 @@ def read_wanted(
         )
     if rate is not None:
         raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
-    for name, rows in y.items():
-        _refuse_jumps(t, rows, name, source)
-    return Wanted(t, y, source, letter)
+    jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
+    finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
+    return Wanted(t, finite, source, letter, tuple(f"{name}: {why}" for name, (_, why) in jumps.items() if why))
 
 
 def through(
@@ -217,21 +217,18 @@ def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Mach
     return found
 
 
-def _refuse_jumps(t: Array, rows: Array, name: str, source: str) -> None:
-    """Raise `InputError` where a derivative is not the slope of the one below, as where that one jumps.
+def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
+    """The first derivative of which the next is not the slope, and how it shows; the last where all is well.
 
     The trapezoidal rule misses h y'' / 12 of a smooth derivative, and half a jump of the last one.
     """
     h = np.diff(t)
     for k, (below, slope) in enumerate(pairwise(rows)):
-        missed = np.abs(np.diff(below) - h * (slope[1:] + slope[:-1]) / 2)
+        changed, told = np.diff(below), h * (slope[1:] + slope[:-1]) / 2
         bent = np.abs(np.diff(slope, 2, prepend=slope[0], append=slope[-1]))
-        allowed = h * np.maximum(bent[1:], bent[:-1]) + ROUNDED * np.abs(below).max()
-        if (missed > allowed).any():
-            at = int(np.argmax(missed - allowed))
-            what = (
-                f"y{'d' * k} changes by {below[at + 1] - below[at]:.3g} at {t[at]:.4g} s, its derivative says "
-                f"{h[at] * (slope[at + 1] + slope[at]) / 2:.3g}: it jumps there, so that only {k} derivatives are "
-                f"finite, or units differ, or samples are too far apart"
-            )
-            raise InputError(source, f"y{'d' * (k + 1)}_{name}", what)
+        off = np.abs(changed - told) - h * np.maximum(bent[1:], bent[:-1]) - ROUNDED * np.abs(below).max()
+        if (off > 0).any():
+            at = int(np.argmax(off))
+            what = f"derivative {k} changes by {changed[at]:.3g} at {t[at]:.4g} s, the next one says {told[at]:.3g}"
+            return k, f"{what}: it jumps, or units differ, or samples are too far apart"
+    return len(rows) - 1, ""
