@@ -24,7 +24,7 @@ from symoro_elastic.vibration.motion import Array, Motion
 from symoro_elastic.vibration.wanted import Wanted
 
 MODEL = "feed_forward"
-STILL = 1e-6  # of the largest value
+STILL = 1e-3  # of the largest value
 
 
 @dataclass(frozen=True)
@@ -96,15 +96,15 @@ def refuse_few(wanted: Wanted, needed: Mapping[str, int], machine: Machine) -> N
         if given < order:
             smooth = f"a spline of degree {order} or more (--degree {order + 1}: smooth torques)"
             lacking = f"columns up to {wanted.columns}{'d' * order}_{name}, or positions alone and {smooth}"
-            doubt = [line.removeprefix(f"{name}: ") for line in wanted.doubts if line.startswith(f"{name}: ")]
-            why = f" ({doubt[0]})" if doubt and wanted.columns else ""
+            why = f" ({wanted.doubts[name][1]})" if wanted.columns and name in wanted.doubts else ""
             what = f"{given} derivatives of its motion are given{why}, {MODEL} needs {order}"
             raise InputError(wanted.source, name, f"{what}: give {lacking if wanted.columns else smooth}")
 
 
 def notes(found: Following) -> list[str]:
     """Lines about a motion in doubt, or that begins or ends in motion: what the machine has to be doing there."""
-    said = [*found.wanted.doubts]
+    doubts = found.wanted.doubts.items()
+    said = [f"{name}: {why}" for name, (k, why) in doubts if k <= found.orders[name]]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in found.orders.items():
             y = found.wanted.y[name]

@@ -7,7 +7,7 @@ first that jumps is the k-th: the next one would be infinite. A spline of degree
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -30,18 +30,22 @@ DOUBTFUL = 0.1  # of a derivative
 ROUNDED = 1e-5  # of the largest value, in a file with few digits
 
 
+Doubt = tuple[int, str]
+
+
 @dataclass(frozen=True)
 class Wanted:
     """t (N,) s and by motor y and its derivatives, (orders + 1, N), rad or m; where they come from.
 
-    `columns` is the letter of its columns in a file, empty for splines; `doubts` are lines for the user.
+    `columns` is the letter of its columns in a file, empty for splines; `doubts` tells by motor which derivative is
+    the first that is not to be trusted, and why.
     """
 
     t: Array
     y: Mapping[str, Array]
     source: str
     columns: str = ""
-    doubts: tuple[str, ...] = ()
+    doubts: Mapping[str, Doubt] = field(default_factory=dict)
 
     def order(self, motor: str) -> int:
         """How many derivatives the motion of a motor has."""
@@ -68,7 +72,7 @@ def read_wanted(
         raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
-    return Wanted(t, finite, source, letter, tuple(f"{name}: {why}" for name, (_, why) in jumps.items() if why))
+    return Wanted(t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why})
 
 
 def through(
@@ -85,18 +89,18 @@ def through(
     if len(t) <= 2 * degree:
         return found
     coarse = along({name: make(t[::2], y[::2], k=degree) for name, y in positions.items()}, found.t)
-    return replace(found, doubts=tuple(_doubts(found, coarse)))
+    return replace(found, doubts=dict(_doubts(found, coarse)))
 
 
-def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[str]:
-    """Lines about derivatives that half the points tell otherwise, but for the ends."""
+def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
+    """By motor the first derivative that half the points tell otherwise, but for the ends."""
     inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
     for name, rows in fine.y.items():
-        last = len(rows) - 2
-        change, size = (np.abs(x[last, inside]).max() for x in (rows - coarse.y[name], rows))
-        if change > DOUBTFUL * size:
-            what = f"derivative {last} of its spline changes by {change / size:.0%} with half the points"
-            yield f"{name}: {what}: points are too few, or too many for their digits"
+        change, size = (np.abs(x[:-1, inside]).max(axis=1) for x in (rows - coarse.y[name], rows))
+        if (change > DOUBTFUL * size).any():
+            k = int(np.argmax(change > DOUBTFUL * size))
+            what = f"derivative {k} of its spline changes by {change[k] / size[k]:.0%} with half the points"
+            yield name, (k, f"{what}: they are too few, or too many for their digits")
 
 
 def move(
