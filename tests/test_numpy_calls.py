@@ -163,6 +163,7 @@ def test_parameter_sets_do_not_stay_in_the_buffers() -> None:
         (wanted,) = plainly(model_of(module, "direct_dynamics"), states, p)
         assert same_bits(module.direct_dynamics(*states, p), wanted)
 
+
 # Blocks and axes
 
 
