@@ -206,6 +206,7 @@ FROM_BASE = ("geometric_model", "jacobian_dot_qd")
 # Results whose columns follow the joints that move, their own rows, or the motors.
 BY_JOINT = ("J", "dtau_dq", "dtau_dqd", "dqdd_dq", "dqdd_dqd")
 BY_ROW = ("A",)
+DERIVATIVE = ("dtau_d", "dqdd_d")
 BY_MOTOR = ("dtau_dqdd_motor", "dqdd_dqdd_motor", "dqdd_dtau")
 _LETTERS = """
     alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega

@@ -1,9 +1,10 @@
 """Derivatives of the dynamic models, at the same arguments: dtau_dq is that of tau by q.
 
 Rows follow the joints of the result, columns those of the argument or the parameters that still have a
-name. A sign of a velocity, in dry friction, counts as constant. Where every joint has a motor, and for
-direct models, a recursion over composite bodies gives them; where motors drive springs, the graph of the
-model is differentiated: nothing cancels there between stiff springs. Slides take the shorter way.
+name; where a scene names columns, these only. A sign of a velocity, in dry friction, counts as constant.
+Where every joint has a motor, and for direct models, a recursion over composite bodies gives them; where
+motors drive springs, the graph of the model is differentiated: nothing cancels there between stiff
+springs. Slides take the shorter way.
 """
 
 from __future__ import annotations
@@ -45,6 +46,15 @@ class Derivatives:
         """Expressions that they need."""
         return len(reachable(x for entries in self.entries.values() for x in entries.values()))
 
+    def only(self, by: Variables) -> Derivatives:
+        """The columns of these variables."""
+        kept = {name: by[argument] for name in self.entries if (argument := name.partition("_")[2]) in by}
+        entries = {
+            name: {(j, c): x for (j, c), x in self.entries[name].items() if c in columns}
+            for name, columns in kept.items()
+        }
+        return Derivatives(entries, self.tangents)
+
 
 def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
     found = _inverse(bound)
@@ -53,9 +63,11 @@ def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
         by_q, by_qd, A = _asked_torques(bound, found)
         made = Derivatives({"dtau_dq": by_q, "dtau_dqd": by_qd, "dtau_dqdd_motor": A})
     else:
-        made = _of_graph(_inverse_outputs(bound, found), by)
-        made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
-    return _results(bound, made, asked, by)
+        needed = {name: by[name] if name == "dqdd_motor" else x for name, x in _chosen(bound, by).items()}
+        made = _of_graph(_inverse_outputs(bound, found), needed)
+        if "dqdd_motor" in needed:
+            made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
+    return _results(bound, made, asked, _chosen(bound, by))
 
 
 def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
@@ -67,8 +79,8 @@ def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
     for name, torques in (("dqdd_dq", by_q), ("dqdd_dqd", by_qd)):
         columns = {c: solve({j: -torques.get((j, c), 0) for j in moving}) for c in moving}
         solved[name] = {(j, c): x for c, column in columns.items() for j, x in column.items()}
-    made = _shorter(bound, Derivatives(solved), {"qdd": found.qdd}, by)
-    return _results(bound, made, asked, by)
+    by = _chosen(bound, by)
+    return _results(bound, _shorter(bound, Derivatives(solved).only(by), {"qdd": found.qdd}, by), asked, by)
 
 
 def _inverse_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Results:
@@ -122,13 +134,28 @@ def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
     return by_q, by_qd, made.by_qdd
 
 
+def _chosen(bound: Bound, by: Variables) -> Variables:
+    """Of what may be differentiated by, the part that a scene names: whole arguments or entries, in its order."""
+    if not bound.by:
+        return by
+    chosen = {}
+    for name, variables in by.items():
+        columns = [c for word in bound.by for c, x in variables.items() if word in (name[1:], x.operands[0])]
+        if columns:
+            chosen[name] = {c: variables[c] for c in columns}
+    return chosen
+
+
 def _mirrored(symmetric: Entries) -> Entries:
     """One triangle, twice."""
     return {(i, j): symmetric[max(i, j), min(i, j)] for i, j in symmetric}
 
 
 def _parameters(bound: Bound, outputs: Outputs) -> Variables:
-    """The parameters that results are made of, numbered as in the table."""
+    """The parameters that a scene names, or else those that results are made of, numbered as in the table."""
+    if bound.by:
+        numbers = {p.name: c for c, p in enumerate(bound.machine.parameters)}
+        return {"dp": {numbers[name]: bound.graph.symbol(name, Level.PARAMETER) for name in bound.by}}
     used = {x for x in reachable(x for entries in outputs.values() for x in entries.values()) if x.operation == SYMBOL}
     names = {x.operands[0]: x for x in used if x.level is Level.PARAMETER}
     if not names:
@@ -159,13 +186,14 @@ def _shorter(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables)
 def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> Results:
     """The entries of the joints that are asked for, named."""
     name_tangents(bound, made.tangents)
+    made = made.only(by)
     name_acceleration_derivatives(bound, made.entries)
     results: Results = {}
     for name, entries in made.entries.items():
         argument = name.partition("_")[2]
         rows = tuple(j for j in asked if any(j == i for i, _ in entries))
         values = tuple(entries.get((i, c), 0) for i in rows for c in by[argument])
-        labels = tuple(x.operands[0] for x in by[argument].values()) if argument == "dp" else ()
+        labels = tuple(x.operands[0] for x in by[argument].values()) if bound.by or argument == "dp" else ()
         results[name] = Result(rows, values, (len(by[argument]),), column_labels=labels)
     return results
 
