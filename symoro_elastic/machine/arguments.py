@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Given, Kind, Machine
 
 ON_BASE = {
     "R0": tuple(f"A0_{m}{n}" for m in range(1, 4) for n in range(1, 4)),
@@ -13,6 +13,8 @@ ON_BASE = {
     "f0": tuple(f"F0_{k}" for k in range(1, 7)),
 }
 """Entries of the arguments that belong to a floating base."""
+POSE = tuple(f"pose_{k}" for k in range(1, 7))
+"""A small displacement (m), then a small rotation (rad) of a floating base, in its axes."""
 DIFFERENTIATED = {
     "inverse_dynamics_derivatives": ("q", "qd", "qdd_motor"),
     "direct_dynamics_derivatives": ("q", "qd", "tau"),
@@ -32,6 +34,7 @@ def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
         "tau": tuple(f"tau{j}" for j in motors),
         "qdd_motor": tuple(f"qdd{j}" for j in motors),
         **ON_BASE,
+        "pose": POSE,
     }
 
 
@@ -40,4 +43,12 @@ def may_be_asked_by(machine: Machine, model: str) -> tuple[str, ...]:
     if not DIFFERENTIATED[model]:
         return tuple(parameter.name for parameter in machine.parameters)
     entries = arguments(machine)
-    return tuple(name for argument in DIFFERENTIATED[model] for name in (argument, *entries[argument]))
+    columns = (*DIFFERENTIATED[model], *columns_of_base(machine))
+    return tuple(name for argument in columns for name in (argument, *entries[argument]))
+
+
+def columns_of_base(machine: Machine) -> tuple[str, ...]:
+    """What derivatives are taken by on a floating base, in addition."""
+    if machine.floating is None:
+        return ()
+    return "pose", "V0", "V0d" if machine.floating.known is Given.ACCELERATION else "f0"
