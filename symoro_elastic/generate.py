@@ -69,7 +69,7 @@ COLUMNS = {
     "qdd_motor": "qdd_motor",
     "tau": "tau",
     "p": "the parameters that its columns name",
-    "pose": "small displacement (m) and rotation (rad) of the base, in its axes; they take V0, V0d, f0 along",
+    "pose": "pose: displacement, rotation (m, rad) in axes of the base, as are V0, V0d, f0",
     "V0": "V0",
     "V0d": "V0d",
     "f0": "f0",
