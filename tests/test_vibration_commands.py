@@ -14,10 +14,11 @@ import scipy.io
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.vibration.comparison import compare
 from symoro_elastic.vibration.export import arrays_of, control_system, save_linearization
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.motion import Motion
-from symoro_elastic.vibration.plots import over_two
+from symoro_elastic.vibration.plots import losses, over_two
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.tracking import over_grid
 from tests.built import cell
@@ -90,6 +91,19 @@ def test_compare_on_the_command_line() -> None:
     assert "rigid misses" in shown and found["conclusion"] in shown
 
 
+def test_pictures_of_a_comparison(tmp_path: Path) -> None:
+    """What the pictures show is what the table sums up."""
+    write_machine(drive(), tmp_path / "drive.toml")
+    run("compare", tmp_path / "drive.toml", "--duration", "0.1", "--plots", tmp_path / "p", "--json")
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"torques.png", "accelerations.png"}
+    found = compare(drive(), duration=0.1)
+    (torque, _), t = found.losses, found.course.t
+    values, missed = losses([torque], t).axes
+    assert [line.get_label() for line in values.lines] == ["full", "reduced", "rigid"]
+    reduced, rigid = (line.get_ydata() for line in missed.lines)
+    assert not reduced.any() and abs(rigid).max() == torque.rigid[1] > 0
+
+
 @pytest.mark.parametrize("suffix", ["npz", "mat"])
 def test_a_linearization_in_a_file(suffix: str, tmp_path: Path) -> None:
     """The same bytes each time, and the arrays that the linearization has."""
@@ -113,6 +127,21 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
     assert "motor_y 1010.43 N" in shown and out.exists()
     found = figures("linearize", TWO_AXIS, "--as-given", "--at", "motor_x=0.3", "--rate", "motor_x=2")
     assert found["qd"][4] == 2.0 and len(found["A"]) == 24 and found["qdd"][8] != 0.0
+
+
+def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
+    """Where its torque is an input, and its encoder an output, of which nothing is left: text, JSON and files."""
+    note = "motor_x is held: motor_x.tau moves nothing, motor_x.q does not change"
+    shown = run("linearize", TWO_AXIS, *AT, "--hold", "motor_x", "--out", tmp_path / "two.mat").stdout
+    assert note in shown.splitlines() and "motor_y is held" not in shown
+    found = figures("linearize", TWO_AXIS, *AT, "--hold", "motor_x")
+    assert found["notes"] == [note] and not any(row[0] for row in found["B"]) and not any(found["C"][0])
+    assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
+    assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
+    alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
+    assert alone.notes == ("motor is held",) and linearized(drive()).notes == ()
+    save_linearization(linearized(drive()), tmp_path / "free.mat")
+    assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
 
 
 def test_a_system_for_python_control() -> None:

@@ -84,6 +84,8 @@ def linearize(
     click.echo("\n".join(state_lines(linear)))
     click.echo(f"coordinates: {', '.join(linear.coordinates)}")
     click.echo(f"inputs: {', '.join(linear.inputs)}; outputs: {', '.join(linear.outputs)}")
+    for note in linear.notes:
+        click.echo(note)
     growing = damped(linear)[0].real.max(initial=0.0)
     click.echo(f"fastest growth {growing:.3g} 1/s: unstable" if growing > 0 else "no pole is unstable")
     if out:
@@ -230,6 +232,7 @@ def response(
     "--duration", type=float, metavar="S", help="Of the move; five periods of the first vibration unless said."
 )
 @click.option("--free", is_flag=True, help="Frequencies with motors free instead of held.")
+@PLOTS
 @JSON
 def compare(
     machine: str,
@@ -240,11 +243,13 @@ def compare(
     stroke: float,
     duration: float | None,
     free: bool,
+    plots: str | None,
     as_json: bool,
 ) -> None:
     """What Spong's reduced model and the rigid limit lose against the full model of MACHINE, on a motion."""
     from symoro_elastic.identification.measurements import read_measurements
     from symoro_elastic.vibration import comparison
+    from symoro_elastic.vibration.plots import plot_comparison
     from symoro_elastic.vibration.tables import (
         comparison_conclusion,
         comparison_json,
@@ -262,10 +267,12 @@ def compare(
         )  # fmt: skip
     if as_json:
         print_json(comparison_json(result))
-        return
-    print_table(frequencies_table(result), f"{found.name}: motors {'free' if free else 'held'}")
-    print_table(losses_table(result), result.course.source)
-    click.echo(comparison_conclusion(result))
+    else:
+        print_table(frequencies_table(result), f"{found.name}: motors {'free' if free else 'held'}")
+        print_table(losses_table(result), result.course.source)
+        click.echo(comparison_conclusion(result))
+    if plots:
+        _drawn(plots, plot_comparison(result, plots))
 
 
 def _kept(path: str) -> Machine:

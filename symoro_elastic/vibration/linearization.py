@@ -19,6 +19,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.vibration.free_base import with_base_coordinates
 from symoro_elastic.vibration.motion import Array, Motion, State
 from symoro_elastic.vibration.signals import (
+    JOINT_OUTPUTS,
+    TORQUE,
     FrameSignal,
     Signal,
     default_inputs,
@@ -69,6 +71,12 @@ class Linearization:
     def coordinates(self) -> tuple[str, ...]:
         """Names of the joints that move."""
         return tuple(self.motion.names[k] for k in self.kept)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A line for each motor that is held, with its signals: they stay in B, C and D as zeros."""
+        held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
+        return tuple(_of_held(name, self.inputs, self.outputs) for name in held)
 
     @property
     def is_symmetric(self) -> bool:
@@ -187,6 +195,14 @@ def with_motors(
         linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[rows], Cq=linear.Cq[:, rows],
         Cv=linear.Cv[:, rows], Ca=linear.Ca[:, rows], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
     )  # fmt: skip
+
+
+def _of_held(name: str, ins: Sequence[str], outs: Sequence[str]) -> str:
+    """What being held means for the signals of a motor."""
+    own = f"{name}.{TORQUE}"
+    still = [f"{name}.{quantity}" for quantity in JOINT_OUTPUTS if f"{name}.{quantity}" in outs]
+    said = [f"{own} moves nothing"] * (own in ins) + [f"{x} does not change" for x in still]
+    return f"{name} is held" + (f": {', '.join(said)}" if said else "")
 
 
 def _motor(motion: Motion, name: str, place: str) -> int:
