@@ -76,6 +76,7 @@ def linearize(
     with steps() as step:
         step("linearize")
         linear = _linearized(machine, ins, outs, place)
+        growing = damped(linear)[0].real.max(initial=0.0)
     if out:
         save_linearization(linear, out)
     if as_json:
@@ -84,7 +85,6 @@ def linearize(
     click.echo("\n".join(state_lines(linear)))
     click.echo(f"coordinates: {', '.join(linear.coordinates)}")
     click.echo(f"inputs: {', '.join(linear.inputs)}; outputs: {', '.join(linear.outputs)}")
-    growing = damped(linear)[0].real.max(initial=0.0)
     click.echo(f"fastest growth {growing:.3g} 1/s: unstable" if growing > 0 else "no pole is unstable")
     if out:
         click.echo(f"wrote {out}")
@@ -312,6 +312,8 @@ def _grid(over: Sequence[str]) -> dict[str, list[float]]:
     for text in over:
         name, _, limits = text.partition("=")
         low, high, count = _three(limits, "--over", text)
+        if name.strip() in grid:
+            raise InputError("symoro-elastic", "--over", f"{name.strip()} is given twice: name each joint once")
         grid[name.strip()] = [low + (high - low) * k / max(count - 1, 1) for k in range(count)]
     return grid
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.motion import Array, Motion, State
 from symoro_elastic.vibration.signals import (
     FrameSignal,
@@ -76,7 +77,8 @@ class Linearization:
 
     @cached_property
     def space(self) -> StateSpace:
-        """A, B, C, D of the state [dq; dqd]."""
+        """A, B, C, D of the state [dq; dqd]; raises `InputError` where M is not positive definite."""
+        refuse_singular(self.motion, self.M, self.kept)
         n = len(self.kept)
         solved = np.linalg.solve(self.M, np.hstack([-self.K, -self.D, self.F]))
         upper = np.hstack([np.zeros((n, n)), np.eye(n)])
