@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -94,16 +95,28 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
 
 
 def control_system(linear: Linearization) -> Any:
-    """The linearization as a `control.StateSpace`; in its names, signs and spaces become `_`, as in `motor_x_tau`.
+    """The linearization as a `control.StateSpace` with the names of `labels`, as `motor_x_tau`.
 
     Raises `InputError` without python-control.
     """
     space = linear.space
-    states, ins, outs = (
-        [re.sub(r"\W+", "_", name) for name in names] for names in (space.states, space.inputs, space.outputs)
-    )
+    states, ins, outs = map(labels, (space.states, space.inputs, space.outputs))
     package = imported("control", "a system for python-control", "control")
     return package.ss(space.A, space.B, space.C, space.D, states=states, inputs=ins, outputs=outs)
+
+
+def labels(names: Sequence[str]) -> list[str]:
+    """Names of letters, digits and `_`, all different: `tool at (-0.1, 0, 0).x` is `tool_at_minus_0p1_0_0_x`.
+
+    Those that would still be alike are numbered.
+    """
+    found: list[str] = []
+    for name in names:
+        spelled = re.sub(r"(?<=\d)\.(?=\d)", "p", re.sub(r"(?<!\w)-", "minus ", name))
+        label = re.sub(r"\W+", "_", spelled)
+        numbered = (f"{label}_{k}" for k in count(2))
+        found.append(next(each for each in chain([label], numbered) if each not in found))
+    return found
 
 
 def _npz(arrays: Mapping[str, Any]) -> bytes:

@@ -24,6 +24,7 @@ from symoro_elastic.vibration.signals import (
     default_inputs,
     default_outputs,
     inputs,
+    joint_signals,
     outputs,
     points_of,
 )
@@ -163,7 +164,8 @@ def with_motors(
 ) -> Linearization:
     """Some motors held where they are, others under a controller tau = -kp dq - kd dqd, the rest free.
 
-    `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. Raises `InputError` for joints without motor.
+    `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
+    are no signals any more. Raises `InputError` for joints without motor.
     """
     motion = linear.motion
     fixed = {_motor(motion, name, "--hold") for name in held}
@@ -179,10 +181,13 @@ def with_motors(
         D[row, row] += kd
         springs[row] += kp
     rows = [row for row, k in enumerate(linear.kept) if k not in fixed]
-    square = np.ix_(rows, rows)
+    still = joint_signals(motion.names[k] for k in fixed)
+    ins, outs = ([c for c, name in enumerate(names) if name not in still] for names in (linear.inputs, linear.outputs))
+    square, seen = np.ix_(rows, rows), np.ix_(outs, rows)
     return replace(
-        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[rows], Cq=linear.Cq[:, rows],
-        Cv=linear.Cv[:, rows], Ca=linear.Ca[:, rows], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[np.ix_(rows, ins)], Cq=linear.Cq[seen],
+        Cv=linear.Cv[seen], Ca=linear.Ca[seen], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+        inputs=tuple(linear.inputs[c] for c in ins), outputs=tuple(linear.outputs[c] for c in outs),
     )  # fmt: skip
 
 

@@ -42,6 +42,12 @@ def state_lines(linear: Linearization) -> list[str]:
     return lines
 
 
+def held_lines(linear: Linearization) -> list[str]:
+    """Motors whose signals are left out."""
+    held = [linear.motion.names[k] for k in linear.motion.motors if k not in linear.kept]
+    return [f"held, so neither torque nor encoder is a signal: {', '.join(held)}"] if held else []
+
+
 def linearization_json(linear: Linearization) -> dict[str, Any]:
     """Matrices as rows, names, state; poles in rad/s as [real, imaginary]."""
     arrays = {name: x.tolist() if isinstance(x, np.ndarray) else x for name, x in arrays_of(linear).items()}
@@ -151,9 +157,14 @@ def response_table(found: Sequence[PolesAndZeros]) -> Any:
 
     table = Table("from", "to", "resonances, Hz", "antiresonances, Hz")
     for each in found:
-        lists = (", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances))
-        table.add_row(each.input, each.output, *lists)
+        lists = [", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances)]
+        table.add_row(each.input, each.output, *(("no response", "-") if each.is_zero else lists))
     return table
+
+
+def response_notes(found: Sequence[PolesAndZeros]) -> list[str]:
+    """What does not move what."""
+    return [f"no response: {each.input} does not move {each.output}" for each in found if each.is_zero]
 
 
 def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
@@ -162,6 +173,7 @@ def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
         {
             "input": each.input,
             "output": each.output,
+            "no_response": each.is_zero,
             "poles": [[s.real, s.imag] for s in each.poles.tolist()],
             "zeros": [[s.real, s.imag] for s in each.zeros.tolist()],
             "resonances": each.resonances.tolist(),
