@@ -74,11 +74,13 @@ class Assignment:
 def c_functions(text: str) -> dict[str, list[Assignment]]:
     """Functions of a C text and their assignments, found without the printer's help; of one state, not of a batch."""
     plain = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
-    plain = re.sub(r"\*(stride|lanes)\b", "", plain)
+    plain = re.sub(r"STORE\((\w+) \+ (\d+)\*stride, (.*)\);", r"\1[\2] = \3;", plain)
+    plain = re.sub(r"LOAD\((\w+) \+ (\d+)\*stride\)", r"\1[\2]", plain)
+    plain = re.sub(r"OF\((\w+)\)", r"\1", plain)
     found = {}
     for name, body in re.findall(r"^\w+ void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
         statements = [" ".join(s.split()) for s in body.split(";")]
-        parts = [re.fullmatch(r"(const double )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
+        parts = [re.fullmatch(r"(const (?:double|NUMBER|ANGLE) )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
         found[name] = [Assignment(p[2], bool(p[1]), p[3]) for p in parts if p]
     return found
 

@@ -12,22 +12,47 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from symoro_elastic.codegen.templates import template_folder
+from symoro_elastic.codegen.precision import DOUBLE, SINGLE
+from symoro_elastic.codegen.templates import render
 
 LARGEST = {"double": 1048576.0, "float": 1024.0}
 DTYPE = {"double": np.float64, "float": np.float32}
-FLAGS = ("-O2", "-mfma"), ("-O3",), ("-O2", "-DLARGEST_ANGLE=0")
+PRECISION = {"double": DOUBLE, "float": SINGLE}
+SIDE_BY_SIDE = 16
+FLAGS = ("-O2", "-mfma"), ("-O3",), ("-O3", "-DLANES"), ("-O2", "-DLARGEST_ANGLE=0")
+HEAD = f"""
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+#define INLINE
+#define OF(name) name
+#ifndef LARGEST_ANGLE
+#define LARGEST_ANGLE %(largest)s
+#endif
+#ifdef LANES
+typedef %(kind)s angles __attribute__((vector_size({SIDE_BY_SIDE}*sizeof(%(kind)s))));
+typedef %(bits)s bits __attribute__((vector_size({SIDE_BY_SIDE}*sizeof(%(kind)s))));
+#define ANGLE angles
+#define BITS bits
+#else
+#define ANGLE %(kind)s
+#define BITS %(bits)s
+#endif
+"""
 
 
 @cache
 def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
-    text = (template_folder() / "c" / f"circles_{kind}.c.j2").read_text(encoding="utf-8")
-    limit = f"#ifndef LARGEST_ANGLE\n#define LARGEST_ANGLE {LARGEST[kind]!r}{'f' if kind == 'float' else ''}\n#endif\n"
-    head = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n#define INLINE\n" + limit
+    precision = PRECISION[kind]
+    largest = f"{LARGEST[kind]!r}{precision.literal_suffix}"
+    head = HEAD % {"kind": kind, "bits": precision.circle_bits, "largest": largest}
+    text = render("c/circles.c.j2", precision=precision)
     source = folder / "circles.c"
     source.write_text(head + text, encoding="utf-8")
     subprocess.run(
-        ["gcc", "-std=c99", "-shared", "-fPIC", *flags, "circles.c", "-o", "c.so", "-lm"], cwd=folder, check=True
+        ["gcc", "-std=c99", "-Wno-psabi", "-shared", "-fPIC", *flags, "circles.c", "-o", "c.so", "-lm"],
+        cwd=folder,
+        check=True,
     )
     return ctypes.CDLL(str(folder / "c.so"))
 
@@ -35,11 +60,22 @@ def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
 def circles(
     kind: str, folder: Path, x: NDArray[np.floating], flags: tuple[str, ...]
 ) -> tuple[NDArray[np.floating], ...]:
-    sine, cosine = np.empty_like(x), np.empty_like(x)
+    lanes = SIDE_BY_SIDE if "-DLANES" in flags else 1
+    count = -(-len(x) // lanes)
+    given, sine, cosine = (aligned(count * lanes, DTYPE[kind]) for _ in range(3))
+    given[:] = np.resize(x, count * lanes)
     run = library(kind, folder, flags).circles
     run.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
-    run(len(x), x.ctypes.data, sine.ctypes.data, cosine.ctypes.data)
-    return sine, cosine
+    run(count, given.ctypes.data, sine.ctypes.data, cosine.ctypes.data)
+    return sine[: len(x)], cosine[: len(x)]
+
+
+def aligned(size: int, dtype: type) -> NDArray[np.floating]:
+    """Numbers at an address that suits any vector."""
+    boundary = SIDE_BY_SIDE * np.dtype(dtype).itemsize
+    room = np.zeros(size * np.dtype(dtype).itemsize + boundary, np.uint8)
+    start = -room.ctypes.data % boundary
+    return room[start : start + size * np.dtype(dtype).itemsize].view(dtype)
 
 
 def angles(kind: str, count: int) -> NDArray[np.floating]:
@@ -51,7 +87,7 @@ def angles(kind: str, count: int) -> NDArray[np.floating]:
     return np.ascontiguousarray(found[np.abs(found) <= LARGEST[kind]].astype(DTYPE[kind]))
 
 
-@pytest.mark.parametrize("flags", FLAGS[:2])
+@pytest.mark.parametrize("flags", FLAGS[:3])
 @pytest.mark.parametrize("kind", ["double", "float"])
 def test_within_its_bound(kind: str, flags: tuple[str, ...], tmp_path: Path) -> None:
     x = angles(kind, 2000)

@@ -14,10 +14,11 @@ import scipy.io
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.vibration.comparison import compare
 from symoro_elastic.vibration.export import arrays_of, control_system, labels, save_linearization
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.motion import Motion
-from symoro_elastic.vibration.plots import over_two
+from symoro_elastic.vibration.plots import losses, over_two
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.tracking import over_grid
 from tests.built import cell
@@ -89,14 +90,13 @@ def test_signals_of_held_motors_are_left_out() -> None:
         ("motor_y.tau", "motor_y.q", False),
         ("motor_y.tau", "tool.z", True),
     ]
-    said = "held, so neither torque nor encoder is a signal: motor_x"
+    said = "motor_x is held: its torque and its encoder are no signals"
     assert found["notes"] == [said, "no response: motor_y.tau does not move tool.z"]
     assert found["transfers"][1]["poles"] == found["transfers"][1]["resonances"] == []
     shown = run("response", TWO_AXIS, *held, "--output", "tool.z").stdout
     assert "no response  " in shown and found["notes"][1] in shown
     shown = run("linearize", TWO_AXIS, "--hold", "all").stdout
     assert "inputs: none; outputs: none\n" in shown and said in shown
-    assert figures("linearize", TWO_AXIS, *held)["inputs"] == ["motor_y.tau"]
 
 
 def test_compare_on_the_command_line() -> None:
@@ -105,6 +105,19 @@ def test_compare_on_the_command_line() -> None:
     assert "--ratio couples them" in found["conclusion"]
     shown = run("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02").stdout
     assert "rigid misses" in shown and found["conclusion"] in shown
+
+
+def test_pictures_of_a_comparison(tmp_path: Path) -> None:
+    """What the pictures show is what the table sums up."""
+    write_machine(drive(), tmp_path / "drive.toml")
+    run("compare", tmp_path / "drive.toml", "--duration", "0.1", "--plots", tmp_path / "p", "--json")
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"torques.png", "accelerations.png"}
+    found = compare(drive(), duration=0.1)
+    (torque, _), t = found.losses, found.course.t
+    values, missed = losses([torque], t).axes
+    assert [line.get_label() for line in values.lines] == ["full", "reduced", "rigid"]
+    reduced, rigid = (line.get_ydata() for line in missed.lines)
+    assert not reduced.any() and abs(rigid).max() == torque.rigid[1] > 0
 
 
 @pytest.mark.parametrize("suffix", ["npz", "mat"])
@@ -130,6 +143,22 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
     assert "motor_y 1010.43 N" in shown and out.exists()
     found = figures("linearize", TWO_AXIS, "--as-given", "--at", "motor_x=0.3", "--rate", "motor_x=2")
     assert found["qd"][4] == 2.0 and len(found["A"]) == 24 and found["qdd"][8] != 0.0
+
+
+def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
+    """Its torque is no input, and its encoder no output: text, JSON and files say so."""
+    note = "motor_x is held: its torque and its encoder are no signals"
+    shown = run("linearize", TWO_AXIS, *AT, "--hold", "motor_x", "--out", tmp_path / "two.mat").stdout
+    assert note in shown.splitlines() and "motor_y is held" not in shown
+    found = figures("linearize", TWO_AXIS, *AT, "--hold", "motor_x")
+    assert found["notes"] == [note] and found["inputs"] == ["motor_y.tau"] and found["outputs"] == ["motor_y.q"]
+    assert len(found["B"][0]) == len(found["C"]) == 1
+    assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
+    assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
+    alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
+    assert alone.notes == ("motor is held: its torque and its encoder are no signals",) and linearized(drive()).notes == ()
+    save_linearization(linearized(drive()), tmp_path / "free.mat")
+    assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
 
 
 def test_a_system_for_python_control() -> None:

@@ -2,8 +2,10 @@
  *
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
  * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * A batch computes LANES states side by side; a number of states that is a large power of two makes caches slow. Entry k of an input is at k*stride, of a work array or result at k*lanes.
+ * The equations stand once, at the end, and are compiled twice: NUMBER is one number, or for a batch a vector of WIDTH numbers. Entry k
+ * of an input or result is at k*stride. A number of states that is a large power of two makes caches slow.
  */
+#ifndef NUMBER
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -13,13 +15,10 @@
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
-#define ALIGNED __attribute__((aligned(64)))
 #else
 #define INLINE static inline
 #define APART static
-#define ALIGNED
 #endif
-#define LANES 8
 
 const double flex4_defaults[FLEX4_PARAMETERS] = {
     NAN, /* XX1 */
@@ -79,60 +78,73 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
 #define LARGEST_ANGLE 1048576.0
 #endif
 
-/* Sines and cosines of n angles, within 1.5 units in the last place up to LARGEST_ANGLE.
- *
- * x = k pi/2 + r with pi/2 in three parts, of which k times the first two are exact; polynomials in r; the last two
- * bits of k, read from the sum that rounds it, choose sine or cosine and the signs.
- */
-INLINE void circles(size_t n, const double *restrict x, double *restrict sine, double *restrict cosine)
+/* For a batch: vectors of WIDTH numbers, as long as the processor's. */
+#if defined(__clang__) || __GNUC__ >= 9
+#if defined(__AVX512F__)
+#define VECTOR_BYTES 64
+#elif defined(__AVX__)
+#define VECTOR_BYTES 32
+#else
+#define VECTOR_BYTES 16
+#endif
+#define WIDTH (VECTOR_BYTES/sizeof(double))
+#define LANES(name) name##_lanes
+#define VECTOR(type) type __attribute__((vector_size(WIDTH*sizeof(type)), may_alias))
+typedef VECTOR(double) numbers;
+typedef numbers angles;
+typedef VECTOR(uint64_t) bits;
+
+INLINE angles lanes_at(const double *x)
 {
-    uint64_t large = 0;
-    for (size_t i = 0; i < n; i++)
-        large |= !(fabs(x[i]) <= LARGEST_ANGLE);
-    if (large) {
-        for (size_t i = 0; i < n; i++) {
-            sine[i] = sin(x[i]);
-            cosine[i] = cos(x[i]);
-        }
-        return;
-    }
-    for (size_t i = 0; i < n; i++) {
-        const double rounder = 0x1.8p52;
-        const double rounded = x[i]*0x1.45f306dc9c883p-1 + rounder;
-        const double k = rounded - rounder;
-        const double t = x[i] - k*0x1.921fb544p+0, u = k*0x1.0b4611a6p-34, v = t - u;
-        const double r = v + (((t - v) - u) - k*0x1.3198a2e037073p-69);
-        const double z = r*r;
-        const double s = r + r*z*(-0x1.5555555555555p-3 + z*(0x1.1111111110bb2p-7 + z*(-0x1.a01a019e83900p-13
-            + z*(0x1.71de37965e0e8p-19 + z*(-0x1.ae600acd78df1p-26 + z*0x1.5e0b04aa9e9dbp-33)))));
-        const double c = 1.0 - (0.5*z - z*z*(0x1.5555555555555p-5 + z*(-0x1.6c16c16c16967p-10 + z*(0x1.a01a019f4e9f7p-16
-            + z*(-0x1.27e4fa17c076bp-22 + z*(0x1.1eeb68cb4c486p-29 + z*-0x1.907d8bf27a69cp-37))))));
-        uint64_t quarter, bits_s, bits_c;
-        memcpy(&quarter, &rounded, sizeof quarter);
-        memcpy(&bits_s, &s, sizeof bits_s);
-        memcpy(&bits_c, &c, sizeof bits_c);
-        const uint64_t exchange = (0 - (quarter & 1)) & (bits_s ^ bits_c);
-        bits_s ^= exchange ^ ((quarter & 2) << 62);
-        bits_c ^= exchange ^ (((quarter + 1) & 2) << 62);
-        memcpy(&sine[i], &bits_s, sizeof bits_s);
-        memcpy(&cosine[i], &bits_c, sizeof bits_c);
-    }
+    angles found;
+    memcpy(&found, x, sizeof found);
+    return found;
 }
 
-/* The last states of a batch, fewer than LANES, the last one repeated. */
-INLINE void load(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+#define NUMBER numbers
+#define ANGLE angles
+#define BITS bits
+#define OF(name) name##_lanes
+#define WHOLE APART
+#define LOAD(x) lanes_at(x)
+#define STORE(x, value) do { const angles put = (value) - (numbers){0}; memcpy(x, &put, sizeof put); } while (0)
+#include "flex4.c"
+#undef NUMBER
+#undef ANGLE
+#undef BITS
+#undef OF
+#undef WHOLE
+#undef LOAD
+#undef STORE
+#else
+#define WIDTH 1
+#define LANES(name) name
+#endif
+
+/* For one state. */
+#define NUMBER double
+#define ANGLE double
+#define BITS uint64_t
+#define OF(name) name
+#define WHOLE INLINE
+#define LOAD(x) (*(x))
+#define STORE(x, value) (*(x) = (value))
+#include "flex4.c"
+
+/* The last states of a batch, fewer than WIDTH, the last one repeated. */
+INLINE void spread(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
 {
     for (size_t k = 0; k < entries; k++)
-        for (size_t l = 0; l < LANES; l++)
-            to[k*LANES + l] = from[k*states + (l < count ? l : count - 1)];
+        for (size_t l = 0; l < WIDTH; l++)
+            to[k*WIDTH + l] = from[k*states + (l < count ? l : count - 1)];
 }
 
-/* Results of `count` states, LANES or fewer, put in their places. */
-INLINE void store(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
+/* Results of the last states, put in their places. */
+INLINE void gather(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
 {
     for (size_t k = 0; k < entries; k++)
         for (size_t l = 0; l < count; l++)
-            to[k*states + l] = from[k*LANES + l];
+            to[k*states + l] = from[k*WIDTH + l];
 }
 
 INLINE void flex4_direct_dynamics_constants(const double *restrict p, double *restrict c)
@@ -235,215 +247,9 @@ void flex4_direct_dynamics_prepare(const double *p, double *c)
     flex4_direct_dynamics_constants(p, c);
 }
 
-INLINE void flex4_direct_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
-{
-    const double th3 = q[2*stride];
-    const double th4 = q[3*stride];
-    angle[0*lanes] = th3;
-    angle[1*lanes] = th4;
-}
-
-INLINE void flex4_direct_dynamics_state(size_t stride, size_t lanes, const double *restrict q, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
-{
-    (void)stride, (void)lanes;
-    const double th2 = q[1*stride];
-    const double th4 = q[3*stride];
-    const double qd1 = qd[0*stride];
-    const double qd2 = qd[1*stride];
-    const double qd3 = qd[2*stride];
-    const double qd4 = qd[3*stride];
-    const double tau1 = tau[0*stride];
-    const double tau3 = tau[1*stride];
-    const double ZZ2 = p[FLEX4_P_ZZ2];
-    const double k2 = p[FLEX4_P_k2];
-    const double L2 = p[FLEX4_P_L2];
-    const double XX3 = p[FLEX4_P_XX3];
-    const double XY3 = p[FLEX4_P_XY3];
-    const double XZ3 = p[FLEX4_P_XZ3];
-    const double YY3 = p[FLEX4_P_YY3];
-    const double YZ3 = p[FLEX4_P_YZ3];
-    const double ZZ3 = p[FLEX4_P_ZZ3];
-    const double MX3 = p[FLEX4_P_MX3];
-    const double MY3 = p[FLEX4_P_MY3];
-    const double MZ3 = p[FLEX4_P_MZ3];
-    const double XX4 = p[FLEX4_P_XX4];
-    const double XY4 = p[FLEX4_P_XY4];
-    const double XZ4 = p[FLEX4_P_XZ4];
-    const double YY4 = p[FLEX4_P_YY4];
-    const double YZ4 = p[FLEX4_P_YZ4];
-    const double ZZ4 = p[FLEX4_P_ZZ4];
-    const double MX4 = p[FLEX4_P_MX4];
-    const double MY4 = p[FLEX4_P_MY4];
-    const double MZ4 = p[FLEX4_P_MZ4];
-    const double k4 = p[FLEX4_P_k4];
-    const double G3 = p[FLEX4_P_G3];
-    const double Hinv4 = c[0];
-    const double UH4_1 = c[1];
-    const double UH4_2 = c[2];
-    const double UH4_4 = c[3];
-    const double UH4_5 = c[4];
-    const double K4_14a = c[5];
-    const double K4_44a = c[6];
-    const double K4_14b = c[7];
-    const double K4_44b = c[8];
-    const double K4_14c = c[9];
-    const double K4_14d = c[10];
-    const double K4_44c = c[11];
-    const double K4_14e = c[12];
-    const double K4_14f = c[13];
-    const double K4_44d = c[14];
-    const double K4_44e = c[15];
-    const double Hinv3 = c[16];
-    const double UH3_1 = c[17];
-    const double UH3_2 = c[18];
-    const double UH3_4 = c[19];
-    const double UH3_5 = c[20];
-    const double K3_15a = c[21];
-    const double K3_45a = c[22];
-    const double K3_15b = c[23];
-    const double K3_45b = c[24];
-    const double K3_15c = c[25];
-    const double K3_15e = c[26];
-    const double K3_45c = c[27];
-    const double Js2_66a = c[28];
-    const double H1 = c[29];
-
-    /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
-    const double w2_z = qd1 + qd2;
-
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sine[0*lanes];
-    const double cos_th3 = cosine[0*lanes];
-    const double w3_x = sin_th3*w2_z;
-    const double w3_y = cos_th3*w2_z;
-    const double g3_1 = -w2_z*(L2*w2_z);
-    const double g3_4 = qd3*w2_z;
-    const double b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
-    const double b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
-    const double b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
-    const double b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
-    const double b3_4 = qd3*b3_4a - w3_y*b3_4b;
-    const double b3_5 = w3_x*b3_4b - qd3*b3_5a;
-    const double b3_6 = w3_y*b3_5a - w3_x*b3_4a;
-
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sine[1*lanes];
-    const double cos_th4 = cosine[1*lanes];
-    const double w4_x = cos_th4*w3_x + sin_th4*w3_y;
-    const double w4_y = cos_th4*w3_y - sin_th4*w3_x;
-    const double w4_z = qd3 + qd4;
-    const double g4_4 = qd4*w3_y;
-    const double g4_5 = -qd4*w3_x;
-    const double b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
-    const double b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
-    const double b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
-    const double b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
-    const double b4_4 = w4_z*b4_4a - w4_y*b4_4b;
-    const double b4_5 = w4_x*b4_4b - w4_z*b4_5a;
-    const double b4_6 = w4_y*b4_5a - w4_x*b4_4a;
-
-    /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
-    const double Gamma4 = -k4*th4;
-    const double K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
-    const double K4_14h = sin_th4*K4_14g;
-    const double K4_14 = K4_14a - K4_14h;
-    const double K4_15a = cos_th4*K4_14g;
-    const double K4_15 = K4_14c + K4_15a;
-    const double K4_24 = K4_15a - K4_14b;
-    const double K4_25 = K4_14h - K4_14d;
-    const double K4_34 = MY4*cos_th4 + MX4*sin_th4;
-    const double K4_35 = MY4*sin_th4 - MX4*cos_th4;
-    const double Gb4 = Gamma4 + b4_6;
-    const double qdf4 = Hinv4*Gb4;
-    const double al4_4a = b4_4 - XZ4*qdf4;
-    const double al4_4b = YZ4*qdf4 - b4_5;
-    const double al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
-    const double K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
-    const double K4_44g = sin_th4*K4_44f;
-    const double K4_44 = K4_44a - K4_44g;
-    const double K4_45 = cos_th4*K4_44f - K4_44b;
-    const double K4_55 = K4_44c + K4_44g;
-    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
-    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
-
-    /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
-    const double Js3_15 = MZ3 + K4_15;
-    const double Js3_24 = K4_24 - MZ3;
-    const double Js3_34 = MY3 + K4_34;
-    const double Js3_35 = K4_35 - MX3;
-    const double bs3_3 = b3_3 - al4_3;
-    const double bs3_6 = b3_6 - Gamma4;
-    const double K3_15d = K3_15c - Js3_24;
-    const double K3_15f = K3_15e - K4_25;
-    const double K3_15g = sin_th3*(K4_14 + K3_15a + K3_15f) + cos_th3*(Js3_15 + K3_15b - K3_15d);
-    const double K3_15 = K3_15d + cos_th3*K3_15g;
-    const double K3_25 = sin_th3*K3_15g - K3_15f;
-    const double K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
-    const double K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
-    const double Gb3 = tau3 + bs3_6;
-    const double qdf3 = Hinv3*Gb3;
-    const double al3_3 = g3_4*K3_34 - bs3_3;
-    const double Js3_44 = XX3 + K4_44;
-    const double Js3_45 = XY3 + K4_45;
-    const double Js3_55 = YY3 + K4_55;
-    const double bs3_4 = b3_4 - al4_4;
-    const double bs3_5 = b3_5 - al4_5;
-    const double K3_45d = K3_45b - Js3_45;
-    const double K3_45e = K3_45c - Js3_55;
-    const double K3_45f = sin_th3*(K3_45a - Js3_44 - K3_45e) + 2.0*cos_th3*K3_45d;
-    const double K3_45 = K3_45d - cos_th3*K3_45f;
-    const double K3_55 = -(K3_45e + sin_th3*K3_45f);
-    const double al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdf3 - bs3_4) + cos_th3*(YZ3*qdf3 - bs3_5);
-
-    /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
-    const double Gamma2 = -k2*th2;
-    const double Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
-    const double bs2_6 = L2*al3_3 - al3_5;
-    const double Hinv2 = 1.0/Js2_66;
-    const double UH2_3 = K3_25*Hinv2;
-    const double Gb2 = Gamma2 + bs2_6;
-    const double qdf2 = Hinv2*Gb2;
-
-    /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
-    const double Gb1 = tau1 - Gamma2;
-    const double qdf1 = Gb1/H1;
-
-    /* Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36]. */
-    const double wd2_z = qdf2 + G3*UH2_3;
-    const double qdd2 = wd2_z - qdf1;
-
-    /* Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36]. */
-    const double vd3_x = cos_th3*g3_1 - G3*sin_th3;
-    const double vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
-    const double wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
-    const double wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
-    const double qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y) - (UH3_4*wd3_x + UH3_5*wd3_y);
-
-    /* Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36]. */
-    const double vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
-    const double vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const double wd4_xa = g4_4 + wd3_x;
-    const double wd4_xb = -(g4_5 + wd3_y);
-    const double wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
-    const double wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
-    const double wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
-    const double qdd4 = wd4_z - qdd3;
-
-    /* Results. */
-    qdd[0*lanes] = qdf1;
-    qdd[1*lanes] = qdd2;
-    qdd[2*lanes] = qdd3;
-    qdd[3*lanes] = qdd4;
-}
-
 void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
 {
-    double angle[2];
-    double sine[2];
-    double cosine[2];
-    flex4_direct_dynamics_angles(1, 1, q, angle);
-    circles(2, angle, sine, cosine);
-    flex4_direct_dynamics_state(1, 1, q, qd, tau, p, c, sine, cosine, qdd);
+    flex4_direct_dynamics_at(1, q, qd, tau, p, c, qdd);
 }
 
 void flex4_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd)
@@ -453,43 +259,24 @@ void flex4_direct_dynamics(const double *q, const double *qd, const double *tau,
     flex4_direct_dynamics_prepared(q, qd, tau, p, c, qdd);
 }
 
-APART void flex4_direct_dynamics_state_lanes(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict qdd)
-{
-    for (size_t l = 0; l < LANES; l++)
-        flex4_direct_dynamics_state(stride, LANES, q + l, qd + l, tau + l, p, c, sine + l, cosine + l, qdd + l);
-}
-
-static void flex4_direct_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
-{
-    double angle[2*LANES] ALIGNED;
-    double sine[2*LANES] ALIGNED;
-    double cosine[2*LANES] ALIGNED;
-    for (size_t l = 0; l < LANES; l++)
-        flex4_direct_dynamics_angles(stride, LANES, q + l, angle + l);
-    circles(2*LANES, angle, sine, cosine);
-    flex4_direct_dynamics_state_lanes(stride, q, qd, tau, p, c, sine, cosine, qdd);
-}
-
 void flex4_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
     double c[FLEX4_DIRECT_DYNAMICS_CONSTANTS];
     flex4_direct_dynamics_prepare(p, c);
-    double found_qdd[4*LANES] ALIGNED;
-    const size_t count = states%LANES;
+    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + LANES <= states; first += LANES) {
-        flex4_direct_dynamics_lanes(states, q + first, qd + first, tau + first, p, c, found_qdd);
-        store(4, states, LANES, found_qdd, qdd + first);
-    }
+    for (; first + WIDTH <= states; first += WIDTH)
+        LANES(flex4_direct_dynamics_at)(states, q + first, qd + first, tau + first, p, c, qdd + first);
     if (count) {
-        double last_q[4*LANES] ALIGNED;
-        load(4, states, count, q + first, last_q);
-        double last_qd[4*LANES] ALIGNED;
-        load(4, states, count, qd + first, last_qd);
-        double last_tau[2*LANES] ALIGNED;
-        load(2, states, count, tau + first, last_tau);
-        flex4_direct_dynamics_lanes(LANES, last_q, last_qd, last_tau, p, c, found_qdd);
-        store(4, states, count, found_qdd, qdd + first);
+        double last_q[4*WIDTH];
+        double last_qd[4*WIDTH];
+        double last_tau[2*WIDTH];
+        double last_qdd[4*WIDTH];
+        spread(4, states, count, q + first, last_q);
+        spread(4, states, count, qd + first, last_qd);
+        spread(2, states, count, tau + first, last_tau);
+        LANES(flex4_direct_dynamics_at)(WIDTH, last_q, last_qd, last_tau, p, c, last_qdd);
+        gather(4, states, count, last_qdd, qdd + first);
     }
 }
 
@@ -556,25 +343,324 @@ void flex4_inverse_dynamics_prepare(const double *p, double *c)
     flex4_inverse_dynamics_constants(p, c);
 }
 
-INLINE void flex4_inverse_dynamics_angles(size_t stride, size_t lanes, const double *restrict q, double *restrict angle)
+void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    const double th3 = q[2*stride];
-    const double th4 = q[3*stride];
-    angle[0*lanes] = th3;
-    angle[1*lanes] = th4;
+    flex4_inverse_dynamics_at(1, q, qd, qdd_motor, p, c, tau, qdd);
 }
 
-INLINE void flex4_inverse_dynamics_state(size_t stride, size_t lanes, const double *restrict q, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
+void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
 {
-    (void)stride, (void)lanes;
-    const double th2 = q[1*stride];
-    const double th4 = q[3*stride];
-    const double qd1 = qd[0*stride];
-    const double qd2 = qd[1*stride];
-    const double qd3 = qd[2*stride];
-    const double qd4 = qd[3*stride];
-    const double qdd1 = qdd_motor[0*stride];
-    const double qdd3 = qdd_motor[1*stride];
+    double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
+    flex4_inverse_dynamics_prepare(p, c);
+    flex4_inverse_dynamics_prepared(q, qd, qdd_motor, p, c, tau, qdd);
+}
+
+void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
+{
+    double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
+    flex4_inverse_dynamics_prepare(p, c);
+    const size_t count = states%WIDTH;
+    size_t first = 0;
+    for (; first + WIDTH <= states; first += WIDTH)
+        LANES(flex4_inverse_dynamics_at)(states, q + first, qd + first, qdd_motor + first, p, c, tau + first, qdd + first);
+    if (count) {
+        double last_q[4*WIDTH];
+        double last_qd[4*WIDTH];
+        double last_qdd_motor[2*WIDTH];
+        double last_tau[2*WIDTH];
+        double last_qdd[4*WIDTH];
+        spread(4, states, count, q + first, last_q);
+        spread(4, states, count, qd + first, last_qd);
+        spread(2, states, count, qdd_motor + first, last_qdd_motor);
+        LANES(flex4_inverse_dynamics_at)(WIDTH, last_q, last_qd, last_qdd_motor, p, c, last_tau, last_qdd);
+        gather(2, states, count, last_tau, tau + first);
+        gather(4, states, count, last_qdd, qdd + first);
+    }
+}
+
+#else /* The equations. */
+
+/* Sine and cosine, within 1.5 units in the last place up to LARGEST_ANGLE.
+ *
+ * x = k pi/2 + r with pi/2 in three parts, of which k times the first two are exact; polynomials in r; the last two
+ * bits of k, read from the sum that rounds it, choose sine or cosine and the signs.
+ */
+INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
+{
+    const ANGLE x = *angle;
+    const double rounder = 0x1.8p52;
+    const ANGLE rounded = x*0x1.45f306dc9c883p-1 + rounder;
+    const ANGLE k = rounded - rounder;
+    const ANGLE t = x - k*0x1.921fb544p+0, v = t - k*0x1.0b4611a6p-34;
+    const ANGLE r = v + (((t - v) - k*0x1.0b4611a6p-34) - k*0x1.3198a2e037073p-69);
+    const ANGLE z = r*r;
+    const ANGLE s = r + r*z*(-0x1.5555555555555p-3 + z*(0x1.1111111110bb2p-7 + z*(-0x1.a01a019e83900p-13
+        + z*(0x1.71de37965e0e8p-19 + z*(-0x1.ae600acd78df1p-26 + z*0x1.5e0b04aa9e9dbp-33)))));
+    const ANGLE c = 1.0 - (0.5*z - z*z*(0x1.5555555555555p-5 + z*(-0x1.6c16c16c16967p-10 + z*(0x1.a01a019f4e9f7p-16
+        + z*(-0x1.27e4fa17c076bp-22 + z*(0x1.1eeb68cb4c486p-29 + z*-0x1.907d8bf27a69cp-37))))));
+    BITS quarter, bits_s, bits_c;
+    memcpy(&quarter, &rounded, sizeof quarter);
+    memcpy(&bits_s, &s, sizeof bits_s);
+    memcpy(&bits_c, &c, sizeof bits_c);
+    const BITS exchange = (0 - (quarter & 1)) & (bits_s ^ bits_c);
+    bits_s ^= exchange ^ ((quarter & 2) << 62);
+    bits_c ^= exchange ^ (((quarter + 1) & 2) << 62);
+    memcpy(sine, &bits_s, sizeof bits_s);
+    memcpy(cosine, &bits_c, sizeof bits_c);
+}
+
+/* Sines and cosines of n angles; the library's where one of them is too large, infinite or NaN. */
+INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
+{
+    const double *x = (const double *)angle;
+    double *s = (double *)sine, *c = (double *)cosine;
+    const size_t count = n*(sizeof(ANGLE)/sizeof(double));
+    uint64_t large = 0;
+    for (size_t i = 0; i < count; i++)
+        large |= !(fabs(x[i]) <= LARGEST_ANGLE);
+    if (large) {
+        for (size_t i = 0; i < count; i++) {
+            s[i] = sin(x[i]);
+            c[i] = cos(x[i]);
+        }
+        return;
+    }
+    for (size_t k = 0; k < n; k++)
+        OF(circle)(&angle[k], &sine[k], &cosine[k]);
+}
+
+INLINE void OF(flex4_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
+{
+    (void)stride;
+    const ANGLE th3 = LOAD(q + 2*stride);
+    const ANGLE th4 = LOAD(q + 3*stride);
+    angle[0] = th3;
+    angle[1] = th4;
+}
+
+INLINE void OF(flex4_direct_dynamics_state)(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict tau, const double *restrict p, const double *restrict c, const ANGLE *restrict sine, const ANGLE *restrict cosine, double *restrict qdd)
+{
+    (void)stride;
+    const NUMBER th2 = LOAD(q + 1*stride);
+    const NUMBER th4 = LOAD(q + 3*stride);
+    const NUMBER qd1 = LOAD(qd + 0*stride);
+    const NUMBER qd2 = LOAD(qd + 1*stride);
+    const NUMBER qd3 = LOAD(qd + 2*stride);
+    const NUMBER qd4 = LOAD(qd + 3*stride);
+    const NUMBER tau1 = LOAD(tau + 0*stride);
+    const NUMBER tau3 = LOAD(tau + 1*stride);
+    const double ZZ2 = p[FLEX4_P_ZZ2];
+    const double k2 = p[FLEX4_P_k2];
+    const double L2 = p[FLEX4_P_L2];
+    const double XX3 = p[FLEX4_P_XX3];
+    const double XY3 = p[FLEX4_P_XY3];
+    const double XZ3 = p[FLEX4_P_XZ3];
+    const double YY3 = p[FLEX4_P_YY3];
+    const double YZ3 = p[FLEX4_P_YZ3];
+    const double ZZ3 = p[FLEX4_P_ZZ3];
+    const double MX3 = p[FLEX4_P_MX3];
+    const double MY3 = p[FLEX4_P_MY3];
+    const double MZ3 = p[FLEX4_P_MZ3];
+    const double XX4 = p[FLEX4_P_XX4];
+    const double XY4 = p[FLEX4_P_XY4];
+    const double XZ4 = p[FLEX4_P_XZ4];
+    const double YY4 = p[FLEX4_P_YY4];
+    const double YZ4 = p[FLEX4_P_YZ4];
+    const double ZZ4 = p[FLEX4_P_ZZ4];
+    const double MX4 = p[FLEX4_P_MX4];
+    const double MY4 = p[FLEX4_P_MY4];
+    const double MZ4 = p[FLEX4_P_MZ4];
+    const double k4 = p[FLEX4_P_k4];
+    const double G3 = p[FLEX4_P_G3];
+    const double Hinv4 = c[0];
+    const double UH4_1 = c[1];
+    const double UH4_2 = c[2];
+    const double UH4_4 = c[3];
+    const double UH4_5 = c[4];
+    const double K4_14a = c[5];
+    const double K4_44a = c[6];
+    const double K4_14b = c[7];
+    const double K4_44b = c[8];
+    const double K4_14c = c[9];
+    const double K4_14d = c[10];
+    const double K4_44c = c[11];
+    const double K4_14e = c[12];
+    const double K4_14f = c[13];
+    const double K4_44d = c[14];
+    const double K4_44e = c[15];
+    const double Hinv3 = c[16];
+    const double UH3_1 = c[17];
+    const double UH3_2 = c[18];
+    const double UH3_4 = c[19];
+    const double UH3_5 = c[20];
+    const double K3_15a = c[21];
+    const double K3_45a = c[22];
+    const double K3_15b = c[23];
+    const double K3_45b = c[24];
+    const double K3_15c = c[25];
+    const double K3_15e = c[26];
+    const double K3_45c = c[27];
+    const double Js2_66a = c[28];
+    const double H1 = c[29];
+
+    /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
+    const NUMBER w2_z = qd1 + qd2;
+
+    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
+    const NUMBER sin_th3 = sine[0];
+    const NUMBER cos_th3 = cosine[0];
+    const NUMBER w3_x = sin_th3*w2_z;
+    const NUMBER w3_y = cos_th3*w2_z;
+    const NUMBER g3_1 = -w2_z*(L2*w2_z);
+    const NUMBER g3_4 = qd3*w2_z;
+    const NUMBER b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
+    const NUMBER b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
+    const NUMBER b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
+    const NUMBER b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
+    const NUMBER b3_4 = qd3*b3_4a - w3_y*b3_4b;
+    const NUMBER b3_5 = w3_x*b3_4b - qd3*b3_5a;
+    const NUMBER b3_6 = w3_y*b3_5a - w3_x*b3_4a;
+
+    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
+    const NUMBER sin_th4 = sine[1];
+    const NUMBER cos_th4 = cosine[1];
+    const NUMBER w4_x = cos_th4*w3_x + sin_th4*w3_y;
+    const NUMBER w4_y = cos_th4*w3_y - sin_th4*w3_x;
+    const NUMBER w4_z = qd3 + qd4;
+    const NUMBER g4_4 = qd4*w3_y;
+    const NUMBER g4_5 = -qd4*w3_x;
+    const NUMBER b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
+    const NUMBER b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
+    const NUMBER b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
+    const NUMBER b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
+    const NUMBER b4_4 = w4_z*b4_4a - w4_y*b4_4b;
+    const NUMBER b4_5 = w4_x*b4_4b - w4_z*b4_5a;
+    const NUMBER b4_6 = w4_y*b4_5a - w4_x*b4_4a;
+
+    /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
+    const NUMBER Gamma4 = -k4*th4;
+    const NUMBER K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
+    const NUMBER K4_14h = sin_th4*K4_14g;
+    const NUMBER K4_14 = K4_14a - K4_14h;
+    const NUMBER K4_15a = cos_th4*K4_14g;
+    const NUMBER K4_15 = K4_14c + K4_15a;
+    const NUMBER K4_24 = K4_15a - K4_14b;
+    const NUMBER K4_25 = K4_14h - K4_14d;
+    const NUMBER K4_34 = MY4*cos_th4 + MX4*sin_th4;
+    const NUMBER K4_35 = MY4*sin_th4 - MX4*cos_th4;
+    const NUMBER Gb4 = Gamma4 + b4_6;
+    const NUMBER qdf4 = Hinv4*Gb4;
+    const NUMBER al4_4a = b4_4 - XZ4*qdf4;
+    const NUMBER al4_4b = YZ4*qdf4 - b4_5;
+    const NUMBER al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
+    const NUMBER K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
+    const NUMBER K4_44g = sin_th4*K4_44f;
+    const NUMBER K4_44 = K4_44a - K4_44g;
+    const NUMBER K4_45 = cos_th4*K4_44f - K4_44b;
+    const NUMBER K4_55 = K4_44c + K4_44g;
+    const NUMBER al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
+    const NUMBER al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
+
+    /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
+    const NUMBER Js3_15 = MZ3 + K4_15;
+    const NUMBER Js3_24 = K4_24 - MZ3;
+    const NUMBER Js3_34 = MY3 + K4_34;
+    const NUMBER Js3_35 = K4_35 - MX3;
+    const NUMBER bs3_3 = b3_3 - al4_3;
+    const NUMBER bs3_6 = b3_6 - Gamma4;
+    const NUMBER K3_15d = K3_15c - Js3_24;
+    const NUMBER K3_15f = K3_15e - K4_25;
+    const NUMBER K3_15g = sin_th3*(K4_14 + K3_15a + K3_15f) + cos_th3*(Js3_15 + K3_15b - K3_15d);
+    const NUMBER K3_15 = K3_15d + cos_th3*K3_15g;
+    const NUMBER K3_25 = sin_th3*K3_15g - K3_15f;
+    const NUMBER K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
+    const NUMBER K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
+    const NUMBER Gb3 = tau3 + bs3_6;
+    const NUMBER qdf3 = Hinv3*Gb3;
+    const NUMBER al3_3 = g3_4*K3_34 - bs3_3;
+    const NUMBER Js3_44 = XX3 + K4_44;
+    const NUMBER Js3_45 = XY3 + K4_45;
+    const NUMBER Js3_55 = YY3 + K4_55;
+    const NUMBER bs3_4 = b3_4 - al4_4;
+    const NUMBER bs3_5 = b3_5 - al4_5;
+    const NUMBER K3_45d = K3_45b - Js3_45;
+    const NUMBER K3_45e = K3_45c - Js3_55;
+    const NUMBER K3_45f = sin_th3*(K3_45a - Js3_44 - K3_45e) + 2.0*cos_th3*K3_45d;
+    const NUMBER K3_45 = K3_45d - cos_th3*K3_45f;
+    const NUMBER K3_55 = -(K3_45e + sin_th3*K3_45f);
+    const NUMBER al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdf3 - bs3_4) + cos_th3*(YZ3*qdf3 - bs3_5);
+
+    /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
+    const NUMBER Gamma2 = -k2*th2;
+    const NUMBER Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
+    const NUMBER bs2_6 = L2*al3_3 - al3_5;
+    const NUMBER Hinv2 = 1.0/Js2_66;
+    const NUMBER UH2_3 = K3_25*Hinv2;
+    const NUMBER Gb2 = Gamma2 + bs2_6;
+    const NUMBER qdf2 = Hinv2*Gb2;
+
+    /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
+    const NUMBER Gb1 = tau1 - Gamma2;
+    const NUMBER qdf1 = Gb1/H1;
+
+    /* Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36]. */
+    const NUMBER wd2_z = qdf2 + G3*UH2_3;
+    const NUMBER qdd2 = wd2_z - qdf1;
+
+    /* Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36]. */
+    const NUMBER vd3_x = cos_th3*g3_1 - G3*sin_th3;
+    const NUMBER vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
+    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
+    const NUMBER wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
+    const NUMBER qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y) - (UH3_4*wd3_x + UH3_5*wd3_y);
+
+    /* Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36]. */
+    const NUMBER vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
+    const NUMBER vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
+    const NUMBER wd4_xa = g4_4 + wd3_x;
+    const NUMBER wd4_xb = -(g4_5 + wd3_y);
+    const NUMBER wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
+    const NUMBER wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
+    const NUMBER wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const NUMBER qdd4 = wd4_z - qdd3;
+
+    /* Results. */
+    STORE(qdd + 0*stride, qdf1);
+    STORE(qdd + 1*stride, qdd2);
+    STORE(qdd + 2*stride, qdd3);
+    STORE(qdd + 3*stride, qdd4);
+}
+
+WHOLE void OF(flex4_direct_dynamics_at)(size_t stride, const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd)
+{
+    ANGLE angle[2];
+    ANGLE sine[2];
+    ANGLE cosine[2];
+    OF(flex4_direct_dynamics_angles)(stride, q, angle);
+    OF(circles)(2, angle, sine, cosine);
+    OF(flex4_direct_dynamics_state)(stride, q, qd, tau, p, c, sine, cosine, qdd);
+}
+
+INLINE void OF(flex4_inverse_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
+{
+    (void)stride;
+    const ANGLE th3 = LOAD(q + 2*stride);
+    const ANGLE th4 = LOAD(q + 3*stride);
+    angle[0] = th3;
+    angle[1] = th4;
+}
+
+INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const ANGLE *restrict sine, const ANGLE *restrict cosine, double *restrict tau, double *restrict qdd)
+{
+    (void)stride;
+    const NUMBER th2 = LOAD(q + 1*stride);
+    const NUMBER th4 = LOAD(q + 3*stride);
+    const NUMBER qd1 = LOAD(qd + 0*stride);
+    const NUMBER qd2 = LOAD(qd + 1*stride);
+    const NUMBER qd3 = LOAD(qd + 2*stride);
+    const NUMBER qd4 = LOAD(qd + 3*stride);
+    const NUMBER qdd1 = LOAD(qdd_motor + 0*stride);
+    const NUMBER qdd3 = LOAD(qdd_motor + 1*stride);
     const double ZZ1 = p[FLEX4_P_ZZ1];
     const double IA1 = p[FLEX4_P_IA1];
     const double ZZ2 = p[FLEX4_P_ZZ2];
@@ -620,193 +706,145 @@ INLINE void flex4_inverse_dynamics_state(size_t stride, size_t lanes, const doub
     const double Js2_66a = c[16];
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
-    const double w2_z = qd1 + qd2;
+    const NUMBER w2_z = qd1 + qd2;
 
     /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
-    const double sin_th3 = sine[0*lanes];
-    const double cos_th3 = cosine[0*lanes];
-    const double w3_x = sin_th3*w2_z;
-    const double w3_y = cos_th3*w2_z;
-    const double g3_1 = -w2_z*(L2*w2_z);
-    const double g3_4 = qd3*w2_z;
-    const double b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
-    const double b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
-    const double b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
-    const double b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
-    const double b3_4 = qd3*b3_4a - w3_y*b3_4b;
-    const double b3_5 = w3_x*b3_4b - qd3*b3_5a;
-    const double b3_6 = w3_y*b3_5a - w3_x*b3_4a;
+    const NUMBER sin_th3 = sine[0];
+    const NUMBER cos_th3 = cosine[0];
+    const NUMBER w3_x = sin_th3*w2_z;
+    const NUMBER w3_y = cos_th3*w2_z;
+    const NUMBER g3_1 = -w2_z*(L2*w2_z);
+    const NUMBER g3_4 = qd3*w2_z;
+    const NUMBER b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
+    const NUMBER b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
+    const NUMBER b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
+    const NUMBER b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
+    const NUMBER b3_4 = qd3*b3_4a - w3_y*b3_4b;
+    const NUMBER b3_5 = w3_x*b3_4b - qd3*b3_5a;
+    const NUMBER b3_6 = w3_y*b3_5a - w3_x*b3_4a;
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
-    const double sin_th4 = sine[1*lanes];
-    const double cos_th4 = cosine[1*lanes];
-    const double w4_x = cos_th4*w3_x + sin_th4*w3_y;
-    const double w4_y = cos_th4*w3_y - sin_th4*w3_x;
-    const double w4_z = qd3 + qd4;
-    const double g4_4 = qd4*w3_y;
-    const double g4_5 = -qd4*w3_x;
-    const double b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
-    const double b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
-    const double b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
-    const double b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
-    const double b4_4 = w4_z*b4_4a - w4_y*b4_4b;
-    const double b4_5 = w4_x*b4_4b - w4_z*b4_5a;
-    const double b4_6 = w4_y*b4_5a - w4_x*b4_4a;
+    const NUMBER sin_th4 = sine[1];
+    const NUMBER cos_th4 = cosine[1];
+    const NUMBER w4_x = cos_th4*w3_x + sin_th4*w3_y;
+    const NUMBER w4_y = cos_th4*w3_y - sin_th4*w3_x;
+    const NUMBER w4_z = qd3 + qd4;
+    const NUMBER g4_4 = qd4*w3_y;
+    const NUMBER g4_5 = -qd4*w3_x;
+    const NUMBER b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
+    const NUMBER b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
+    const NUMBER b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
+    const NUMBER b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
+    const NUMBER b4_4 = w4_z*b4_4a - w4_y*b4_4b;
+    const NUMBER b4_5 = w4_x*b4_4b - w4_z*b4_5a;
+    const NUMBER b4_6 = w4_y*b4_5a - w4_x*b4_4a;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
-    const double Gamma4 = -k4*th4;
-    const double K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
-    const double K4_14h = sin_th4*K4_14g;
-    const double K4_14 = K4_14a - K4_14h;
-    const double K4_15a = cos_th4*K4_14g;
-    const double K4_15 = K4_14c + K4_15a;
-    const double K4_24 = K4_15a - K4_14b;
-    const double K4_25 = K4_14h - K4_14d;
-    const double K4_34 = MY4*cos_th4 + MX4*sin_th4;
-    const double K4_35 = MY4*sin_th4 - MX4*cos_th4;
-    const double Gb4 = Gamma4 + b4_6;
-    const double qdf4 = Hinv4*Gb4;
-    const double al4_4a = b4_4 - XZ4*qdf4;
-    const double al4_4b = YZ4*qdf4 - b4_5;
-    const double al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
-    const double K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
-    const double K4_44g = sin_th4*K4_44f;
-    const double K4_44 = K4_44a - K4_44g;
-    const double K4_45 = cos_th4*K4_44f - K4_44b;
-    const double K4_55 = K4_44c + K4_44g;
-    const double al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
-    const double al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
+    const NUMBER Gamma4 = -k4*th4;
+    const NUMBER K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
+    const NUMBER K4_14h = sin_th4*K4_14g;
+    const NUMBER K4_14 = K4_14a - K4_14h;
+    const NUMBER K4_15a = cos_th4*K4_14g;
+    const NUMBER K4_15 = K4_14c + K4_15a;
+    const NUMBER K4_24 = K4_15a - K4_14b;
+    const NUMBER K4_25 = K4_14h - K4_14d;
+    const NUMBER K4_34 = MY4*cos_th4 + MX4*sin_th4;
+    const NUMBER K4_35 = MY4*sin_th4 - MX4*cos_th4;
+    const NUMBER Gb4 = Gamma4 + b4_6;
+    const NUMBER qdf4 = Hinv4*Gb4;
+    const NUMBER al4_4a = b4_4 - XZ4*qdf4;
+    const NUMBER al4_4b = YZ4*qdf4 - b4_5;
+    const NUMBER al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
+    const NUMBER K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
+    const NUMBER K4_44g = sin_th4*K4_44f;
+    const NUMBER K4_44 = K4_44a - K4_44g;
+    const NUMBER K4_45 = cos_th4*K4_44f - K4_44b;
+    const NUMBER K4_55 = K4_44c + K4_44g;
+    const NUMBER al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
+    const NUMBER al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
-    const double Js3_15 = MZ3 + K4_15;
-    const double Js3_24 = K4_24 - MZ3;
-    const double Js3_34 = MY3 + K4_34;
-    const double Js3_35 = K4_35 - MX3;
-    const double bs3_3 = b3_3 - al4_3;
-    const double bs3_6 = b3_6 - Gamma4;
-    const double K3_15a = sin_th3*(K4_14 - K4_25) + cos_th3*(Js3_15 + Js3_24);
-    const double K3_15 = cos_th3*K3_15a - Js3_24;
-    const double K3_25 = K4_25 + sin_th3*K3_15a;
-    const double K3_16 = -(MY3*cos_th3 + MX3*sin_th3);
-    const double K3_26 = MX3*cos_th3 - MY3*sin_th3;
-    const double K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
-    const double K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
-    const double K3_46 = XZ3*cos_th3 - YZ3*sin_th3;
-    const double K3_56 = XZ3*sin_th3 + YZ3*cos_th3;
-    const double al3_3 = g3_4*K3_34 - bs3_3;
-    const double al3_6 = g3_1*K3_16 + g3_4*K3_46 - (bs3_6 - ZZ3*qdd3);
-    const double Js3_44 = XX3 + K4_44;
-    const double Js3_45 = XY3 + K4_45;
-    const double Js3_55 = YY3 + K4_55;
-    const double bs3_4 = b3_4 - al4_4;
-    const double bs3_5 = b3_5 - al4_5;
-    const double K3_45a = sin_th3*(Js3_44 - Js3_55) + 2.0*cos_th3*Js3_45;
-    const double K3_45 = cos_th3*K3_45a - Js3_45;
-    const double K3_55 = Js3_55 + sin_th3*K3_45a;
-    const double al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdd3 - bs3_4) + cos_th3*(YZ3*qdd3 - bs3_5);
+    const NUMBER Js3_15 = MZ3 + K4_15;
+    const NUMBER Js3_24 = K4_24 - MZ3;
+    const NUMBER Js3_34 = MY3 + K4_34;
+    const NUMBER Js3_35 = K4_35 - MX3;
+    const NUMBER bs3_3 = b3_3 - al4_3;
+    const NUMBER bs3_6 = b3_6 - Gamma4;
+    const NUMBER K3_15a = sin_th3*(K4_14 - K4_25) + cos_th3*(Js3_15 + Js3_24);
+    const NUMBER K3_15 = cos_th3*K3_15a - Js3_24;
+    const NUMBER K3_25 = K4_25 + sin_th3*K3_15a;
+    const NUMBER K3_16 = -(MY3*cos_th3 + MX3*sin_th3);
+    const NUMBER K3_26 = MX3*cos_th3 - MY3*sin_th3;
+    const NUMBER K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
+    const NUMBER K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
+    const NUMBER K3_46 = XZ3*cos_th3 - YZ3*sin_th3;
+    const NUMBER K3_56 = XZ3*sin_th3 + YZ3*cos_th3;
+    const NUMBER al3_3 = g3_4*K3_34 - bs3_3;
+    const NUMBER al3_6 = g3_1*K3_16 + g3_4*K3_46 - (bs3_6 - ZZ3*qdd3);
+    const NUMBER Js3_44 = XX3 + K4_44;
+    const NUMBER Js3_45 = XY3 + K4_45;
+    const NUMBER Js3_55 = YY3 + K4_55;
+    const NUMBER bs3_4 = b3_4 - al4_4;
+    const NUMBER bs3_5 = b3_5 - al4_5;
+    const NUMBER K3_45a = sin_th3*(Js3_44 - Js3_55) + 2.0*cos_th3*Js3_45;
+    const NUMBER K3_45 = cos_th3*K3_45a - Js3_45;
+    const NUMBER K3_55 = Js3_55 + sin_th3*K3_45a;
+    const NUMBER al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdd3 - bs3_4) + cos_th3*(YZ3*qdd3 - bs3_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
-    const double Gamma2 = -k2*th2;
-    const double Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
-    const double bs2_6 = L2*al3_3 - al3_5;
-    const double Hinv2 = 1.0/Js2_66;
-    const double UH2_3 = K3_25*Hinv2;
-    const double Gb2 = Gamma2 + bs2_6;
-    const double qdf2 = Hinv2*Gb2;
+    const NUMBER Gamma2 = -k2*th2;
+    const NUMBER Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
+    const NUMBER bs2_6 = L2*al3_3 - al3_5;
+    const NUMBER Hinv2 = 1.0/Js2_66;
+    const NUMBER UH2_3 = K3_25*Hinv2;
+    const NUMBER Gb2 = Gamma2 + bs2_6;
+    const NUMBER qdf2 = Hinv2*Gb2;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
-    const double f1_6 = Gamma2 + ZZ1*qdd1;
+    const NUMBER f1_6 = Gamma2 + ZZ1*qdd1;
 
     /* Forward recursion: accelerations and torques, joint 1 (j1) [57]-[61]. */
-    const double Gamma1 = f1_6 + IA1*qdd1;
+    const NUMBER Gamma1 = f1_6 + IA1*qdd1;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [57]-[61]. */
-    const double wd2_z = qdf2 + G3*UH2_3;
-    const double qdd2 = wd2_z - qdd1;
+    const NUMBER wd2_z = qdf2 + G3*UH2_3;
+    const NUMBER qdd2 = wd2_z - qdd1;
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [57]-[61]. */
-    const double vd3_x = cos_th3*g3_1 - G3*sin_th3;
-    const double vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
-    const double f3_6 = al3_6 + K3_56*wd2_z - G3*K3_26;
-    const double wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
-    const double wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
-    const double Gamma3 = IA3*qdd3 + f3_6;
+    const NUMBER vd3_x = cos_th3*g3_1 - G3*sin_th3;
+    const NUMBER vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
+    const NUMBER f3_6 = al3_6 + K3_56*wd2_z - G3*K3_26;
+    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
+    const NUMBER wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
+    const NUMBER Gamma3 = IA3*qdd3 + f3_6;
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [57]-[61]. */
-    const double vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
-    const double vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const double wd4_xa = g4_4 + wd3_x;
-    const double wd4_xb = -(g4_5 + wd3_y);
-    const double wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
-    const double wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
-    const double wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
-    const double qdd4 = wd4_z - qdd3;
+    const NUMBER vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
+    const NUMBER vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
+    const NUMBER wd4_xa = g4_4 + wd3_x;
+    const NUMBER wd4_xb = -(g4_5 + wd3_y);
+    const NUMBER wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
+    const NUMBER wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
+    const NUMBER wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const NUMBER qdd4 = wd4_z - qdd3;
 
     /* Results. */
-    tau[0*lanes] = Gamma1;
-    tau[1*lanes] = Gamma3;
-    qdd[0*lanes] = qdd1;
-    qdd[1*lanes] = qdd2;
-    qdd[2*lanes] = qdd3;
-    qdd[3*lanes] = qdd4;
+    STORE(tau + 0*stride, Gamma1);
+    STORE(tau + 1*stride, Gamma3);
+    STORE(qdd + 0*stride, qdd1);
+    STORE(qdd + 1*stride, qdd2);
+    STORE(qdd + 2*stride, qdd3);
+    STORE(qdd + 3*stride, qdd4);
 }
 
-void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
+WHOLE void OF(flex4_inverse_dynamics_at)(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
 {
-    double angle[2];
-    double sine[2];
-    double cosine[2];
-    flex4_inverse_dynamics_angles(1, 1, q, angle);
-    circles(2, angle, sine, cosine);
-    flex4_inverse_dynamics_state(1, 1, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
+    ANGLE angle[2];
+    ANGLE sine[2];
+    ANGLE cosine[2];
+    OF(flex4_inverse_dynamics_angles)(stride, q, angle);
+    OF(circles)(2, angle, sine, cosine);
+    OF(flex4_inverse_dynamics_state)(stride, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
 }
 
-void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
-{
-    double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
-    flex4_inverse_dynamics_prepare(p, c);
-    flex4_inverse_dynamics_prepared(q, qd, qdd_motor, p, c, tau, qdd);
-}
-
-APART void flex4_inverse_dynamics_state_lanes(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict qdd_motor, const double *restrict p, const double *restrict c, const double *restrict sine, const double *restrict cosine, double *restrict tau, double *restrict qdd)
-{
-    for (size_t l = 0; l < LANES; l++)
-        flex4_inverse_dynamics_state(stride, LANES, q + l, qd + l, qdd_motor + l, p, c, sine + l, cosine + l, tau + l, qdd + l);
-}
-
-static void flex4_inverse_dynamics_lanes(size_t stride, const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd)
-{
-    double angle[2*LANES] ALIGNED;
-    double sine[2*LANES] ALIGNED;
-    double cosine[2*LANES] ALIGNED;
-    for (size_t l = 0; l < LANES; l++)
-        flex4_inverse_dynamics_angles(stride, LANES, q + l, angle + l);
-    circles(2*LANES, angle, sine, cosine);
-    flex4_inverse_dynamics_state_lanes(stride, q, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
-}
-
-void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
-{
-    double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
-    flex4_inverse_dynamics_prepare(p, c);
-    double found_tau[2*LANES] ALIGNED;
-    double found_qdd[4*LANES] ALIGNED;
-    const size_t count = states%LANES;
-    size_t first = 0;
-    for (; first + LANES <= states; first += LANES) {
-        flex4_inverse_dynamics_lanes(states, q + first, qd + first, qdd_motor + first, p, c, found_tau, found_qdd);
-        store(2, states, LANES, found_tau, tau + first);
-        store(4, states, LANES, found_qdd, qdd + first);
-    }
-    if (count) {
-        double last_q[4*LANES] ALIGNED;
-        load(4, states, count, q + first, last_q);
-        double last_qd[4*LANES] ALIGNED;
-        load(4, states, count, qd + first, last_qd);
-        double last_qdd_motor[2*LANES] ALIGNED;
-        load(2, states, count, qdd_motor + first, last_qdd_motor);
-        flex4_inverse_dynamics_lanes(LANES, last_q, last_qd, last_qdd_motor, p, c, found_tau, found_qdd);
-        store(2, states, count, found_tau, tau + first);
-        store(4, states, count, found_qdd, qdd + first);
-    }
-}
+#endif

@@ -8,6 +8,7 @@ import click
 
 from symoro_elastic import __version__
 from symoro_elastic.cli.code import check, equations, generate
+from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.trade import trade
@@ -25,7 +26,8 @@ def cli() -> None:
 
 
 for command in (
-    generate, check, show, equations, convert, models, excite, identify, linearize, modes, response, compare, trade,
+    generate, check, show, equations, convert, models, excite, identify, linearize, modes, response, compare,
+    feed_forward, trade,
 ):  # fmt: skip
     cli.add_command(command)
 

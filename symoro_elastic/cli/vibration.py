@@ -69,7 +69,7 @@ def linearize(
     """Small motions of MACHINE about its equilibrium, or a given state: M, D, K and A, B, C, D."""
     from symoro_elastic.vibration.export import refuse_file, save_linearization
     from symoro_elastic.vibration.modes import damped
-    from symoro_elastic.vibration.tables import held_lines, linearization_json, state_lines
+    from symoro_elastic.vibration.tables import linearization_json, state_lines
 
     if out:
         refuse_file(out)
@@ -85,7 +85,7 @@ def linearize(
     click.echo("\n".join(state_lines(linear)))
     click.echo(f"coordinates: {', '.join(linear.coordinates)}")
     ins_and_outs = (", ".join(names) or "none" for names in (linear.inputs, linear.outputs))
-    click.echo("\n".join(["inputs: {}; outputs: {}".format(*ins_and_outs), *held_lines(linear)]))
+    click.echo("\n".join(["inputs: {}; outputs: {}".format(*ins_and_outs), *linear.notes]))
     click.echo(f"fastest growth {growing:.3g} 1/s: unstable" if growing > 0 else "no pole is unstable")
     if out:
         click.echo(f"wrote {out}")
@@ -184,7 +184,7 @@ def response(
     """Frequency responses of MACHINE: from motors or forces on frames to encoders or frames."""
     from symoro_elastic.vibration import export, responses
     from symoro_elastic.vibration.plots import plot_response
-    from symoro_elastic.vibration.tables import held_lines, response_json, response_notes, response_table
+    from symoro_elastic.vibration.tables import response_json, response_notes, response_table
     from symoro_elastic.vibration.zeros import poles_and_zeros
 
     if out:
@@ -196,7 +196,7 @@ def response(
         grid = responses.frequency_grid(linear, *_band(frequencies))
         found = responses.frequency_response(linear, grid)
         pairs = [poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs]
-    notes = [*held_lines(linear), *found.notes, *response_notes(pairs)]
+    notes = [*found.notes, *response_notes(pairs)]
     if as_json:
         print_json({
             "transfers": response_json(pairs), "points": len(grid), "low": float(grid[0]), "high": float(grid[-1]),
@@ -233,6 +233,7 @@ def response(
     "--duration", type=float, metavar="S", help="Of the move; five periods of the first vibration unless said."
 )
 @click.option("--free", is_flag=True, help="Frequencies with motors free instead of held.")
+@PLOTS
 @JSON
 def compare(
     machine: str,
@@ -243,11 +244,13 @@ def compare(
     stroke: float,
     duration: float | None,
     free: bool,
+    plots: str | None,
     as_json: bool,
 ) -> None:
     """What Spong's reduced model and the rigid limit lose against the full model of MACHINE, on a motion."""
     from symoro_elastic.identification.measurements import read_measurements
     from symoro_elastic.vibration import comparison
+    from symoro_elastic.vibration.plots import plot_comparison
     from symoro_elastic.vibration.tables import (
         comparison_conclusion,
         comparison_json,
@@ -265,10 +268,12 @@ def compare(
         )  # fmt: skip
     if as_json:
         print_json(comparison_json(result))
-        return
-    print_table(frequencies_table(result), f"{found.name}: motors {'free' if free else 'held'}")
-    print_table(losses_table(result), result.course.source)
-    click.echo(comparison_conclusion(result))
+    else:
+        print_table(frequencies_table(result), f"{found.name}: motors {'free' if free else 'held'}")
+        print_table(losses_table(result), result.course.source)
+        click.echo(comparison_conclusion(result))
+    if plots:
+        _drawn(plots, plot_comparison(result, plots))
 
 
 def _kept(path: str) -> Machine:

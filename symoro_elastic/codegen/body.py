@@ -55,10 +55,11 @@ class Writer:
     def unpack(
         self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
     ) -> list[str]:
-        """The entries of arrays that are used, by name; `read` says how those of an array are converted."""
+        """The entries of arrays that are used, by name; `read` says how those of an array are found: `{array}[{k}]`."""
         used, read, dialect = set(used), read or {}, self.dialect
         return [
-            f"    {dialect.declare}{symbol} = {read.get(array, '{}').format(f'{array}[{index}]')}{dialect.end}"
+            f"    {dialect.declare}{symbol} = "
+            f"{read.get(array, '{array}[{k}]').format(array=array, k=index)}{dialect.end}"
             for array, symbols in arguments.items()
             for symbol, index in symbols.items()
             if symbol in used

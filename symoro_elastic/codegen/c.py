@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
-from symoro_elastic.codegen.c_printers import CPrinter, angles_of, printer_of
+from symoro_elastic.codegen.c_printers import FUNCTIONS, CPrinter, angles_of, printer_of
 from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.parts import Part, Step, cut
@@ -19,7 +19,6 @@ from symoro_elastic.symbolic.program import Statement
 
 CIRCLES = ("sine", "cosine")
 LARGE_STACK = 64_000
-STATE, WORK, PARAMETERS = "state", "work", "parameters"
 
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
@@ -34,7 +33,7 @@ def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
         "parameters": [
             {"name": p.name, "unit": in_comment(p.unit), "c_value": _number(p.value)} for p in package.parameters
         ],
-        "uses_sign": "sign(" in text or "signf(" in text,
+        "functions_of_one": [name for name in FUNCTIONS if f"OF({precision.functions.get(name, name)})" in text],
         "uses_circles": any(f["angles"] for f in functions),
         "advances": precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
     }
@@ -52,13 +51,13 @@ def in_comment(text: str) -> str:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of a function: type, name, entries of one state, whether it is written, and what it belongs to."""
+    """An array of a function: type, name, entries of one state, whether it is written, whether each state has one."""
 
     type: str
     name: str
     size: int = 0
     is_written: bool = False
-    belongs_to: str = STATE
+    is_of_states: bool = True
 
     def declared(self, qualifier: str = "") -> str:
         """As in a signature."""
@@ -73,14 +72,15 @@ class _CFunction:
         self.name = f"{package.name}_{function.name}"
         self.angles = angles_of(function.program)
         self.printer = printer_of(function.program, precision, self.angles)
-        self.writer = Writer(self.printer, _dialect(precision), package.joint_names)
+        self.writer = Writer(self.printer, _declaring("NUMBER"), package.joint_names)
+        self.of_parameters = Writer(self.printer, _declaring(precision.real), package.joint_names)
         state = precision.state
         macro = package.name.upper()
         self.indices = {p.name: f"{macro}_P_{p.name}" for p in package.parameters}
         self.inputs = [Array(state, a.name, a.size) for a in function.arguments]
         self.results = [Array(state, r.name, math.prod(r.shape), True) for r in function.results]
-        self.parameters = [Array(state, "p", belongs_to=PARAMETERS)] if package.parameters else []
-        self.constants_array = Array(precision.real, "c", belongs_to=PARAMETERS)
+        self.parameters = [Array(state, "p", is_of_states=False)] if package.parameters else []
+        self.constants_array = Array(precision.real, "c", is_of_states=False)
         self.entries: dict[str, Indices] = {
             a.name: {s: f"{k}*stride" for k, s in enumerate(a.symbols)} for a in function.program.inputs
         }
@@ -93,20 +93,19 @@ class _CFunction:
         used = frozenset().union(*(part.uses for part in parts))
         constants = [s.name for s in program.once if s.name in used]
         prepare_parts, prepare_places = cut(self._steps(program.once), constants)
-        live = Array(self.precision.real, "live", places, True, WORK)
+        live = Array("NUMBER", "live", places, True, False)
         arrays = [*self.inputs, *self.parameters, self.constants_array, *self._circles(), live, *self.results]
         of_constants = [self.constants_array] if constants else []
-        of_lanes = [*self.inputs, *self.parameters, *of_constants, *(r for r in self.results if r.size)]
+        at = [*self.inputs, *self.parameters, *of_constants, *self.results]
         last = len(parts) - 1
         return described(self.function) | {
             "c_name": self.name,
             "signature": _signature([*self.inputs, *self.parameters, *self.results]),
             "prepared_signature": _signature([*self.inputs, *self.parameters, self.constants_array, *self.results]),
-            "lanes_signature": _signature(of_lanes),
-            "of_lanes": of_lanes,
+            "at_signature": _signature(at),
+            "at_arrays": at,
             "inputs": self.inputs,
             "results": self.results,
-            "parameters": self.parameters,
             "constants": constants,
             "constants_macro": f"{self.package.name.upper()}_{self.function.name.upper()}_CONSTANTS",
             "angles": len(self.angles),
@@ -131,7 +130,7 @@ class _CFunction:
         sizes = {"double": 8, "float": 4, "double_double": 16}
         one = places * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.circle]
         arguments = 2 * sum(array.size for array in (*self.inputs, *self.results)) * sizes[self.precision.state]
-        batch = (one + arguments) * self.precision.lanes
+        batch = (one + arguments) * self.precision.widest
         return f"{max(1, one // 1000)} kB of stack, {batch // 1000} kB in a batch" if batch > LARGE_STACK else ""
 
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:
@@ -145,16 +144,15 @@ class _CFunction:
     def _stored(self) -> tuple[list[str], frozenset[str]]:
         """Lines that store the results, and the names of the variables that these are."""
         self.printer.referenced.clear()
-        rounded = "pair_rounded({})" if self.precision.is_pair else "{}"
         lines = [
-            f"    {output.name}[{k}*lanes] = {rounded.format(self.printer.value(x))};"
+            f"    STORE({output.name} + {k}*stride, {self.printer.value(x)});"
             for output in self.function.program.outputs
             for k, x in enumerate(output.entries)
         ]
         return lines, frozenset(self.printer.referenced)
 
     def _circles(self) -> list[Array]:
-        return [Array(self.precision.circle, name, len(self.angles), belongs_to=WORK) for name in CIRCLES]
+        return [Array("ANGLE", name, len(self.angles), is_of_states=False) for name in CIRCLES]
 
     def _uses(self, array: str, used: frozenset[str]) -> bool:
         """Whether the work of a call needs an array."""
@@ -167,51 +165,54 @@ class _CFunction:
         self, part: Part, arrays: Sequence[Array], constants: Sequence[str], stored: Sequence[str]
     ) -> dict[str, Any]:
         """Lines of a part and the arrays it uses."""
-        groups: dict[str, Indices] = {
-            **self.entries,
-            "p": self.indices,
-            "c": numbered(constants),
-        }
+        groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": numbered(constants)}
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(CIRCLES))
         used |= {"live"} if part.taken or part.left else set()
         used |= {r.name for r in self.results if r.size} if stored else set()
-        lines = self._lines(part, groups, "*lanes")
+        lines = [
+            *self.writer.unpack(self.entries, part.uses, self._loaded("LOAD")),
+            *self._of_parameters({"p": self.indices, "c": groups["c"]}, part.uses),
+            *self._lines(part, self.writer),
+        ]
         lines += ["", "    /* Results. */", *stored] if stored else []
         return _part_context(lines, [a for a in arrays if a.name in used])
 
     def _prepare_part(self, part: Part, constants: Sequence[str]) -> dict[str, Any]:
         real = self.precision.real
-        lines = self._lines(part, {"p": self.indices})
+        lines = [*self._of_parameters({"p": self.indices}, part.uses), *self._lines(part, self.of_parameters)]
         lines += ["", *(f"    c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
         arrays = [*self.parameters] if part.uses & self.indices.keys() else []
-        arrays += [Array(real, "live", 1, True, WORK)] if part.taken or part.left else []
-        arrays += [Array(real, "c", 1, True, PARAMETERS)] if constants else []
+        arrays += [Array(real, "live", 1, True, False)] if part.taken or part.left else []
+        arrays += [Array(real, "c", 1, True, False)] if constants else []
         return _part_context(lines, arrays)
 
-    def _lines(self, part: Part, groups: Mapping[str, Indices], step: str = "") -> list[str]:
-        """Arguments, statements, and what goes on to later parts; entries of `live` are a step apart."""
-        live = {"live": {name: f"{k}{step}" for name, k in part.taken.items()}}
-        lines = self._unpacked({**groups, **live}, part.uses)
-        lines += self.writer.statements([s.statement for s in part.steps])
-        left = [f"    live[{k}{step}] = {name};" for name, k in part.left.items()]
+    def _lines(self, part: Part, writer: Writer) -> list[str]:
+        """Statements, and what comes from earlier parts and goes on to later ones."""
+        taken = writer.unpack({"live": {name: str(k) for name, k in part.taken.items()}}, part.uses)
+        lines = [*taken, *writer.statements([s.statement for s in part.steps])]
+        left = [f"    live[{k}] = {name};" for name, k in part.left.items()]
         return [*lines, "", *left] if left else lines
 
-    def _unpacked(self, groups: Mapping[str, Indices], used: Iterable[str], writer: Writer | None = None) -> list[str]:
-        """Arguments by name; numbers of the caller become pairs."""
-        given = {*self.entries, "p"} if self.precision.is_pair else set()
-        return (writer or self.writer).unpack(groups, used, dict.fromkeys(given, "pair({}, 0.0)"))
+    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+        """Parameters and what depends on them only, by name; numbers of the caller become pairs."""
+        given = {"p": "pair({array}[{k}], 0.0)"} if self.precision.is_pair else {}
+        return self.of_parameters.unpack(groups, used, given)
+
+    def _loaded(self, macro: str) -> dict[str, str]:
+        """How entries of a state are found."""
+        return dict.fromkeys(self.entries, f"{macro}({{array}} + {{k}})")
 
     def _angle_part(self) -> dict[str, Any]:
         """The part that finds the angles."""
         wide = replace(self.precision, real=self.precision.circle)
         printer: CPrinter = printer_of(self.function.program, wide, [])
         printer.variables.clear()
-        lines = [f"    angle[{k}*lanes] = {printer.text(a).signed()};" for k, a in enumerate(self.angles)]
+        lines = [f"    angle[{k}] = {printer.text(a).signed()};" for k, a in enumerate(self.angles)]
         symbols = {symbol for angle in self.angles for symbol in _symbols(angle)}
-        writer = Writer(printer, _dialect(wide), self.package.joint_names)
-        head = self._unpacked(self.entries, symbols, writer)
+        writer = Writer(printer, _declaring("ANGLE"), self.package.joint_names)
+        head = writer.unpack(self.entries, symbols, self._loaded("LOAD_ANGLE" if self.precision.is_mixed else "LOAD"))
         arrays = [a for a in self.inputs if symbols & self.entries[a.name].keys()]
-        return _part_context([*head, *lines], [*arrays, Array(self.precision.circle, "angle", 1, True, WORK)])
+        return _part_context([*head, *lines], [*arrays, Array("ANGLE", "angle", 1, True, False)])
 
 
 def _symbols(angle: Expression) -> list[str]:
@@ -228,8 +229,8 @@ def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
     return kept[::-1]
 
 
-def _dialect(precision: Precision) -> Dialect:
-    return replace(C, declare=f"const {precision.real} ")
+def _declaring(type_: str) -> Dialect:
+    return replace(C, declare=f"const {type_} ")
 
 
 def _part_context(lines: list[str], arrays: Sequence[Array]) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from symoro_elastic.symbolic.expression import (
 )
 from symoro_elastic.symbolic.program import Program
 
+FUNCTIONS = (SIN, COS, SQRT, SIGN, ATAN2)
 PAIR_FUNCTIONS = {
     ADD: "pair_sum",
     SUBTRACT: "pair_difference",
@@ -64,9 +65,10 @@ class CPrinter(Printer):
     """Numbers of the language and their operators."""
 
     def __init__(self, program: Program, precision: Precision, angles: Sequence[Expression]) -> None:
-        super().__init__(program, precision.literal_suffix, precision.functions)
+        of_numbers = {name: f"OF({precision.functions.get(name, name)})" for name in FUNCTIONS}
+        super().__init__(program, precision.literal_suffix, of_numbers)
+        self.read_circle = "NARROW({})" if precision.is_mixed else "{}"
         self.circles = {angle.id: k for k, angle in enumerate(angles)}
-        self.uses_circles = False
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out; the sine or cosine of a given angle is an entry of an array."""
@@ -75,10 +77,10 @@ class CPrinter(Printer):
         return super().operation(node, flipped)
 
     def entry(self, node: Expression) -> str:
-        """`sine[2*lanes]`, and the array counts as used."""
+        """`sine[2]`, and the array counts as used."""
         array = "sine" if node.operation == SIN else "cosine"
         self.referenced.add(array)
-        return f"{array}[{self.circles[node.operands[0].id]}*lanes]"
+        return self.read_circle.format(f"{array}[{self.circles[node.operands[0].id]}]")
 
 
 class PairPrinter(CPrinter):

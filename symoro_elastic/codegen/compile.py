@@ -63,9 +63,13 @@ def optimisation(package: Package) -> str:
 
 
 def compile_library(
-    files: Mapping[str, str], folder: Path, compiler: Sequence[str] = (), flags: Sequence[str] = ("-O2",)
+    files: Mapping[str, str],
+    folder: Path,
+    compiler: Sequence[str] = (),
+    flags: Sequence[str] = ("-O2",),
+    sources: Sequence[str] = (),
 ) -> Path:
-    """Write C files (name to text) into a folder, compile them there, return the shared library.
+    """Write C files (name to text) into a folder, compile all or the given sources, return the shared library.
 
     Raises `CompilerMissing`, `CompilationFailed`.
     """
@@ -73,7 +77,7 @@ def compile_library(
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    sources = [name for name in files if name.endswith(".c")]
+    sources = sources or [name for name in files if name.endswith(".c")]
     library = folder / f"{Path(sources[0]).stem}.so"
     done = subprocess.run(
         [*command, *sources, "-o", library.name, "-lm"], cwd=folder, capture_output=True, text=True, check=False

@@ -12,7 +12,7 @@ LIBM = ("sin", "cos", "sqrt", "atan2")
 class Precision:
     """`state` is the type of a function's arrays, `real` that of its arithmetic, `circle` that of sines and cosines.
 
-    A batch computes `lanes` states side by side; `bits` is the length of its significand.
+    `bits` is the length of its significand.
     """
 
     name: str
@@ -21,7 +21,6 @@ class Precision:
     real: str
     circle: str
     bits: int
-    lanes: int = 8
     literal_suffix: str = ""
     functions: Mapping[str, str] = field(default_factory=dict)
 
@@ -35,13 +34,28 @@ class Precision:
         """Whether a number is the sum of two doubles, and operators are functions."""
         return self.real == "double_double"
 
+    @property
+    def is_mixed(self) -> bool:
+        """Whether sines and cosines have another type than the rest."""
+        return self.real != self.circle
+
+    @property
+    def circle_bits(self) -> str:
+        """The whole number as long as a sine."""
+        return "uint32_t" if self.circle == "float" else "uint64_t"
+
+    @property
+    def widest(self) -> int:
+        """The most states of a batch that are computed side by side."""
+        return {"float": 16, "double": 8, "double_double": 1}[self.real]
+
 
 _FLOAT = {name: f"{name}f" for name in (*LIBM, "sign")}
 
 DOUBLE = Precision("double", "double precision", "double", "double", "double", 53)
-SINGLE = Precision("single", "single precision", "float", "float", "float", 24, 16, "f", _FLOAT)
+SINGLE = Precision("single", "single precision", "float", "float", "float", 24, "f", _FLOAT)
 MIXED = Precision(
-    "mixed", "single precision, states and angles in double", "double", "float", "double", 24, 16, "f", _FLOAT
+    "mixed", "single precision, states and angles in double", "double", "float", "double", 24, "f", _FLOAT
 )
 DOUBLE_DOUBLE = Precision(
     "double-double", "sums of two doubles, states in double", "double", "double_double", "double_double", 106

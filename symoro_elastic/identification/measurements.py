@@ -39,8 +39,11 @@ UNITS = {
     "N": ("force", 1.0), "kN": ("force", 1e3),
     "N m": ("torque", 1.0), "Nm": ("torque", 1.0), "mN m": ("torque", 1e-3), "mNm": ("torque", 1e-3),
 }  # fmt: skip
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _HEADER = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
-_QUANTITY = re.compile(r"(?P<quantity>qdd|qd|q|tau)_(?P<joint>.+)")
+_QUANTITY = re.compile(r"(?P<quantity>[qy]d*|tau)_(?P<joint>.+)")
+_BLOCK = re.compile("[qy]d*|tau")
+MEASURED = ("t", "q", "qd", "qdd", "tau")
 
 
 @dataclass(frozen=True)
@@ -70,19 +73,24 @@ def read_measurements(path: str | Path, machine: Machine) -> Measurements:
     Raises `InputError` naming file and column: columns that are missing, unknown or double, cells that are no
     numbers, time that does not increase or has gaps, NaN, too few samples, lengths that are probably mm.
     """
+    found = read_columns(path, machine)
+    return check(from_columns(found, machine, str(path)), machine, _with_units(found))
+
+
+def read_columns(path: str | Path, machine: Machine) -> Columns:
+    """Columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
     path = Path(path)
     if path.suffix.lower() == ".npz":
-        found = _read_npz(path, machine)
-    elif path.suffix.lower() in (".csv", ".txt"):
-        found = _read_csv(path)
-    else:
-        raise InputError(str(path), "file name", "measurements are .csv or .npz files")
-    return check(from_columns(found, machine, str(path)), machine, _with_units(found))
+        return _read_npz(path, machine)
+    if path.suffix.lower() in (".csv", ".txt"):
+        return _read_csv(path)
+    raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
 
 
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
     """Measurements from columns by header; raises `InputError` for names that are missing, unknown or double."""
-    named, warnings = _named(columns, machine, source)
+    named, warnings = named_columns(columns, machine, source)
+    warnings += [f"column {_header(key)} is passed over" for key in named if key[0] not in MEASURED]
     joints = [machine.joints[j - 1] for j in machine.moving]
     motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
     _refuse_missing(named, joints, motors, source)
@@ -186,8 +194,8 @@ def _read_npz(path: Path, machine: Machine) -> Columns:
     motors = [machine.joints[j - 1].name for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
     columns: Columns = {}
     for name, array in arrays.items():
-        names = motors if name == "tau" else joints
-        if name in ("q", "qd", "qdd", "tau") and array.ndim == 2:
+        names = joints if name.startswith("q") else motors
+        if _BLOCK.fullmatch(name) and array.ndim == 2:
             if array.shape[1] != len(names):
                 what = f"has {array.shape[1]} columns: {len(names)} are wanted, of {', '.join(names)}"
                 raise InputError(str(path), name, what)
@@ -199,10 +207,13 @@ def _read_npz(path: Path, machine: Machine) -> Columns:
     return columns
 
 
-def _named(
+def named_columns(
     columns: Mapping[str, Array], machine: Machine, source: str
 ) -> tuple[dict[tuple[str, str], Array], list[str]]:
-    """Columns by (quantity, joint name) in SI units, and warnings about those that are passed over."""
+    """Columns by (quantity, joint name) in SI units, and warnings about those that are passed over.
+
+    Quantities are t, tau, and q or y with a `d` for each derivative by time. Raises `InputError`.
+    """
     named: dict[tuple[str, str], Array] = {}
     warnings = []
     for header, values in columns.items():
@@ -218,8 +229,12 @@ def _named(
     lengths = {len(values) for values in named.values()}
     if len(lengths) > 1:
         short = min(named, key=lambda key: len(named[key]))
-        raise InputError(source, "_".join(filter(None, short)), "columns have different lengths")
+        raise InputError(source, _header(short), "columns have different lengths")
     return named, warnings
+
+
+def _header(key: tuple[str, str]) -> str:
+    return "_".join(filter(None, key))
 
 
 def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
@@ -237,9 +252,9 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
         what = f"the machine has no moving joint {parts['joint']!r}{did_you_mean(parts['joint'], known)}"
         raise InputError(source, name, what)
     joint = known[parts["joint"]]
-    if parts["quantity"] == "tau" and joint.kind is not Kind.MOTOR:
+    if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
         motors = ", ".join(j.name for j in machine.joints if j.kind is Kind.MOTOR)
-        what = f"{joint.name} is {joint.kind} and has no motor: torques belong to {motors}"
+        what = f"{joint.name} is {joint.kind} and has no motor: {parts['quantity']} belongs to {motors}"
         raise InputError(source, name, what)
     return parts["quantity"], joint.name
 
@@ -253,7 +268,7 @@ def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: st
     wanted = "t" if quantity == "t" else ("force" if slides else "torque") if quantity == "tau" else (
         "slide" if slides else "turn"
     )  # fmt: skip
-    per_second = {"qd": ("/s",), "qdd": ("/s2", "/s^2", "/s²")}.get(quantity, ("",))
+    per_second = _per_second(quantity.count("d"))
     for ending in per_second:
         kind, factor = UNITS.get(unit.strip().removesuffix(ending) if ending else unit.strip(), ("", 0.0))
         if kind == wanted and unit.strip().endswith(ending):
@@ -262,13 +277,20 @@ def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: st
     raise InputError(source, header, f"no unit [{unit}] here: choose from {choices}")
 
 
+def _per_second(order: int) -> tuple[str, ...]:
+    """How a unit may end of a derivative by time."""
+    if order < 2:
+        return ("/s",) if order else ("",)
+    return (f"/s{order}", f"/s^{order}", "/s" + str(order).translate(SUPERSCRIPTS))
+
+
 def _refuse_missing(
     named: Mapping[tuple[str, str], Array], joints: Sequence[Joint], motors: Sequence[Joint], source: str
 ) -> None:
     wanted = [("t", ""), *(("q", joint.name) for joint in joints), *(("tau", joint.name) for joint in motors)]
-    missing = ["_".join(filter(None, key)) for key in wanted if key not in named]
+    missing = [_header(key) for key in wanted if key not in named]
     if missing:
-        there = ", ".join("_".join(filter(None, key)) for key in named) or "none of them"
+        there = ", ".join(map(_header, named)) or "none of them"
         what = f"missing; the file has {there}. A joint is called by its name or its variable"
         if any(name.startswith("q_") for name in missing):
             what += "; every moving joint must be measured, elastic ones too: lock a joint that is not (scene, locked)"

@@ -64,7 +64,7 @@ QUANTITIES: dict[str, Collection[str]] = {
 
 GENERATED = _words(
     """
-    q qd qdd tau p c stride lanes live sine cosine angle qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy
+    q qd qdd tau p c stride live sine cosine angle qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy
     JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters all nan inf NaN Inf infinity
     """
 ).union(MODELS)
@@ -85,7 +85,8 @@ KEYWORDS = _words(
 
 LIBRARY = _words(
     """
-    LANES INLINE APART ALIGNED LARGEST_ANGLE double_double pair
+    NUMBER ANGLE BITS OF WHOLE LOAD LOAD_ANGLE STORE NARROW WIDTH LANES VECTOR VECTOR_BYTES INLINE APART LARGEST_ANGLE
+    numbers angles bits lanes_at put spread gather circle circles double_double pair
     I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify

@@ -114,7 +114,7 @@ class Point:
         """Arguments of a program: those given, else those of the state."""
         given = given or {}
         names = [argument.name for argument in program.inputs]
-        return {name: given[name] if name in given else self._numbers(name) for name in names}
+        return {name: given[name] if name in given else self.numbers(name) for name in names}
 
     def run(self, program: Program, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
         """Results of a traced program in this arithmetic."""
@@ -147,12 +147,12 @@ class Point:
     @cached_property
     def q(self) -> Numbers:
         """Joint variables."""
-        return self._numbers("q")
+        return self.numbers("q")
 
     @cached_property
     def qd(self) -> Numbers:
         """Joint velocities."""
-        return self._numbers("qd")
+        return self.numbers("qd")
 
     @cached_property
     def A(self) -> Matrix:
@@ -179,7 +179,8 @@ class Point:
         ulp = max(map(abs, entries), default=0) * multiprecision(DIGITS).number(ULP)
         return [x + self.source.choice((-1, 1)) * ulp for x in entries]
 
-    def _numbers(self, argument: str) -> Numbers:
+    def numbers(self, argument: str) -> Numbers:
+        """An argument of the state."""
         return [self._input(x) for x in self.state[argument]]
 
     def _input(self, x: float) -> Any:
@@ -214,14 +215,14 @@ class Point:
         ]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
-        Gamma, tau = self._exerted(), iter(self._numbers("tau"))
+        Gamma, tau = self._exerted(), iter(self.numbers("tau"))
         for k, joint in enumerate(self._joints()):
             if joint.kind is Kind.MOTOR:
                 Gamma[k] = next(tau)
         return self._solved(traced, [None] * len(Gamma), Gamma)
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
-        given = iter(self._numbers("qdd_motor"))
+        given = iter(self.numbers("qdd_motor"))
         known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self._joints()]
         return self._solved(traced, known, self._exerted())
 
@@ -232,9 +233,9 @@ class Point:
         """
         floating, zero = self.reference.machine.floating, self.arithmetic.number(0)
         if floating and floating.known is Given.ACCELERATION:
-            known, exerted = [*self._numbers("V0d"), *known], [zero] * 6 + exerted
+            known, exerted = [*self.numbers("V0d"), *known], [zero] * 6 + exerted
         elif floating:
-            known, exerted = [None] * 6 + list(known), [*self._numbers("f0"), *exerted]
+            known, exerted = [None] * 6 + list(known), [*self.numbers("f0"), *exerted]
         soft = [k for k, x in enumerate(known) if x is None]
         qdd, Gamma = [zero if x is None else x for x in known], exerted
         right = [Gamma[k] - self.H[k] - dot(self.A[k], qdd) for k in soft]

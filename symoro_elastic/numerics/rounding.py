@@ -29,8 +29,8 @@ from symoro_elastic.codegen.templates import render
 Array = NDArray[np.float64]
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
+SHIM = "rounding_modes.c"
 FLAGS = ("-O0", "-frounding-math")
-CODE = "code.h"
 SAFETY = 2
 WIDENING = 1
 ULP = 2.0**-52
@@ -63,9 +63,8 @@ class RoundingModes:
         self._functions = {function.name: function for function in package.functions}
         files = render_c(package)
         self._plain = compile_package(package, folder / "plain", files)
-        header, code = (files[f"{package.name}.{suffix}"] for suffix in "hc")
-        included = {f"{package.name}.h": header, CODE: code, "rounding_modes.c": _shim(package)}
-        library = compile_library(included, folder / "modes", flags=FLAGS)
+        included = {**files, SHIM: _shim(package)}
+        library = compile_library(included, folder / "modes", flags=FLAGS, sources=[SHIM])
         self._library = ctypes.CDLL(str(library.resolve()))
 
     def run(self, function: str, states: int, arguments: Mapping[str, Array]) -> dict[str, Spread]:
@@ -112,7 +111,6 @@ def _shim(package: Package) -> str:
     return render(
         "c/rounding_modes.c.j2",
         name=package.name,
-        code=CODE,
         functions=[_described(package, f) for f in package.functions],
     )
 

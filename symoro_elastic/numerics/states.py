@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import base_states
 from symoro_elastic.numerics.values import Values, parameter_values
+from symoro_elastic.numerics.wanted_motions import wanted_motions
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
@@ -33,7 +35,7 @@ class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
     SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base
-    and are empty where there is none.
+    and are empty where there is none. `motion` (N, 13, m) holds wanted motions: y, yd ... by their names.
     """
 
     q: Array
@@ -48,11 +50,19 @@ class States:
     V0: Array = field(default_factory=_none)
     V0d: Array = field(default_factory=_none)
     f0: Array = field(default_factory=_none)
+    motion: Array = field(default_factory=_none)
+
+    def __getattr__(self, name: str) -> Array:
+        """y or one of its derivatives (N, m)."""
+        if name not in MOTION:
+            raise AttributeError(name)
+        rows: Array = self.motion[:, MOTION.index(name)]
+        return rows
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """Names of the arguments that have values."""
-        return (*ARGUMENTS, *ON_BASE) if self.V0.shape[1] else ARGUMENTS
+        """Names of the arrays that have values."""
+        return (*ARGUMENTS, *(ON_BASE if self.V0.shape[1] else ()), *(("motion",) if self.motion.size else ()))
 
     def __len__(self) -> int:
         return len(self.titles)
@@ -67,7 +77,8 @@ class States:
 
     def at(self, state: int) -> dict[str, Array]:
         """The arguments of one state, by name."""
-        return {name: getattr(self, name)[state] for name in self.arguments}
+        found = {name: getattr(self, name)[state] for name in self.arguments}
+        return found | dict(zip(MOTION, found.get("motion", ()), strict=False))
 
 
 @dataclass(frozen=True)
@@ -99,7 +110,8 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values 
     variables = _variables(machine, values or parameter_values(machine, seed))
     rng = np.random.default_rng([seed, 1])
     drawn = [("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)]
-    return _with_base(machine, _stacked(drawn, variables), np.random.default_rng([seed, 3]))
+    states = _with_motions(_stacked(drawn, variables), variables, np.random.default_rng([seed, 5]))
+    return _with_base(machine, states, np.random.default_rng([seed, 3]))
 
 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
@@ -117,15 +129,23 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values |
         state = _moderate(variables, rng, wide=k % 2 == 0)
         change(state, variables, rng)
         found.append((title, state))
-    return _with_base(machine, _stacked(found, variables), np.random.default_rng([seed, 4]))
+    states = _with_motions(_stacked(found, variables), variables, np.random.default_rng([seed, 6]))
+    return _with_base(machine, states, np.random.default_rng([seed, 4]))
 
 
 def _with_base(machine: Machine, states: States, rng: Rng) -> States:
     """The states, those of a floating base too."""
     if machine.floating is None:
         return states
-    of_joints = {name: getattr(states, name) for name in ARGUMENTS}
-    return States(**of_joints | base_states(states.titles, rng), titles=states.titles)
+    kept = {name: getattr(states, name) for name in states.arguments}
+    return States(**kept | base_states(states.titles, rng), titles=states.titles)
+
+
+def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> States:
+    """The states, wanted motions of their motors too."""
+    motors = [k for k, variable in enumerate(variables) if variable.motor]
+    q, qd, qdd = (getattr(states, name)[:, motors] for name in ("q", "qd", "qdd"))
+    return replace(states, motion=wanted_motions(q, qd, qdd, states.titles, rng))
 
 
 def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:

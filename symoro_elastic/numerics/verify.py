@@ -27,6 +27,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
+from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.candidates import (
     Candidate,
     Results,
@@ -35,6 +36,7 @@ from symoro_elastic.numerics.candidates import (
     import_package,
     numpy_code,
 )
+from symoro_elastic.numerics.followed import torques, unfollowed
 from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
 from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
@@ -44,6 +46,7 @@ Progress = Callable[[int, int], None]
 Runs = list[tuple[str, Results]]
 
 BOUND = 1e-12
+FEED_FORWARD = "feed_forward"
 ULPS = 64
 MOVES = 4
 AGREEMENT = 1e-20
@@ -107,7 +110,8 @@ class Verification:
     """What was found.
 
     `missing` says what kept the C code from being compared (empty when nothing did);
-    `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits.
+    `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits, and the motion of a
+    feed-forward from the equations of motion.
     """
 
     models: tuple[ModelVerification, ...]
@@ -209,7 +213,7 @@ class _Tally:
     def add(self, state: _TestState, point: Point) -> None:
         """Compare all implementations at a state."""
         try:
-            wanted = point.model(self.traced)
+            wanted = _wanted(point, self.traced)
             errors = [(name, self._error(results, wanted, state.number)) for name, results in self.runs]
             bound = BOUND
             if max(size for _, size in errors) > BOUND:
@@ -246,8 +250,15 @@ class _Tally:
     def _effect(self, state: _TestState, reference: Reference, wanted: Mapping[str, Numbers]) -> float:
         """The largest change that one ulp makes."""
         source = random.Random(state.seed)
-        moved = [reference.near(state.arguments, source, state.extreme).model(self.traced) for _ in range(MOVES)]
+        near = [reference.near(state.arguments, source, state.extreme) for _ in range(MOVES)]
+        moved = [_wanted(point, self.traced) for point in near]
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
+
+
+def _wanted(point: Point, traced: TracedModel) -> Mapping[str, Numbers]:
+    """Results of a model by another way."""
+    put_back = traced.model.name == FEED_FORWARD and point.reference.solved
+    return torques(point, traced) if put_back else point.model(traced)
 
 
 def _error(found: Array, wanted: Numbers) -> float:
@@ -264,6 +275,9 @@ def _error(found: Array, wanted: Numbers) -> float:
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
     found = reference.disagreement(states.at(0))
+    following = [model for model in traced if model.model.name == FEED_FORWARD]
+    points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
+    found = max([found, *(unfollowed(point, model) for model in following for point in points)])
     if reference.solved:
         return found
     solving = replace(reference.at(states.at(0)), reference=reference.solving())
@@ -276,6 +290,6 @@ def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: S
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are no state: what it gives has to be put back instead."""
     for name in scene.models:
-        if not set(MODELS[name].arguments) <= set(ARGUMENTS):
+        if not set(MODELS[name].arguments) <= {*ARGUMENTS, *MOTION}:
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
             raise InputError(machine.source or machine.name, f"check, {name}", what)

@@ -14,6 +14,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
+from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.states import ARGUMENTS
 from symoro_elastic.symbolic.program import OperationCount
 
@@ -64,7 +65,7 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
     source = machine.source or machine.name
     for name in asked_models(scene):
         arguments = MODELS[name].arguments
-        if not arguments or not set(arguments) <= set(ARGUMENTS):
+        if not arguments or not set(arguments) <= {*ARGUMENTS, *MOTION}:
             what = f"it is no function of a state: trade times models of {', '.join(ARGUMENTS)}, direct_dynamics say"
             raise InputError(source, name, what)
 

@@ -24,7 +24,7 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.accuracy import rounded, rounded_values
 from symoro_elastic.numerics.candidates import Candidate, c_code, import_package, numpy_code
-from symoro_elastic.numerics.states import ARGUMENTS, States
+from symoro_elastic.numerics.states import States
 from symoro_elastic.trade.builds import Build
 from symoro_elastic.trade.forms import Form
 from symoro_elastic.trade.points import BATCH, CALLS, SINGLE_CALL, Point, judged_in
@@ -178,7 +178,7 @@ def _in_type(code: Candidate, precision: Precision) -> Candidate:
     dtype = TYPES[precision.state]
 
     def run(traced: TracedModel, states: States) -> dict[str, Array]:
-        return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in ARGUMENTS}))
+        return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in states.arguments}))
 
     return run
 

@@ -24,6 +24,7 @@ PERIODS = 5.0  # of the first vibration, for a move
 STROKE, FARTHEST = 0.1, 100.0  # rad or m
 MOST_SWINGS = 20_000
 SAMPLES = 501
+TORQUE, ACCELERATION = "torque", "acceleration"
 COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 """s = 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both ends."""
 
@@ -41,17 +42,29 @@ class Course:
 
 @dataclass(frozen=True)
 class Loss:
-    """Root mean square and largest value of a quantity in the full model, and of what two approximations miss.
-
-    `reduced` and `rigid` are (rms, largest) of the difference; N m, N, rad/s2 or m/s2.
-    """
+    """A quantity over a motion (N,) by the full, the reduced and the rigid model; N m, N, rad/s2 or m/s2."""
 
     joint: str
     quantity: str
     unit: str
-    full: tuple[float, float]
-    reduced: tuple[float, float]
-    rigid: tuple[float, float]
+    by_full: Array
+    by_reduced: Array
+    by_rigid: Array
+
+    @property
+    def full(self) -> tuple[float, float]:
+        """Root mean square and largest absolute value."""
+        return _size(self.by_full)
+
+    @property
+    def reduced(self) -> tuple[float, float]:
+        """Root mean square and largest of what the reduced model misses."""
+        return _size(self.by_reduced - self.by_full)
+
+    @property
+    def rigid(self) -> tuple[float, float]:
+        """Root mean square and largest of what the rigid limit misses."""
+        return _size(self.by_rigid - self.by_full)
 
 
 @dataclass(frozen=True)
@@ -108,6 +121,12 @@ def _springs(machine: Machine) -> set[str]:
 def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) -> Modes:
     motion = Motion(machine)
     return modes(with_motors(linearize(motion, equilibrium(motion, at), (), ()), held))
+
+
+def usual_duration(machine: Machine, at: Mapping[str, float] | None = None) -> float:
+    """Five periods of the first vibration with motors held, s."""
+    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    return PERIODS / _slowest(_modes(machine, at, motors))
 
 
 def _slowest(found: Modes) -> float:
@@ -185,21 +204,15 @@ def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> lis
     rows = [whole.moving.index(j) for j in stiff.moving]
     tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
     joints = [whole.joints[j - 1] for j in whole.moving]
-    found = []
     motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
-    for k, joint in enumerate(motors):
-        unit = "N" if joint.sigma == 1 else "N m"
-        found.append(
-            Loss(joint.name, "torque", unit, _size(tau[:, k]), _size(tau_less[:, k] - tau[:, k]),
-                 _size(tau_stiff[:, k] - tau[:, k]))
-        )  # fmt: skip
+    found = [
+        Loss(joint.name, TORQUE, "N" if joint.sigma == 1 else "N m", tau[:, k], tau_less[:, k], tau_stiff[:, k])
+        for k, joint in enumerate(motors)
+    ]
     for k, joint in enumerate(joints):
         if joint.kind is Kind.ELASTIC:
             unit = "m/s2" if joint.sigma == 1 else "rad/s2"
-            found.append(
-                Loss(joint.name, "acceleration", unit, _size(qdd[:, k]), _size(qdd_less[:, k] - qdd[:, k]),
-                     _size(qdd[:, k]))
-            )  # fmt: skip
+            found.append(Loss(joint.name, ACCELERATION, unit, qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k])))
     return found
 
 

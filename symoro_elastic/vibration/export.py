@@ -29,13 +29,17 @@ NPZ, MAT, CSV = ".npz", ".mat", ".csv"
 
 
 def arrays_of(linear: Linearization) -> dict[str, Any]:
-    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names; the state q, qd, qdd, tau."""
+    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes on held motors; the state.
+
+    The state is q, qd, qdd, tau.
+    """
     space, state = linear.space, linear.state
     return {
         "mass": linear.M, "damping": linear.D, "stiffness": linear.K,
         "F": linear.F, "Cq": linear.Cq, "Cv": linear.Cv, "Ca": linear.Ca,
         "A": space.A, "B": space.B, "C": space.C, "D": space.D,
         "states": list(space.states), "inputs": list(space.inputs), "outputs": list(space.outputs),
+        "notes": list(linear.notes),
         "joints": list(linear.motion.names), "q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau,
     }  # fmt: skip
 
@@ -129,4 +133,5 @@ def _mat(arrays: Mapping[str, Any]) -> bytes:
     stream = io.BytesIO()
     cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
     optional("scipy.io").savemat(stream, cells)
-    return b"MATLAB 5.0 MAT-file".ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]
+    head = "; ".join(["MATLAB 5.0 MAT-file", *arrays.get("notes", ())]).encode("ascii", "replace")
+    return head[:MAT_TEXT].ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]

@@ -72,6 +72,12 @@ class Linearization:
         return tuple(self.motion.names[k] for k in self.kept)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """A line for each motor that is held: its torque would move nothing, its encoder does not change."""
+        held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
+        return tuple(f"{name} is held: its torque and its encoder are no signals" for name in held)
+
+    @property
     def is_symmetric(self) -> bool:
         """Whether K is symmetric to rounding, so that a potential energy exists."""
         return bool(np.abs(self.K - self.K.T).max(initial=0.0) <= 1e-12 * np.abs(self.K).max(initial=0.0))

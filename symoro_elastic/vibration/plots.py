@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.vibration.feed_forward import Following
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.motion import Array
 from symoro_elastic.vibration.responses import Response
@@ -39,6 +42,18 @@ def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> lis
         pictures = {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
         return save_figures(pictures, folder, form)
     return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
+
+
+def plot_following(found: Following, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write feed_forward.<form> to a folder; returns its path. Raises `InputError`."""
+    return save_figures({"feed_forward": following(found)}, folder, form)
+
+
+def plot_comparison(found: Comparison, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write torques.<form> of motors and accelerations.<form> of springs; returns their paths. Raises `InputError`."""
+    by_quantity = {name: [x for x in found.losses if x.quantity == name] for name in (TORQUE, ACCELERATION)}
+    pictures = {f"{name}s": losses(some, found.course.t) for name, some in by_quantity.items() if some}
+    return save_figures(pictures, folder, form)
 
 
 def bode(response: Response, j: int) -> Any:
@@ -142,4 +157,44 @@ def over_two(tracked: Tracked, mode: int) -> Any:
     axis.set_xlabel(tracked.joints[0])
     axis.set_ylabel(tracked.joints[1])
     axis.set_title(f"mode {mode + 1}")
+    return figure
+
+
+def following(found: Following) -> Any:
+    """A column a motor: the wanted motion, how far the motor is ahead of it, the torque."""
+    joints = motors_of(found.machine)
+    figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
+    lead = found.at_motors(found.q)
+    for m, (column, joint) in enumerate(
+        zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
+    ):
+        y, unit, force = found.wanted.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
+        rows = ((f"wanted, {unit}", y), (f"motor ahead, {unit}", lead[:, m] - y), (f"torque, {force}", found.tau[:, m]))
+        for axis, (label, curve) in zip(column, rows, strict=True):
+            axis.plot(found.t, curve, linewidth=0.9)
+            axis.set_ylabel(label)
+            axis.grid(True, linewidth=0.3)
+        column[0].set_title(joint.name)
+        column[2].set_xlabel("t, s")
+    return figure
+
+
+def losses(some: Sequence[Loss], t: Array) -> Any:
+    """A row a joint: a quantity over the motion by three models, and what two of them miss of the full one."""
+    figure = new_figure(10.0, 1.0 + 1.6 * len(some))
+    for (values, missed), loss in zip(figure.subplots(len(some), 2, sharex=True, squeeze=False), some, strict=True):
+        models = (("full", loss.by_full, "-"), ("reduced", loss.by_reduced, "--"), ("rigid", loss.by_rigid, ":"))
+        for k, (name, curve, style) in enumerate(models):
+            values.plot(t, curve, style, color=f"C{k}", linewidth=0.9, label=name)
+            if k:
+                missed.plot(t, curve - loss.by_full, style, color=f"C{k}", linewidth=0.9)
+        values.set_ylabel(f"{loss.joint}, {loss.unit}", fontsize="x-small")
+        for axis in (values, missed):
+            axis.grid(True, linewidth=0.3)
+            axis.tick_params(labelsize="x-small")
+            axis.set_xlabel("t, s" if loss is some[-1] else "")
+    first = figure.axes[:2]
+    first[0].set_title(some[0].quantity, fontsize="small")
+    first[1].set_title("missed", fontsize="small")
+    first[0].legend(fontsize="x-small")
     return figure

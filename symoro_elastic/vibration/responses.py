@@ -70,7 +70,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
         s = 2j * np.pi * frequencies[block][:, None, None]
         moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex))
         values[block] = (linear.Cq + s * linear.Cv + s * s * linear.Ca) @ moved
-    return Response(frequencies, values, linear.inputs, linear.outputs, tuple(notes))
+    return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes))
 
 
 def _resonances(linear: Linearization, frequencies: Array) -> tuple[NDArray[np.bool_], list[str]]:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.vibration.comparison import Comparison
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
+from symoro_elastic.vibration.feed_forward import Following, figures
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes, damped
 from symoro_elastic.vibration.sensitivity import Sensitivity
@@ -40,12 +42,6 @@ def state_lines(linear: Linearization) -> list[str]:
         most = max(sag, key=lambda k: abs(state.q[k]))
         lines.append(f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g}")
     return lines
-
-
-def held_lines(linear: Linearization) -> list[str]:
-    """Motors whose signals are left out."""
-    held = [linear.motion.names[k] for k in linear.motion.motors if k not in linear.kept]
-    return [f"held, so neither torque nor encoder is a signal: {', '.join(held)}"] if held else []
 
 
 def linearization_json(linear: Linearization) -> dict[str, Any]:
@@ -201,6 +197,22 @@ def losses_table(found: Comparison) -> Any:
     for loss in found.losses:
         sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, loss.reduced, loss.rigid))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
+    return table
+
+
+def following_table(found: Following) -> Any:
+    """A row a motor: derivatives needed, torque, velocity, and how far the motor is ahead of what it drives."""
+    from rich.table import Table
+
+    said = figures(found)["motors"]
+    table = Table("motor", "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
+    for joint in motors_of(found.machine):
+        motor, (unit, force) = said[joint.name], ("m", "N") if joint.sigma == 1 else ("rad", "N m")
+        table.add_row(
+            joint.name, f"{motor['order']} / {motor['given']}",
+            f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
+            f"{motor['velocity']:.4g} {unit}/s", f"{motor['lead']:.4g} {unit}",
+        )  # fmt: skip
     return table
 
 

@@ -18,6 +18,8 @@ Array = NDArray[Any]
 
 BUILD = Path(__file__).parents[2] / "build" / "benchmarks"
 ROUND_NS = 2e5
+LINE = 64
+"""Bytes of a cache line, and of the widest vector."""
 TIMED = r"""
 #define _POSIX_C_SOURCE 199309L
 #include <stddef.h>
@@ -53,8 +55,8 @@ class BuildFailed(Exception):
 class Contestant:
     """A function over all states: `run(passes, states, x, y)` gives nanoseconds.
 
-    `x` holds what it reads and `y` what it writes, in the layout it wants; `columns` picks, of a state's results, those
-    that all contestants give, `(states, results)`.
+    `x` holds what it reads and `y` what it writes, in the layout it wants, both from the start of a cache line;
+    `columns` gives the results of each state, `(states, results)`, first those that all contestants give.
     """
 
     name: str
@@ -65,6 +67,9 @@ class Contestant:
     states: int
     keep: Any = None
     passes: int = field(default=1, init=False)
+
+    def __post_init__(self) -> None:
+        self.x, self.y = aligned(self.x), aligned(self.y)
 
     def results(self) -> Array:
         """The results of every state."""
@@ -108,11 +113,24 @@ def contest(contestants: Sequence[Contestant], rounds: int) -> Times:
     return Times(tuple(c.name for c in contestants), ns)
 
 
-def difference(found: Array, wanted: Array) -> float:
-    """Largest difference of a state's results, relative to its largest result; infinite for what is no number."""
+def difference(found: Array, wanted: Array, parts: int = 1) -> float:
+    """Largest difference of a state's results, relative to its largest result; infinite for what is no number.
+
+    Results of several kinds are so many equal parts, each judged by its own largest.
+    """
     if not np.isfinite(found).all():
         return float("inf")
-    return float((abs(found - wanted).max(axis=1) / abs(wanted).max(axis=1)).max())
+    apart, size = (abs(x).reshape(len(x), parts, -1).max(axis=-1) for x in (found - wanted, wanted))
+    return float((apart / size).max())
+
+
+def aligned(array: Array) -> Array:
+    """A copy, row by row, that starts a cache line."""
+    room = np.empty(array.nbytes + LINE, np.uint8)
+    start = -room.ctypes.data % LINE
+    copy = room[start : start + array.nbytes].view(array.dtype).reshape(array.shape)
+    copy[...] = array
+    return copy
 
 
 def timed(preamble: str, call: str, inputs: int, results: int, setup: str = "") -> str:
@@ -167,13 +185,13 @@ def entry(library: ctypes.CDLL, name: str = "contest") -> Callable[..., float]:
 
 def keeping_results(name: str, run: Callable[..., float], x: Array, results: int, keep: Any = None) -> Contestant:
     """A peer that keeps its results where it likes, and copies them only where they are asked for, untimed."""
-    x, y = np.ascontiguousarray(x), np.empty((len(x), results))
+    asked = aligned(x)
 
     def without_copies(passes: int, states: int, x_: int, _: int) -> float:
         return run(passes, states, x_, None)
 
-    def columns(_: Array) -> Array:
-        run(1, len(x), x.ctypes.data, y.ctypes.data)
+    def columns(y: Array) -> Array:
+        run(1, len(x), asked.ctypes.data, y.ctypes.data)
         return y
 
-    return Contestant(name, without_copies, x, y, columns, len(x), keep)
+    return Contestant(name, without_copies, x, np.empty((len(x), results)), columns, len(x), keep)

@@ -74,18 +74,19 @@ class Code:
     def call(self) -> str:
         """C of the model at the state `row`."""
         prepared, c = ("_prepared", ["c"]) if self.has_constants else ("", [])
-        inputs, results = _places("row", self.inputs), _places("result", self.results)
+        inputs, results = places("row", self.inputs), places("result", self.results)
         return f"{self.name}{prepared}({', '.join([*inputs, *self.parameters, *c, *results])});"
 
     @property
     def batch(self) -> str:
         """C of the model at all states, entry k of state s at [k*states + s]."""
-        inputs = _places("x", self.inputs, "*states")
-        results = _places("y", self.results, "*states")
+        inputs = places("x", self.inputs, "*states")
+        results = places("y", self.results, "*states")
         return f"{self.name}_batch({', '.join(['states', *inputs, *self.parameters, *results])});"
 
 
-def _places(array: str, sizes: Sequence[int], times: str = "") -> list[str]:
+def places(array: str, sizes: Sequence[int], times: str = "") -> list[str]:
+    """C of the place of each of these parts of an array, one after another."""
     return [f"{array} + {start}{times}" for start in np.cumsum([0, *sizes[:-1]])]
 
 
@@ -99,7 +100,7 @@ def scalar(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] 
     """A call for each state."""
     text = timed(code.header, code.call, sum(code.inputs), sum(code.results), code.setup)
     y = np.empty((len(x), sum(code.results)))
-    return Contestant(name, _entry(code, text, compiler, flags), x, y, lambda y: y[:, : code.results[0]], len(x))
+    return Contestant(name, _entry(code, text, compiler, flags), x, y, lambda y: y, len(x))
 
 
 def batch(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] = AVX512) -> Contestant:
@@ -109,7 +110,7 @@ def batch(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] =
     y = np.empty((sum(code.results), len(x)), dtype)
     columns = np.ascontiguousarray(x.T, dtype)
     run = _entry(code, text, compiler, flags)
-    return Contestant(name, run, columns, y, lambda y: y[: code.results[0]].T, len(x))
+    return Contestant(name, run, columns, y, lambda y: y.T, len(x))
 
 
 def _entry(code: Code, text: str, compiler: str, flags: Sequence[str]):

@@ -1,14 +1,17 @@
-"""What the figures of `speed` ought to be."""
+"""What the figures of `speed` and of `derivatives` ought to be."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from tests.benchmarks.tables import print_table
 
 Figures = list[dict[str, str | float]]
+Counts = list[dict[str, str | int]]
+"""Machine, model, operations of ours and of `CASADI`."""
 
-ARM, TREE, TWO = "6R arm", "humanoid, 29 joints", "two-axis machine"
+ARM, ARM_7, TREE, TWO = "6R arm", "7R arm", "humanoid, 29 joints", "two-axis machine"
+CASADI = "CasADi"
 RATIOS: tuple[tuple[str, str, str, float], ...] = (
     (ARM, "inverse_dynamics", "call, ", 9),
     (ARM, "direct_dynamics", "call, ", 8),
@@ -23,27 +26,50 @@ RATIOS: tuple[tuple[str, str, str, float], ...] = (
     (ARM, "inverse_dynamics", "batch, single, AVX2", 60),
 )
 """Machine, model, contestants of whom the best counts, how many times faster than Pinocchio."""
+RATIOS_OF_DERIVATIVES = (
+    (ARM, "inverse_dynamics_derivatives", "call, ", 9.0),
+    (ARM, "direct_dynamics_derivatives", "call, ", 4.0),
+    (TREE, "inverse_dynamics_derivatives", "call, ", 2.0),
+)
+Verdict = tuple[str, str, str, bool]
+"""What, wanted, found, whether it is enough."""
 
 
 def unmet(figures: Figures) -> None:
     """A table of the targets, what was found, and whether it is enough."""
-    rows = [*_ratios(figures), *_casadi(figures)]
-    print_table("Targets", ["", "wanted", "found", ""], [[*row[:3], "ok" if row[3] else "not met"] for row in rows])
+    _show([*_ratios(figures, RATIOS), *_casadi(figures)])
 
 
-def _ratios(figures: Figures) -> Iterator[tuple[str, str, str, bool]]:
-    for machine, model, name, wanted in RATIOS:
+def unmet_of_derivatives(figures: Figures, counts: Counts) -> None:
+    """The same for derivatives."""
+    _show([*_ratios(figures, RATIOS_OF_DERIVATIVES), *_casadi(figures), *_fewer(counts)])
+
+
+def _show(verdicts: Iterable[Verdict]) -> None:
+    rows = [[what, wanted, found, "ok" if enough else "not met"] for what, wanted, found, enough in verdicts]
+    print_table("Targets", ["", "wanted", "found", ""], rows)
+
+
+def _fewer(counts: Counts) -> Iterator[Verdict]:
+    for found in counts:
+        if CASADI in found:
+            ours, theirs = int(found["ours"]), int(found[CASADI])
+            yield f"{found['machine']}, {found['model']}: operations", f"< {theirs}", str(ours), ours < theirs
+
+
+def _ratios(figures: Figures, targets: Sequence[tuple[str, str, str, float]]) -> Iterator[Verdict]:
+    for machine, model, name, wanted in targets:
         best = max(_of(figures, machine, model, name))
         yield f"{machine}, {model}, {name.rstrip(', ')}", f"{wanted:g}", f"{best:.3g}", best >= wanted
 
 
-def _casadi(figures: Figures) -> Iterator[tuple[str, str, str, bool]]:
+def _casadi(figures: Figures) -> Iterator[Verdict]:
     """The call against CasADi's C of the same compiler: the least ratio of all rows."""
     for compiler in ("gcc", "clang"):
         least = {
             (str(f["machine"]), str(f["model"])): float(f["ns"]) / ours
             for f in figures
-            if f["contestant"] == f"CasADi, {compiler}"
+            if f["contestant"] == f"{CASADI}, {compiler}"
             for ours in (_ns(figures, f, f"call, {compiler}"),)
         }
         if least:

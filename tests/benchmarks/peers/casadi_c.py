@@ -1,9 +1,13 @@
-"""CasADi: C generated from Pinocchio's algorithms on its expressions, common subexpressions eliminated."""
+"""CasADi: C generated from Pinocchio's algorithms on its expressions, common subexpressions eliminated.
+
+Derivatives are CasADi's own: Jacobians of those expressions by automatic differentiation.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import importlib.util
+import math
 import re
 import subprocess
 from collections.abc import Sequence
@@ -13,38 +17,59 @@ from pathlib import Path
 import numpy as np
 
 from tests.benchmarks.contest import BUILD, Array, Contestant, compiled, entry, timed
-from tests.benchmarks.ours import FAST, NATIVE
+from tests.benchmarks.ours import FAST, NATIVE, places
 from tests.benchmarks.peers.pinocchio_cpp import headers, sources
 
-FUNCTIONS = {"inverse_dynamics": "inverse", "direct_dynamics": "direct", "inertia_matrix": "inertia_matrix"}
-ARGUMENTS = {"inverse_dynamics": 3, "direct_dynamics": 3, "inertia_matrix": 1}
+PREAMBLE = """
+int model(const double **, double **, long long *, double *, int);
+static long long iw[4096];
+static double w[65536];
+"""
+FUNCTION = re.compile(r"/\* model:\((.*?)\)->\((.*?)\) \*/\n(.*?)\n}\n", re.DOTALL)
+SIGNS: Sequence[str] = (r"=\s*\(a\d+\s*[-+*/]\s*a\d+\)", r"=\s*\([-+.\deE]+\s*[-+*/]\s*a\d+\)", r"casadi_sq\(")
 
 
 @dataclass(frozen=True)
 class Generated:
-    """C text with the functions of `FUNCTIONS`, and their operations as CasADi counts its instructions."""
+    """C text of the function `model`, its sizes as its comment tells them."""
 
     text: str
-    operations: dict[str, int]
 
-    def call(self, model: str, joints: int) -> str:
+    @property
+    def call(self) -> str:
         """C that computes `result` from the entries of `row`; the work array is one of CasADi's."""
-        parts = ", ".join(f"row + {k * joints}" for k in range(ARGUMENTS[model]))
-        return f"const double *in[] = {{{parts}}}; double *out[] = {{result}}; {FUNCTIONS[model]}(in, out, iw, w, 0);"
+        given, found = ", ".join(places("row", self.inputs)), ", ".join(places("result", self.results))
+        return f"const double *in[] = {{{given}}}; double *out[] = {{{found}}}; model(in, out, iw, w, 0);"
+
+    @property
+    def inputs(self) -> list[int]:
+        return _sizes(self._parts[0])
+
+    @property
+    def results(self) -> list[int]:
+        return _sizes(self._parts[1])
+
+    @property
+    def operations(self) -> int:
+        """Products, divisions, sums and differences."""
+        return sum(len(re.findall(sign, self._parts[2])) for sign in SIGNS)
+
+    @property
+    def _parts(self) -> Sequence[str]:
+        """Arguments, results, body."""
+        found = FUNCTION.search(self.text)
+        assert found, "no function of that name"
+        return found.groups()
 
 
-PREAMBLE = """
-int inverse(const double **, double **, long long *, double *, int);
-int direct(const double **, double **, long long *, double *, int);
-int inertia_matrix(const double **, double **, long long *, double *, int);
-static long long iw[4096];
-static double w[65536];
-"""
+def _sizes(declared: str) -> list[int]:
+    return [math.prod(int(n) for n in size.split("x")) for size in re.findall(r"\[([\dx]+)\]", declared)]
 
 
-def contestant(code: Generated, model: str, x: Array, joints: int, results: int, compiler: str) -> Contestant:
-    """One of `FUNCTIONS`, compiled like the code it is compared with."""
-    text = timed(PREAMBLE, code.call(model, joints), x.shape[1], results)
+def contestant(code: Generated, x: Array, compiler: str) -> Contestant:
+    """Compiled like the code it is compared with."""
+    results = sum(code.results)
+    text = timed(PREAMBLE, code.call, sum(code.inputs), results)
     library = compiled([compiler, *FAST, *NATIVE], {"generated.c": code.text, "contest.c": text}, ["-lm"])
     y = np.empty((len(x), results))
     return Contestant(f"CasADi, {compiler}", entry(ctypes.CDLL(str(library))), x, y, lambda y: y, len(x))
@@ -60,21 +85,8 @@ def generator() -> Path:
     return compiled(command, sources("pinocchio_casadi.cpp"), after, product="generator")
 
 
-def generated(model_file: Path) -> Generated:
-    """The models of a machine."""
-    name = f"casadi_{model_file.stem}"
-    done = subprocess.run(
-        [str(generator()), str(model_file), name], cwd=BUILD, capture_output=True, text=True, check=True
-    )
-    text = (BUILD / f"{name}.c").read_text(encoding="utf-8")
-    return Generated(text, {line.split()[0]: operations(text, line.split()[0]) for line in done.stdout.splitlines()})
-
-
-def operations(text: str, function: str) -> int:
-    """Products, divisions, sums and differences of one function of CasADi's C."""
-    found = re.search(rf"/\* {function}:.*?\n(.*?)\n}}\n", text, re.DOTALL)
-    assert found, f"no function {function}"
-    return sum(len(re.findall(sign, found[1])) for sign in SIGNS)
-
-
-SIGNS: Sequence[str] = (r"=\s*\(a\d+\s*[-+*/]\s*a\d+\)", r"=\s*\([-+.\deE]+\s*[-+*/]\s*a\d+\)", r"casadi_sq\(")
+def generated(model_file: Path, model: str) -> Generated:
+    """A model of a machine, by the name it has here."""
+    name = f"casadi_{model_file.stem}_{model}"
+    subprocess.run([str(generator()), str(model_file), model, name], cwd=BUILD, capture_output=True, check=True)
+    return Generated((BUILD / f"{name}.c").read_text(encoding="utf-8"))

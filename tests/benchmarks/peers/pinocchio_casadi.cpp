@@ -1,5 +1,5 @@
-// Pinocchio's algorithms run on CasADi's expressions: usage `program MACHINE NAME`, writes NAME.c.
-#include <iostream>
+// Pinocchio's algorithms run on CasADi's expressions: usage `program MACHINE MODEL NAME`, writes NAME.c.
+#include <stdexcept>
 
 #include <casadi/casadi.hpp>
 
@@ -13,6 +13,11 @@
 
 using casadi::SX;
 using Vector = Eigen::Matrix<SX, Eigen::Dynamic, 1>;
+
+struct Expressions
+{
+    std::vector<SX> arguments, results;
+};
 
 static Vector entries(const SX &symbols)
 {
@@ -30,9 +35,22 @@ static SX matrix(const Eigen::MatrixBase<Derived> &from)
     return to;
 }
 
-int main(int, char **arguments)
+// Motor torques, and the law of the springs where there is no motor.
+static Vector joint_forces(const Machine &machine, const SX &q, const SX &qd, const SX &tau)
 {
-    const Machine machine = read_machine(arguments[1]);
+    Vector forces(q.size1());
+    for (Eigen::Index j = 0; j < forces.size(); ++j) {
+        const auto k = std::size_t(j);
+        SX spring = 0;
+        if (machine.stiffness[k] != 0) spring = spring - machine.stiffness[k] * (q(j) - machine.neutral[k]);
+        if (machine.damping[k] != 0) spring = spring - machine.damping[k] * qd(j);
+        forces[j] = machine.motor[k] >= 0 ? SX(tau(machine.motor[k])) : spring;
+    }
+    return forces;
+}
+
+static Expressions expressions(const Machine &machine, const std::string &name)
+{
     const auto n = machine.model.nv;
     const pinocchio::ModelTpl<SX> model = machine.model.cast<SX>();
     pinocchio::DataTpl<SX> data(model);
@@ -40,35 +58,38 @@ int main(int, char **arguments)
     for (int motor : machine.motor) motors += motor >= 0;
     const SX q = SX::sym("q", n), qd = SX::sym("qd", n), qdd = SX::sym("qdd", n), tau = SX::sym("tau", motors);
 
-    Vector forces(n);
-    for (Eigen::Index j = 0; j < n; ++j) {
-        const auto k = std::size_t(j);
-        SX spring = 0;
-        if (machine.stiffness[k] != 0) spring = spring - machine.stiffness[k] * (q(j) - machine.neutral[k]);
-        if (machine.damping[k] != 0) spring = spring - machine.damping[k] * qd(j);
-        forces[j] = machine.motor[k] >= 0 ? SX(tau(machine.motor[k])) : spring;
+    if (name == "inverse_dynamics") {
+        pinocchio::rnea(model, data, entries(q), entries(qd), entries(qdd));
+        return {{q, qd, qdd}, {matrix(data.tau)}};
     }
-    pinocchio::rnea(model, data, entries(q), entries(qd), entries(qdd));
-    const SX torques = matrix(data.tau);
-    pinocchio::aba(model, data, entries(q), entries(qd), forces, pinocchio::Convention::LOCAL);
-    const SX accelerations = matrix(data.ddq);
-    pinocchio::crba(model, data, entries(q), pinocchio::Convention::LOCAL);
-    SX inertia = matrix(data.M);
-    for (casadi_int i = 0; i < n; ++i)
-        for (casadi_int j = 0; j < i; ++j) inertia(i, j) = inertia(j, i);
+    if (name == "direct_dynamics") {
+        const Vector forces = joint_forces(machine, q, qd, tau);
+        pinocchio::aba(model, data, entries(q), entries(qd), forces, pinocchio::Convention::LOCAL);
+        return {{q, qd, tau}, {matrix(data.ddq)}};
+    }
+    if (name == "inertia_matrix") {
+        pinocchio::crba(model, data, entries(q), pinocchio::Convention::LOCAL);
+        return {{q}, {SX::densify(SX::triu2symm(SX::triu(matrix(data.M))))}};
+    }
+    throw std::invalid_argument("no model " + name);
+}
 
-    casadi::Dict options;
-    options["with_header"] = false;
-    casadi::CodeGenerator code(arguments[2], options);
-    const casadi::Dict shared{{"cse", true}};
-    const casadi::Function functions[] = {
-        casadi::Function("inverse", {q, qd, qdd}, {torques}, shared),
-        casadi::Function("direct", {q, qd, tau}, {accelerations}, shared),
-        casadi::Function("inertia_matrix", {q}, {SX::vec(inertia)}, shared),
-    };
-    for (const auto &function : functions) {
-        code.add(function);
-        std::cout << function.name() << " " << function.n_instructions() << "\n";
-    }
+// Jacobians of the result by each argument, row by row.
+static Expressions derivatives(const Expressions &of)
+{
+    Expressions by{of.arguments, {}};
+    for (const SX &argument : of.arguments)
+        by.results.push_back(SX::densify(SX::jacobian(of.results[0], argument)).T());
+    return by;
+}
+
+int main(int, char **arguments)
+{
+    const std::string asked = arguments[2], ending = "_derivatives";
+    const auto end = asked.rfind(ending);
+    Expressions found = expressions(read_machine(arguments[1]), asked.substr(0, end));
+    if (end != std::string::npos) found = derivatives(found);
+    casadi::CodeGenerator code(arguments[3], {{"with_header", false}});
+    code.add(casadi::Function("model", found.arguments, found.results, casadi::Dict{{"cse", true}}));
     code.generate();
 }

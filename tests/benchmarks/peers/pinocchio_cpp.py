@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.benchmarks.contest import Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.contest import BUILD, Array, Contestant, compiled, entry, keeping_results
 from tests.references.pinocchio_model import model_of
 
 HERE = Path(__file__).parent
@@ -26,8 +26,8 @@ ALGORITHMS = {
     "inverse_dynamics": ("inverse", "rnea"),
     "direct_dynamics": ("direct", "aba"),
     "inertia_matrix": ("inertia_matrix", "crba"),
-    "d inverse": ("d_inverse", "computeRNEADerivatives"),
-    "d direct": ("d_direct", "computeABADerivatives"),
+    "inverse_dynamics_derivatives": ("inverse_derivatives", "computeRNEADerivatives"),
+    "direct_dynamics_derivatives": ("direct_derivatives", "computeABADerivatives"),
 }
 
 
@@ -55,6 +55,14 @@ def contestant(model_file: Path, model: str, x: Array, results: int) -> Contesta
     function, name = ALGORITHMS[model]
     library().read_model(str(model_file).encode())
     return keeping_results(f"Pinocchio {name}", entry(library(), function), x, results)
+
+
+def model_file(machine: Machine) -> Path:
+    """A machine, written for the C++ programs."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    file = BUILD / f"{machine.name}.txt"
+    file.write_text(model_text(machine), encoding="utf-8")
+    return file
 
 
 def model_text(machine: Machine) -> str:

@@ -62,10 +62,14 @@ std::size_t motors()
 
 void give_vector(const Vector &vector, double *y, std::size_t s) { Eigen::Map<Vector>(y + s * std::size_t(n), n) = vector; }
 
-void give_matrix(const Eigen::MatrixXd &matrix, double *y, std::size_t s)
+template<class... Matrices>
+void give_matrices(double *y, std::size_t s, const Matrices &...matrices)
 {
-    Eigen::Map<RowMajor>(y + s * std::size_t(n * n), n, n) = matrix;
+    y += s * sizeof...(matrices) * std::size_t(n * n);
+    ((Eigen::Map<RowMajor>(y, n, n) = matrices, y += n * n), ...);
 }
+
+Eigen::MatrixXd symmetric(const Eigen::MatrixXd &upper) { return upper.selfadjointView<Eigen::Upper>(); }
 } // namespace
 
 extern "C" {
@@ -104,13 +108,11 @@ double inertia_matrix(long passes, std::size_t states, const double *x, double *
     return contest(
         passes, states, inputs_with(0), x, y,
         [](const double *) { pinocchio::crba(machine->model, *data, q, pinocchio::Convention::LOCAL); },
-        [](double *to, std::size_t s) {
-            give_matrix(Eigen::MatrixXd(data->M.selfadjointView<Eigen::Upper>()), to, s);
-        });
+        [](double *to, std::size_t s) { give_matrices(to, s, symmetric(data->M)); });
 }
 
-// Derivatives with respect to q; those to qd are computed with them.
-double d_inverse(long passes, std::size_t states, const double *x, double *y)
+// Derivatives by q, qd and qdd.
+double inverse_derivatives(long passes, std::size_t states, const double *x, double *y)
 {
     return contest(
         passes, states, inputs_with(std::size_t(n)), x, y,
@@ -118,10 +120,11 @@ double d_inverse(long passes, std::size_t states, const double *x, double *y)
             u = Eigen::Map<const Vector>(qdd, n);
             pinocchio::computeRNEADerivatives(machine->model, *data, q, qd, u);
         },
-        [](double *to, std::size_t s) { give_matrix(data->dtau_dq, to, s); });
+        [](double *to, std::size_t s) { give_matrices(to, s, data->dtau_dq, data->dtau_dv, symmetric(data->M)); });
 }
 
-double d_direct(long passes, std::size_t states, const double *x, double *y)
+// Derivatives by q, qd and tau.
+double direct_derivatives(long passes, std::size_t states, const double *x, double *y)
 {
     return contest(
         passes, states, inputs_with(motors()), x, y,
@@ -129,6 +132,6 @@ double d_direct(long passes, std::size_t states, const double *x, double *y)
             joint_forces(tau);
             pinocchio::computeABADerivatives(machine->model, *data, q, qd, u);
         },
-        [](double *to, std::size_t s) { give_matrix(data->ddq_dq, to, s); });
+        [](double *to, std::size_t s) { give_matrices(to, s, data->ddq_dq, data->ddq_dv, symmetric(data->Minv)); });
 }
 }

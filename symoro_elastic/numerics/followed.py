@@ -1,0 +1,88 @@
+"""What the feed-forward gives, put back into the equations of motion, in many digits.
+
+The program is run on y(t) with its slope, so that q(t), its velocity and acceleration are known; A and H [8] then
+tell the torques. That springs obey their law, and that they and the motor add up to y, is checked apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from symoro_elastic.equations.feed_forward import drives
+from symoro_elastic.machine.machine import Kind
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.models.feed_forward import MOTION
+from symoro_elastic.numerics.reference import Numbers, Point, distance, dot
+from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.duals import Dual, differentiating
+
+
+@dataclass(frozen=True)
+class Followed:
+    """q, qd, qdd of all joints on a wanted motion, and the forces A qdd + H that it takes."""
+
+    q: Numbers
+    qd: Numbers
+    qdd: Numbers
+    forces: Numbers
+
+
+def followed(point: Point, traced: TracedModel) -> Followed:
+    """The motion that a feed-forward gives, derived by time, and its forces."""
+    symbols: dict[str, Any] = dict(point.names)
+    for argument in traced.program.inputs:
+        k = MOTION.index(argument.name)
+        rates = point.numbers(MOTION[min(k + 1, len(MOTION) - 1)])  # beyond the last, any
+        symbols |= zip(argument.symbols, map(Dual, point.numbers(argument.name), rates), strict=True)
+    outputs = {o.name: o.entries for o in traced.program.outputs}
+    value = evaluate((*outputs["q"], *outputs["qd"]), symbols, differentiating(point.arithmetic))
+    q, qd = ([value(x) for x in outputs[name]] for name in ("q", "qd"))
+    place, velocity, acceleration = [_value(x) for x in q], [_slope(x) for x in q], [_slope(x) for x in qd]
+    A = point.run(point.reference.inertia, {"q": place})["A"]
+    H = point.run(point.reference.bias, {"q": place, "qd": velocity})["H"]
+    n = len(place)
+    rows = [A[row * n : (row + 1) * n] for row in range(n)]
+    return Followed(place, velocity, acceleration, [dot(row, acceleration) + h for row, h in zip(rows, H, strict=True)])
+
+
+def torques(point: Point, traced: TracedModel) -> dict[str, Numbers]:
+    """Results of a feed-forward, velocities by differentiating q and torques from the equations of motion."""
+    found, machine = followed(point, traced), point.reference.machine
+    by_joint = {name: dict(zip(machine.moving, x, strict=True)) for name, x in _named(found).items()}
+    return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
+
+
+def unfollowed(point: Point, traced: TracedModel) -> float:
+    """How far springs are from their law, and motors and springs from adding up to y, relative."""
+    found, machine = followed(point, traced), point.reference.machine
+    joints = [machine.joints[j - 1] for j in machine.moving]
+    springs = [
+        -point.cell(joint.spring.stiffness) * (q - point.cell(joint.spring.neutral))
+        for joint, q in zip(joints, found.q, strict=True)
+        if joint.kind is Kind.ELASTIC
+    ]
+    exerted = [x for joint, x in zip(joints, found.forces, strict=True) if joint.kind is Kind.ELASTIC]
+    q = dict(zip(machine.moving, found.q, strict=True))
+    bound = Bound(machine)
+    elastic = [j for j in machine.moving if j not in bound.motors]
+    sums = [
+        sum(sense * q[j] for j, sense in zip(drive.joints, drive.senses, strict=True))
+        for drive in drives(bound.mechanism, bound.motors, elastic)
+    ]
+    scale = max(map(abs, found.forces), default=0) or 1
+    bent = max((abs(x - y) / scale for x, y in zip(springs, exerted, strict=True)), default=0)
+    return max(float(bent), distance(sums, point.numbers("y")))
+
+
+def _named(found: Followed) -> dict[str, Numbers]:
+    return {"tau": found.forces, "q": found.q, "qd": found.qd}
+
+
+def _value(x: Any) -> Any:
+    return x.value if x.__class__ is Dual else x
+
+
+def _slope(x: Any) -> Any:
+    return x.slope if x.__class__ is Dual else x * 0

@@ -1,0 +1,238 @@
+"""Wanted motions of what motors drive, with derivatives by time: columns of a file, splines, moves from rest to rest.
+
+The coordinate y of a motor is its own plus those of the springs behind it. A motion gives k derivatives where the
+first that jumps is the k-th: the next one would be infinite. A spline of degree k gives k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.measurements import named_columns, read_columns
+from symoro_elastic.identification.trajectory import MOST_SAMPLES, motors_of
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.models.flatness import HIGHEST
+from symoro_elastic.vibration.motion import LARGEST, Array
+from symoro_elastic.vibration.optional import optional
+
+RATE = 1000.0  # samples/s
+STROKE = 0.1  # rad or m
+JUMP = 1e-6  # of the largest value of a derivative
+DOUBTFUL = 0.1  # of a derivative
+ROUNDED = 1e-5  # of the largest value, in a file with few digits
+
+
+Doubt = tuple[int, str]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """t (N,) s and by motor y and its derivatives, (orders + 1, N), rad or m; where they come from.
+
+    `columns` is the letter of its columns in a file, empty for splines; `doubts` tells by motor which derivative is
+    the first that is not to be trusted, and why.
+    """
+
+    t: Array
+    y: Mapping[str, Array]
+    source: str
+    columns: str = ""
+    doubts: Mapping[str, Doubt] = field(default_factory=dict)
+
+    def order(self, motor: str) -> int:
+        """How many derivatives the motion of a motor has."""
+        return len(self.y[motor]) - 1
+
+
+def read_wanted(
+    path: str | Path, machine: Machine, degree: int | None = None, usual: int = 5, rate: float | None = None
+) -> Wanted:
+    """Columns t, y_<motor>, yd_<motor>, ydd_<motor> ... of a .csv or .npz file, or q_, qd_ ... as `excite` writes.
+
+    Splines of a degree go through the positions where it is given, and where there are positions only (`usual`);
+    they are sampled at `rate` Hz. Raises `InputError`.
+    """
+    source = str(path)
+    named, _ = named_columns(read_columns(path, machine), machine, source)
+    t, letter = _time(named, source), _letter(named)
+    y = _by_motor(named, letter, machine, source)
+    if degree is not None or all(len(rows) == 1 for rows in y.values()):
+        return through(
+            t, {name: rows[0] for name, rows in y.items()}, usual if degree is None else degree, rate, source
+        )
+    if rate is not None:
+        raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
+    jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
+    finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
+    return Wanted(t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why})
+
+
+def through(
+    t: Array, positions: Mapping[str, Array], degree: int, rate: float | None = None, source: str = "motion"
+) -> Wanted:
+    """Interpolating splines of a degree through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
+    _refuse_degree(degree, source)
+    if len(t) <= degree:
+        what = f"{len(t)} points are too few for a spline of degree {degree}: give {degree + 1} or more"
+        raise InputError(source, "t", what)
+    make = optional("scipy.interpolate").make_interp_spline
+    curves = {name: make(t, y, k=degree) for name, y in positions.items()}
+    found = along(curves, times(t[0], t[-1], rate), source)
+    if len(t) <= 2 * degree:
+        return found
+    coarse = along({name: make(t[::2], y[::2], k=degree) for name, y in positions.items()}, found.t)
+    return replace(found, doubts=dict(_doubts(found, coarse)))
+
+
+def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
+    """By motor the first derivative that half the points tell otherwise, but for the ends."""
+    inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
+    for name, rows in fine.y.items():
+        change, size = (np.abs(x[:-1, inside]).max(axis=1) for x in (rows - coarse.y[name], rows))
+        if (change > DOUBTFUL * size).any():
+            k = int(np.argmax(change > DOUBTFUL * size))
+            what = f"derivative {k} of its spline changes by {change[k] / size[k]:.0%} with half the points"
+            yield name, (k, f"{what}: they are too few, or too many for their digits")
+
+
+def move(
+    machine: Machine, start: Mapping[str, float], strokes: Mapping[str, float], duration: float, degree: int,
+    rate: float | None = None,
+) -> Wanted:  # fmt: skip
+    """All motors from rest to rest in `duration` s, each as far as its stroke: velocity is a B-spline bell.
+
+    Of degree 2 it has a triangle of velocity, of degree 3 limited jerk. Raises `InputError`.
+    """
+    source = f"{machine.source or machine.name}, move"
+    _refuse_degree(degree, source)
+    if not 0 < duration < np.inf:
+        raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+    names = [joint.name for joint in motors_of(machine)]
+    first, far = (_of_motors(x, machine, place) for x, place in ((start, "--at"), (strokes, "--stroke")))
+    knots = duration / degree * np.arange(-degree - 1, 2 * degree + 2)
+    rising = np.repeat([0.0, 1.0], degree + 1)
+    spline = optional("scipy.interpolate").BSpline
+    curves = {name: spline(knots, first[name] + far[name] * rising, degree) for name in names}
+    return along(curves, times(0.0, duration, rate, beyond=True), source)
+
+
+def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Wanted:
+    """Curves by motor, each a `BSpline` or a piecewise polynomial (`PPoly`) of scipy, at times (N,) s.
+
+    As many derivatives as the curve has before one jumps.
+    """
+    return Wanted(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
+
+
+def times(first: float, last: float, rate: float | None = None, beyond: bool = False) -> Array:
+    """Samples from `first` to `last` s, or to the one `beyond`, at `rate` Hz. Raises `InputError`."""
+    rate = RATE if rate is None else rate
+    count = (last - first) * rate
+    if not 0 < rate < np.inf or count > MOST_SAMPLES:
+        what = f"{rate:g} Hz for {last - first:g} s: give a positive rate, and at most {MOST_SAMPLES:.0g} samples"
+        raise InputError("symoro-elastic", "--rate", what)
+    steps = np.ceil(count * (1 - 1e-12)) if beyond else np.floor(count * (1 + 1e-12))
+    found: Array = first + np.arange(int(steps) + 1) / rate
+    return found
+
+
+def _sampled(curve: Any, t: Array) -> Array:
+    given = _smoothness(curve)
+    return np.array([curve(t)] + [curve.derivative(k)(t) for k in range(1, given + 1)], dtype=float)
+
+
+def _smoothness(curve: Any) -> int:
+    """The first derivative that jumps, at most one that can be used."""
+    if hasattr(curve, "t"):
+        inside = curve.t[(curve.t > curve.t[curve.k]) & (curve.t < curve.t[-curve.k - 1])]
+        most = int(np.unique(inside, return_counts=True)[1].max(initial=1)) if len(inside) else 1
+        return min(int(curve.k) - most + 1, HIGHEST)
+    for k in range(HIGHEST):
+        slope = curve.derivative(k) if k else curve
+        ends = np.diff(slope.x[:-1])
+        before = np.array([np.polyval(c, h) for c, h in zip(slope.c[:, :-1].T, ends, strict=True)])
+        after = slope.c[-1, 1:]
+        if (np.abs(after - before) > JUMP * max(np.abs(before).max(initial=0), np.abs(after).max(initial=0))).any():
+            return k
+    return HIGHEST
+
+
+def _refuse_degree(degree: int, source: str) -> None:
+    if not 1 <= degree <= HIGHEST + 1:
+        raise InputError(source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST + 1}")
+
+
+def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
+    """Numbers by name of motor; those called by "" are of all others. Raises `InputError`."""
+    motors = motors_of(machine)
+    known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
+    for name, x in given.items():
+        if name and name not in known:
+            raise InputError(
+                machine.source or machine.name, place, f"no motor {quoted(name)}{did_you_mean(name, known)}"
+            )
+        if not abs(x) <= LARGEST:
+            raise InputError(machine.source or machine.name, place, f"{x:g} is out of range: give up to {LARGEST:g}")
+    found = {known[name]: x for name, x in given.items() if name}
+    return {joint.name: found.get(joint.name, given.get("", 0.0)) for joint in motors}
+
+
+def _time(named: Mapping[tuple[str, str], Array], source: str) -> Array:
+    if ("t", "") not in named:
+        raise InputError(source, "t", "missing: give the time of each sample, s")
+    t = named["t", ""]
+    bad = ~np.isfinite(t) | ~(np.diff(t, prepend=-np.inf) > 0)
+    if bad.any():
+        k = int(np.argmax(bad))
+        raise InputError(source, "t", f"does not increase at sample {k + 1} ({t[k]:g} s): drop repeated lines")
+    return t
+
+
+def _letter(named: Mapping[tuple[str, str], Array]) -> str:
+    """What positions are called in a file."""
+    letters = {quantity[0] for quantity, _ in named}
+    return "q" if "q" in letters and "y" not in letters else "y"
+
+
+def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, source: str) -> dict[str, Array]:
+    """y and its derivatives without gap, by motor. Raises `InputError`."""
+    motors = [joint.name for joint in motors_of(machine)]
+    others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
+    if others:
+        what = "a wanted motion is that of what motors drive, springs included: give y_<motor>, yd_<motor> ... alone"
+        raise InputError(source, others[0], what)
+    found = {}
+    for name in motors:
+        orders = [k for k in range(HIGHEST + 1) if (letter + "d" * k, name) in named]
+        if orders != list(range(len(orders))) or not orders:
+            lacking = next(k for k in range(HIGHEST + 2) if k not in orders)
+            raise InputError(source, f"{letter}{'d' * lacking}_{name}", "missing: give it in a column of this name")
+        found[name] = np.array([named[letter + "d" * k, name] for k in orders])
+        if not np.isfinite(found[name]).all():
+            raise InputError(source, f"{letter}_{name}", "NaN or infinity in the motion or its derivatives")
+    return found
+
+
+def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
+    """The first derivative of which the next is not the slope, and how it shows; the last where all is well.
+
+    The trapezoidal rule misses h y'' / 12 of a smooth derivative, and half a jump of the last one.
+    """
+    h = np.diff(t)
+    for k, (below, slope) in enumerate(pairwise(rows)):
+        changed, told = np.diff(below), h * (slope[1:] + slope[:-1]) / 2
+        bent = np.abs(np.diff(slope, 2, prepend=slope[0], append=slope[-1]))
+        off = np.abs(changed - told) - h * np.maximum(bent[1:], bent[:-1]) - ROUNDED * np.abs(below).max()
+        if (off > 0).any():
+            at = int(np.argmax(off))
+            what = f"derivative {k} changes by {changed[at]:.3g} at {t[at]:.4g} s, the next one says {told[at]:.3g}"
+            return k, f"{what}: it jumps, or units differ, or samples are too far apart"
+    return len(rows) - 1, ""
