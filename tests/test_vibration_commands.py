@@ -156,7 +156,9 @@ def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
     assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
     assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
     alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
-    assert alone.notes == ("motor is held: its torque and its encoder are no signals",) and linearized(drive()).notes == ()
+    assert (
+        alone.notes == ("motor is held: its torque and its encoder are no signals",) and linearized(drive()).notes == ()
+    )
     save_linearization(linearized(drive()), tmp_path / "free.mat")
     assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
 

@@ -118,7 +118,7 @@ def modes(machine: str, over: tuple[str, ...], out: str | None, plots: str | Non
     if as_json:
         print_json(modes_json(found, slopes))
     else:
-        click.echo("\n".join(state_lines(found.linear)))
+        click.echo("\n".join([*state_lines(found.linear), *found.linear.unrest]))
         print_table(modes_table(found, slopes), found.linear.motion.machine.name)
         click.echo(modes_conclusion(found, slopes))
     _save(out, modes_arrays(found, slopes), as_json)

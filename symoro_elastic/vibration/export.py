@@ -29,7 +29,7 @@ NPZ, MAT, CSV = ".npz", ".mat", ".csv"
 
 
 def arrays_of(linear: Linearization) -> dict[str, Any]:
-    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes on held motors; the state.
+    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes; the state.
 
     The state is q, qd, qdd, tau.
     """
@@ -55,10 +55,10 @@ def modes_arrays(found: Modes, by: Sensitivity) -> dict[str, Any]:
 
 
 def tracked_arrays(tracked: Tracked) -> dict[str, Any]:
-    """Positions (points, joints), frequencies and MAC (points, m), shapes (points, n, m)."""
+    """Positions (points, joints), frequencies, growth and MAC (points, m), shapes (points, n, m)."""
     return {
         "joints": list(tracked.joints), "positions": tracked.positions, "frequencies": tracked.frequencies,
-        "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
+        "growth": tracked.growth, "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
         "coordinates": list(tracked.found[0].linear.coordinates),
     }  # fmt: skip
 

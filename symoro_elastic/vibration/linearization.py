@@ -29,6 +29,8 @@ from symoro_elastic.vibration.signals import (
     points_of,
 )
 
+AT_REST = 1e-9
+"""A velocity or an acceleration up to here is rounding, SI units."""
 Maps = tuple[tuple[Array, Array, Array], ...]
 
 
@@ -72,10 +74,21 @@ class Linearization:
         return tuple(self.motion.names[k] for k in self.kept)
 
     @property
+    def unrest(self) -> tuple[str, ...]:
+        """A line where the state is given and not at rest, with the fastest joint and the largest acceleration."""
+        found = []
+        for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
+            k = int(np.argmax(np.abs(values))) if len(values) else 0
+            if np.abs(values).max(initial=0.0) > AT_REST:
+                unit = "m" if self.motion.joints[k].sigma == 1 else "rad"
+                found.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
+        return (f"not at rest: {', '.join(found)}",) if found else ()
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """A line for each motor that is held: its torque would move nothing, its encoder does not change."""
+        """A line where the state is not at rest, and one for each motor that is held, whose signals are left out."""
         held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
-        return tuple(f"{name} is held: its torque and its encoder are no signals" for name in held)
+        return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in held)
 
     @property
     def is_symmetric(self) -> bool:

@@ -47,6 +47,11 @@ class Tracked:
         return np.array([each.frequencies for each in self.found])
 
     @property
+    def growth(self) -> Array:
+        """1/s at which modes grow that are unstable there, (points, m); 0 for all others."""
+        return np.array([each.growth for each in self.found])
+
+    @property
     def doubtful(self) -> list[tuple[int, int]]:
         """(point, mode) where a pair is alike by less than one half: the grid is too coarse there."""
         return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
