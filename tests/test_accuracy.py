@@ -25,7 +25,7 @@ from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import COS, SIN, Graph
 from symoro_elastic.symbolic.program import Input, Names, Output, build
 from tests.extremes import states as at
-from tests.extremes.machines import six_axes
+from tests.extremes.machines import links, six_axes
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, random_machine
 
@@ -103,6 +103,15 @@ def test_single_precision_is_measured_in_its_own_ulps() -> None:
     found = measure(traced, results, states, values, SINGLE)
     assert 0.25 < found.typical < found.worst < 4 * found.input_effect < 4000
     assert measure(traced, results, states, values, DOUBLE).worst == pytest.approx(found.worst * 2**29)
+
+
+def test_constants_are_rounded_once_as_in_generated_code() -> None:
+    """sin(1.12) in single precision, not the sine of 1.12 in single precision."""
+    machine = links(1, alphas=("1.12",))
+    states = at.changed(at.moderate(machine, 1), q=np.zeros((1, 1)))
+    found = evaluated(trace(machine, "geometric_model"), states, parameter_values(machine), np.float32)
+    placed = next(iter(found.values())).reshape(4, 4)
+    assert placed[2, 1] == np.float32(math.sin(1.12)) != np.sin(np.float32(1.12))
 
 
 def test_without_extended_precision_balls_judge_every_state(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,10 +58,12 @@ def sizes_of(model: Any) -> list[int]:
 
 
 def plainly(model: Any, states: Sequence[Array], p: Array) -> list[Array]:
-    """The program on whole arrays, an array for each variable; rows of states, any p."""
+    """The program on whole arrays, an array for each variable; rows of states, any p; constants of one p on floats."""
     columns = [np.ascontiguousarray(x.T) for x in states]
+    floats = support(two_r(), "_run").Floats
+    once = (floats, p.tolist()) if p.ndim == 1 else (ON_ARRAYS, np.ascontiguousarray(p.T))
     with np.errstate(all="ignore"):
-        entries = model.program(ON_ARRAYS, *columns, model.constants(ON_ARRAYS, np.ascontiguousarray(p.T)))
+        entries = model.program(ON_ARRAYS, *columns, model.constants(*once))
     count = len(states[0]) if states else 1
     return [
         np.stack([np.broadcast_to(x, count) for x in values], axis=-1).reshape(count, *shape)
@@ -131,10 +133,35 @@ def test_a_block_is_no_longer_than_the_cache_allows() -> None:
     buffers = support(two_r(), "_run")._buffers
     steps = model_of(two_r(), "direct_dynamics").steps
     double, single = np.dtype(np.float64), np.dtype(np.float32)
-    assert steps.block(10**6, double) <= 2048 and 2048 < steps.block(10**6, single) <= 4096
-    assert [steps.block(count, double) for count in (0, 1, 2048, 2049)] == [1, 1, 2048, 1025]
+    assert steps.block_length(10**6, double) <= 2048 and 2048 < steps.block_length(10**6, single) <= 4096
+    assert [steps.block_length(count, double) for count in (1, 2048, 2049)] == [1, 2048, 1025]
     large = SimpleNamespace(buffers=10**5)
-    assert buffers.Steps.block(large, 10**6, double) <= 256
+    assert buffers.Steps.block_length(large, 10**6, double) <= 256
+
+
+def test_calls_of_one_shape_use_the_same_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a few shapes, and only where the buffers are not large."""
+    module, (p,) = two_r(), drawn([len(two_r().PARAMETERS)], ())
+    steps, buffers = model_of(module, "direct_dynamics").steps, support(module, "_run")._buffers
+    steps.kept.clear()
+    for count in (30, 30, 40, 30):
+        module.direct_dynamics(*drawn([2, 2, 2], (count,)), p)
+    assert [len(idle) for idle in steps.kept.values()] == [1, 1]
+    for count in range(30, 50):
+        module.direct_dynamics(*drawn([2, 2, 2], (count,)), p)
+    assert 0 < len(steps.kept) <= buffers.KINDS
+    steps.kept.clear()
+    monkeypatch.setattr(buffers, "KEPT", 0)
+    module.direct_dynamics(*drawn([2, 2, 2], (30,)), p)
+    assert not any(steps.kept.values())
+
+
+def test_parameter_sets_do_not_stay_in_the_buffers() -> None:
+    module, states = two_r(), drawn([2, 2, 2], (30,))
+    for seed in range(3):
+        p = drawn([len(module.PARAMETERS)], (), seed)[0] + 3.0
+        (wanted,) = plainly(model_of(module, "direct_dynamics"), states, p)
+        assert same_bits(module.direct_dynamics(*states, p), wanted)
 
 
 # Blocks and axes

@@ -74,7 +74,7 @@ def direct_dynamics(q, qd, tau, p=DEFAULTS):
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
 
-    315x 300+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+    307x 290+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
     q (6): joint variables, rad or m
     qd (6): joint velocities, rad/s or m/s
     qdd_motor (6): motor accelerations, rad/s2 or m/s2

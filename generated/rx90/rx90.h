@@ -119,7 +119,7 @@ void rx90_direct_dynamics_prepare(const double *p, double *c);
 void rx90_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 288x 274+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
+ * 280x 264+, 10 sin/cos a call; 0x 15+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   qdd_motor (6): motor accelerations, rad/s2 or m/s2

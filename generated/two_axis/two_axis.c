@@ -1,9 +1,9 @@
 /* two_axis: generated models in double precision. Equation numbers are those of Khalil and Gautier.
  *
- * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math, and for AVX-512
- * -mprefer-vector-width=512. Not with -ffast-math, which costs accuracy.
- * The equations stand once, at the end, and are compiled twice: NUMBER is one number, or for a batch a vector of WIDTH numbers. Entry k
- * of an input or result is at k*stride. A number of states that is a large power of two makes caches slow.
+ * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math. Not with -ffast-math, which
+ * costs accuracy.
+ * The equations stand at the end, once, and are compiled twice: NUMBER is a number, or in a batch a vector of WIDTH numbers.
+ * Entry k of an input or result is at k*stride. A number of states that is a large power of two makes caches slow.
  */
 #ifndef NUMBER
 #include <math.h>
@@ -36,9 +36,10 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
 #define LARGEST_ANGLE 1048576.0
 #endif
 
-/* For a batch: vectors of WIDTH numbers, as long as the processor's. */
+/* For a batch: vectors of WIDTH numbers, as long as the processor's (-DVECTOR_BYTES=32: no longer than that). */
 #if defined(__clang__) || __GNUC__ >= 9
-#if defined(__AVX512F__)
+#ifdef VECTOR_BYTES
+#elif defined(__AVX512F__)
 #define VECTOR_BYTES 64
 #elif defined(__AVX__)
 #define VECTOR_BYTES 32

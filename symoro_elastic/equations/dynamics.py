@@ -178,10 +178,13 @@ def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | 
         if i not in state.vd or isinstance(rule, TorqueKnown):
             continue
         qdd = rule.qdd if rule else 0
-        linear, angular = coriolis(link, carried_velocity(link, state.w[i]), qd[j])
-        moved, turned = link.axis.screw(qdd)
-        state.wd[j] = add(to_child(link.placement, state.wd[i]), add(angular, turned))
-        state.U[j] = turning(link, state.w[i], state.U[i], state.w[j], state.wd[j])
+        linear, _ = coriolis(link, carried_velocity(link, state.w[i]), qd[j])
+        moved, _ = link.axis.screw(qdd)
+        if link.axis is Axis.REVOLUTE:
+            state.wd[j], state.U[j] = turning(link, state.w[i], state.wd[i], state.U[i], state.w[j], qdd)
+        else:
+            state.wd[j] = to_child(link.placement, state.wd[i])
+            state.U[j] = hat_plus_hat_squared(state.w[j], state.wd[j])
         carried = to_child(link.placement, add(state.vd[i], times(state.U[i], origin(link.placement[:-1]))))
         along = scale(link.placement[-1].shift, transpose(state.U[j])[Z])
         state.vd[j] = add(add(carried, along), add(linear, moved))
@@ -191,19 +194,26 @@ def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | 
 def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, u: Matrix) -> Pair:
     """Wrench that gives a body its acceleration [12], about the origin of its frame.
 
-    `u` is hat(wd) + hat(w) hat(w). The moment is SYMORO's form, 15 products.
+    `u` is hat(wd) + hat(w) hat(w). The moment is SYMORO's form, 15 products. Its terms that may cancel weight
+    against acceleration come first, so that little is rounded before they do.
     """
     force = add(scale(body.mass, vd), times(u, body.moments))
-    return force, add(_euler(body.inertia, w, wd, u), cross(body.moments, vd))
+    (x, y, z), (xx, _, _, yy, _, zz) = body.moments, body.inertia
+    accelerated = (
+        xx * wd[0] + y * vd[2] - z * vd[1],
+        yy * wd[1] + z * vd[0] - x * vd[2],
+        zz * wd[2] + x * vd[1] - y * vd[0],
+    )
+    return force, add(accelerated, _euler(body.inertia, w, u))
 
 
-def _euler(inertia: Symmetric, w: Vector, wd: Vector, u: Matrix) -> Vector:
-    """J wd + w x (J w)."""
+def _euler(inertia: Symmetric, w: Vector, u: Matrix) -> Vector:
+    """J wd + w x (J w), the products of J's diagonal and wd apart."""
     xx, xy, xz, yy, yz, zz = inertia
     return (
-        (u[1][1] - u[2][2]) * yz + w[1] * w[2] * (zz - yy) + xz * u[1][0] - xy * u[2][0] + xx * wd[0],
-        (w[2] * w[2] - w[0] * w[0]) * xz + w[0] * w[2] * (xx - zz) - yz * u[0][1] + xy * u[2][1] + yy * wd[1],
-        (u[0][0] - u[1][1]) * xy + w[0] * w[1] * (yy - xx) + yz * u[0][2] - xz * u[1][2] + zz * wd[2],
+        (u[1][1] - u[2][2]) * yz + w[1] * w[2] * (zz - yy) + xz * u[1][0] - xy * u[2][0],
+        (w[2] * w[2] - w[0] * w[0]) * xz + w[0] * w[2] * (xx - zz) - yz * u[0][1] + xy * u[2][1],
+        (u[0][0] - u[1][1]) * xy + w[0] * w[1] * (yy - xx) + yz * u[0][2] - xz * u[1][2],
     )
 
 

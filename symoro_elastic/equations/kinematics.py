@@ -18,12 +18,12 @@ from symoro_elastic.equations.spatial import (
     arm,
     cross,
     hat_plus_hat_squared,
-    is_zero,
     origin,
     scale,
     screw_to_child,
     subtract,
     times,
+    to_antecedent,
     to_child,
     transpose,
     turn,
@@ -125,24 +125,26 @@ def coriolis(link: Link, jw_i: Vector, qd: Scalar) -> Pair:
     return cross(jw_i, (0, 0, qd + qd)), (0, 0, 0)
 
 
-def turning(link: Link, w_i: Vector, U_i: Matrix, w_j: Vector, wd_j: Vector) -> Matrix:
-    """U_j = hat(wd_j) + hat(w_j) hat(w_j); the turn about z leaves w_x^2 + w_y^2 as it is."""
-    if link.axis is not Axis.REVOLUTE:
-        return hat_plus_hat_squared(w_j, wd_j)
-    return hat_plus_hat_squared(w_j, wd_j, _across(link.unturned, w_i, U_i))
+def turning(link: Link, w_i: Vector, wd_i: Vector, U_i: Matrix, w_j: Vector, qdd: Scalar) -> tuple[Vector, Matrix]:
+    """wd_j [6] and U_j = hat(wd_j) + hat(w_j) hat(w_j) of a revolute joint.
+
+    Points of its axis belong to both links: U_j z is U_i z turned, whatever the joint does. Found so it keeps its
+    digits where qd_j is large, and gives wd_x and wd_y without products of its own.
+    """
+    along = turn_back(link.last_turn, _along_axis(link.unturned, w_i, wd_i, U_i))
+    _, _, spin = to_child(link.unturned, wd_i)
+    x, y, z = w_j
+    wd_j = (y * z - along[1], along[0] - x * z, spin + qdd)
+    return wd_j, hat_plus_hat_squared(w_j, wd_j, along)
 
 
-def _across(placement: Placement, w: Vector, U: Matrix) -> Scalar:
-    """w_x^2 + w_y^2 in the moved frame; quarter turns find it on the diagonal of U."""
-    if not all(screw.turns_by_quarters for screw in placement):
-        x, y, _ = to_child(placement, w)
-        return x * x + y * y
-    diagonal = [U[0][0], U[1][1], U[2][2]]
-    for screw in placement:
-        if is_zero(screw.cosine):
-            i, j = screw.plane
-            diagonal[i], diagonal[j] = diagonal[j], diagonal[i]
-    return -diagonal[2]
+def _along_axis(placement: Placement, w: Vector, wd: Vector, U: Matrix) -> Vector:
+    """U z in the moved frame, which does not move; quarter turns find it in a column of U."""
+    if all(screw.turns_by_quarters for screw in placement):
+        return to_child(placement, times(U, to_antecedent(placement, (0, 0, 1))))
+    x, y, z = to_child(placement, w)
+    wx, wy, _ = to_child(placement, wd)
+    return (x * z + wy, y * z - wx, -(x * x + y * y))
 
 
 def velocities(mechanism: Mechanism, qd: Scalars) -> list[Pair]:

@@ -98,21 +98,19 @@ def transpose(m: Matrix) -> Matrix:
     return ((m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2]))
 
 
-def hat_plus_hat_squared(w: Vector, wd: Vector, across: Scalar | None = None) -> Matrix:
+def hat_plus_hat_squared(w: Vector, wd: Vector, along: Vector | None = None) -> Matrix:
     """U = hat(wd) + hat(w) hat(w), the acceleration of points of a turning body by where they are.
 
-    `across` is w_x^2 + w_y^2; where it is known, U takes one square less.
+    `along` is U z where it is known.
     """
     x, y, z = w
-    xx, xy, xz, yz, zz = x * x, x * y, x * z, y * z, z * z
-    if across is None:
-        along_x, across = -(y * y + zz), xx + y * y
-    else:
-        along_x = (xx - zz) - across
+    xx, xy, xz, yy, yz, zz = x * x, x * y, x * z, y * y, y * z, z * z
+    along_x = -(yy + zz) if along is None else (xx - zz) + along[2]
+    along_z = (xz + wd[1], yz - wd[0], -(xx + yy)) if along is None else along
     return (
-        (along_x, xy - wd[2], xz + wd[1]),
-        (xy + wd[2], -(xx + zz), yz - wd[0]),
-        (xz - wd[1], yz + wd[0], -across),
+        (along_x, xy - wd[2], along_z[0]),
+        (xy + wd[2], -(xx + zz), along_z[1]),
+        (xz - wd[1], yz + wd[0], along_z[2]),
     )
 
 

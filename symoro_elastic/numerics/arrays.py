@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
@@ -50,14 +51,19 @@ def arithmetic(dtype: type) -> Arithmetic:
 
 
 def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, Numbers]:
-    """Results of a model by name, (states, entries), computed in a type of numpy from these states and parameters."""
+    """Results of a model by name, (states, entries), computed in a type of numpy from these states and parameters.
+
+    Constants are those of generated code, rounded once; where the type is wider, they are as exact as it allows.
+    """
     symbols: dict[str, Any] = {name: np.asarray(values[name]).astype(dtype) for name in values}
     for argument in traced.program.inputs:
         columns = getattr(states, argument.name).T
         symbols |= {symbol: column.astype(dtype) for symbol, column in zip(argument.symbols, columns, strict=True)}
     outputs = traced.program.outputs
+    entries = [x for output in outputs for x in output.entries]
+    known = {} if dtype is EXTENDED else {node: dtype(x) for node, x in constant_values(entries).items()}
     with np.errstate(all="ignore"):
-        value = evaluate((x for output in outputs for x in output.entries), symbols, arithmetic(dtype))
+        value = evaluate(entries, symbols, arithmetic(dtype), known)
         return {output.name: _stacked([value(x) for x in output.entries], len(states), dtype) for output in outputs}
 
 

@@ -31,15 +31,22 @@ class Arithmetic:
     operations: Operations
 
 
-def evaluate(roots: Iterable[Any], symbols: Mapping[str, Any], arithmetic: Arithmetic) -> Callable[[Any], Any]:
-    """A function giving the value of each root; `symbols` holds the values of the variables."""
+def evaluate(
+    roots: Iterable[Any], symbols: Mapping[str, Any], arithmetic: Arithmetic, known: Mapping[int, Any] | None = None
+) -> Callable[[Any], Any]:
+    """A function giving the value of each root; `symbols` holds the values of the variables.
+
+    `known` holds values of nodes, by number, that are not to be computed.
+    """
     roots = list(roots)
-    values: dict[int, Any] = {}
+    values = dict(known or {})
 
     def value(x: Any) -> Any:
         return values[x.id] if isinstance(x, Expression) else arithmetic.number(x)
 
     for node in reachable(roots):
+        if node.id in values:
+            continue
         if node.operation == SYMBOL:
             values[node.id] = symbols[node.operands[0]]
         else:

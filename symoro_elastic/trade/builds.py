@@ -19,19 +19,16 @@ EFFORTS = (QUICK, USUAL, ALL)
 Flags = tuple[str, ...]
 PLAIN: Flags = ("-O2",)
 NATIVE: Flags = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
-WIDE = "-mprefer-vector-width=512"
 SEPARATE, FAST = "-ffp-contract=off", "-ffast-math"
 LIBM = "-DLARGEST_ANGLE=-1.0"
 CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
 WORDS = {
-    "-O2": "O2", "-O3": "O3", "-march=native": "native", WIDE: "512 bits", SEPARATE: "no FMA", FAST: "fast-math",
-    LIBM: "libm",
+    "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST: "fast-math", LIBM: "libm",
 }  # fmt: skip
 """How a table calls flags; others go without saying."""
 
 PROBE = "int probe(void);\nint probe(void) { return 0; }\n"
 IS_CLANG = '#ifndef __clang__\n#error "not clang"\n#endif\n' + PROBE
-HAS_AVX512 = '#ifndef __AVX512F__\n#error "no AVX-512"\n#endif\n' + PROBE
 
 
 @dataclass(frozen=True)
@@ -86,18 +83,13 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
     lacking = [flag for flag in wanted if not takes(compiler, (flag,))]
     notes = [f"{compiler[0]} has no {flag}: points without it only" for flag in lacking]
     native = tuple(flag for flag in NATIVE if flag not in lacking)
-    wide = (WIDE,) if takes(compiler, (*native, WIDE), HAS_AVX512) else ()
     contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST))
-    best = (*native, *wide, *contracted)
-    narrow = ((*native, *contracted),) if wide else ()
-    varied = (PLAIN, *narrow, (*native, *wide, *separate), (*best, *fast), (*best, LIBM), (*best, *fast, LIBM))
+    best = (*native, *contracted)
+    varied = (PLAIN, (*native, *separate), (*best, *fast), (*best, LIBM), (*best, *fast, LIBM))
     every = [PLAIN, (*PLAIN, LIBM)] + [
-        (*head, *contraction, *math, *circles)
-        for head, contraction, math, circles in product(
-            dict.fromkeys((native, (*native, *wide))),
-            dict.fromkeys((contracted, separate)),
-            dict.fromkeys(((), fast)),
-            ((), (LIBM,)),
+        (*native, *contraction, *math, *circles)
+        for contraction, math, circles in product(
+            dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (LIBM,))
         )
     ]
     others = tuple(flags for flags in dict.fromkeys(varied) if flags != best)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from symoro_elastic.trade.builds import FAST, LIBM, PLAIN, SEPARATE, WIDE, Flags
+from symoro_elastic.trade.builds import FAST, LIBM, PLAIN, SEPARATE, Flags
 from symoro_elastic.trade.forms import BY_MATRIX
 from symoro_elastic.trade.points import BATCH, Figures, Point
 
@@ -63,11 +63,7 @@ def _choices(figures: Sequence[Figures]) -> Iterator[_Choice]:
         "A^-1 instead of the recursion", lambda p: p.form.way == BY_MATRIX, lambda p: (p.form.base, p.form.folded)
     )
     yield from _by_form("angles summed", lambda p: p.form.merged, lambda p: (p.form.way, p.form.base, p.form.folded))
-    for words, flag in (
-        ("libm's sine and cosine", LIBM),
-        ("products and sums apart (no FMA)", SEPARATE),
-        ("512 bits instead of the compiler's choice", WIDE),
-    ):
+    for words, flag in (("libm's sine and cosine", LIBM), ("products and sums apart (no FMA)", SEPARATE)):
         yield _Choice(words, _has(flag, lambda flags: FAST not in flags), _but_flag(flag))
     yield _Choice("-ffast-math, libm's sine and cosine", _has(FAST, lambda flags: LIBM in flags), _but_flag(FAST))
     yield _Choice("-ffast-math, inline sine and cosine", _has(FAST, lambda flags: LIBM not in flags), _but_flag(FAST))

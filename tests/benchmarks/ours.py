@@ -19,7 +19,7 @@ from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, 
 
 FAST = ("-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math")
 NATIVE = ("-march=native",)
-AVX512 = ("-march=native", "-mprefer-vector-width=512")
+AVX512 = NATIVE
 AVX2 = ("-mavx2", "-mfma")
 
 

@@ -24,6 +24,7 @@ from tests.extremes.machines import (
     no_stiffness,
     point_on_axis,
     series_springs,
+    spindle,
 )
 
 DIRECT, INVERSE = "direct_dynamics", "inverse_dynamics"
@@ -136,9 +137,18 @@ def levers() -> list[Extreme]:
     ]
 
 
+def spins() -> list[Extreme]:
+    """A shaft that turns a million times faster than the arm that holds it."""
+    machine = spindle()
+    states = at.moderate(machine, MANY)
+    qd = states.qd * np.array([1, 1, 1e6])
+    told = "a fast joint does not spoil the torques of slow ones: what does not depend on its velocity is found without"
+    return [Extreme("fast spindle", machine, at.changed(states, qd=qd), 64, told)]
+
+
 def corpus(chain_links: int = 30) -> list[Extreme]:
     """All that is judged by its error, chains of so many links among it."""
-    small = [*stiffnesses(), *angles(), *velocities(), *gimbals(), *axes(), *levers()]
+    small = [*stiffnesses(), *angles(), *velocities(), *gimbals(), *axes(), *levers(), *spins()]
     return small + chains(chain_links, FEW)
 
 

@@ -179,6 +179,13 @@ def _row(j: int, kind: Kind, alpha: str = "0", d: float | str = 0.0, body: Body 
     return Joint(f"joint{j + 1}", j, kind, 0, f"q{j + 1}", alpha=cell(alpha), d=cell(d), body=body)
 
 
+def spindle() -> Machine:
+    """Two axes, then a slender shaft that turns about itself and carries a mass on its axis, 1 m from the others."""
+    body = Body(cell(2), vector(0, 0, 0), tuple(map(cell, ("1e-9", 0, 0, "1e-9", 0, "1e-9"))))  # type: ignore[arg-type]
+    shaft = replace(_row(2, Kind.MOTOR, alpha="pi/2", body=body), r=cell(1))
+    return Machine("spindle", (_row(0, Kind.MOTOR), _row(1, Kind.MOTOR, alpha="pi/2"), shaft), (), GRAVITY)
+
+
 # Machines that cannot be modelled
 
 

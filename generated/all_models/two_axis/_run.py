@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _buffers
 
-FEW = 24  # states that take less time one by one
+FEW = 20  # states that take less time one by one
 MATRICES = {"T": 4, "R0": 3}
 DOUBLE, SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 
@@ -75,9 +75,17 @@ class Model:
 
     def on_buffers(self, arrays, p, lead):
         with np.errstate(all="ignore"):
-            (constants,) = self.steps_once.carry_out([p], p.shape[:-1], DOUBLE)
-            constants = constants.reshape((*p.shape[:-1], constants.shape[-1]))
-            return self.steps.carry_out([*arrays, constants], lead, precision(arrays))
+            return self.steps.carry_out([*arrays, self.constants_of(p)], lead, precision(arrays))
+
+    def constants_of(self, p):
+        """What the program needs of parameter sets; on buffers where there are many, or floats have no result."""
+        if p.ndim == 1:
+            try:
+                return np.array(prepared(self.constants, p.tobytes()), DOUBLE)
+            except (ArithmeticError, ValueError):
+                pass
+        (constants,) = self.steps_once.carry_out([p], p.shape[:-1], DOUBLE)
+        return constants.reshape((*p.shape[:-1], constants.shape[-1]))
 
     @functools.cached_property
     def steps_once(self):
