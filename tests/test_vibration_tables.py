@@ -17,6 +17,8 @@ from symoro_elastic.vibration.equilibrium import given_state
 from symoro_elastic.vibration.linearization import linearize
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.plots import bode, plot_response
+from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.sensitivity import sensitivity
 from symoro_elastic.vibration.tables import (
     comparison_conclusion,
@@ -123,3 +125,14 @@ def test_rounding_is_no_loss() -> None:
     geared = compare(arm(rotor=0.6, axial=0.0), ratios={"motor2": 7.5})
     assert "the reduced model misses up to 0.0" in comparison_conclusion(geared)
     assert modes(linearized(arm())).frequencies[0] == 0.0
+
+
+def test_pictures_of_responses_have_names_of_their_own(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """Two points of a body give two pictures; a response that is zero is a word in the legend, not a curve."""
+    ins = ["one at (0, 1*2, 0).fy", "one at (0, 1/2, 0).fy"]
+    linear = linearized(twins(), None, ins, ["one.q", "other.q"], held=["table"])
+    response = frequency_response(linear, np.array([1.0, 2.0]))
+    written = {path.name for path in plot_response(response, tmp_path)}
+    assert written == {"bode_one_at_0_1_2_0_fy.png", "bode_one_at_0_1_2_0_fy_2.png"} and not recwarn.list
+    legend = bode(response, 0).axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in legend] == ["one.q", "other.q: no response"]
