@@ -54,15 +54,31 @@ RESULTS = {
     "h": "energy regressor: energy is h times the parameters that its entries name, up to a constant",
     "X": "base inertial parameters",
     "dtau_dq": "derivatives of motor torques by q, springs and friction included",
-    "dtau_dqd": "derivatives of motor torques by qd",
     "dtau_dqdd_motor": "derivatives of motor torques by qdd_motor: the inertia matrix where every joint has a motor",
-    "dtau_dp": "derivatives of motor torques by the parameters that its columns name",
-    "dqdd_dq": "derivatives of joint accelerations by q",
-    "dqdd_dqd": "derivatives of joint accelerations by qd",
-    "dqdd_dqdd_motor": "derivatives of joint accelerations by qdd_motor",
     "dqdd_dtau": "derivatives of joint accelerations by tau: columns of the inverse of the inertia matrix",
-    "dqdd_dp": "derivatives of joint accelerations by the parameters that its columns name",
 }
+ROWS = {
+    "tau": "motor torques",
+    "qdd": "joint accelerations",
+    "V0d": "the acceleration of the base",
+    "f0": "the wrench on the base",
+}
+COLUMNS = {
+    "q": "q",
+    "qd": "qd",
+    "qdd_motor": "qdd_motor",
+    "tau": "tau",
+    "p": "the parameters that its columns name",
+    "pose": "pose: displacement, rotation (m, rad) in axes of the base, as are V0, V0d, f0",
+    "V0": "V0",
+    "V0d": "V0d",
+    "f0": "f0",
+}
+RESULTS = {
+    f"d{of}_d{by}": f"derivatives of {rows} by {columns}"
+    for of, rows in ROWS.items()
+    for by, columns in COLUMNS.items()
+} | RESULTS
 PARTICULAR = {
     ("jacobian_dot_qd", "Vd"): "(dJ/dt) qd of each frame (m/s2, rad/s2), in axes of the base unless seen from another",
     ("coriolis_forces", "H"): "Coriolis and centrifugal forces, and those of a moving base, N m or N",

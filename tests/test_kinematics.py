@@ -497,7 +497,7 @@ def test_no_sine_nor_unused_variable_in_the_code(tmp_path: Path) -> None:
     scene = Scene(MOTIONS, dict.fromkeys(MOTIONS, ("joint6 in joint3",)))
     machine = chain(6)
     files = render_c(package(machine, trace_scene(machine, scene), ()))
-    assert all(f"double q{j} = q[{j - 1}*stride];" in files["chain6.c"] for j in (2, 3, 4, 5))
+    assert all(f"NUMBER q{j} = LOAD(q + {j - 1}*stride);" in files["chain6.c"] for j in (2, 3, 4, 5))
     assert not any(word in files["chain6.c"] for word in (" q1 =", " q6 =", "P_XX1]", "P_M3]"))
     compile_library(files, tmp_path)
 

@@ -11,8 +11,8 @@ ONLY = click.option(
     "--only",
     metavar="MODEL=NAME",
     multiple=True,
-    help="Joint or frame that a model is to give, and no other: 'jacobian=tool at (0.1, 0, L2) in base'; "
-    "may be repeated.",
+    help="Joint or frame that a model is to give, and no other: 'jacobian=tool at (0.1, 0, L2) in base'; columns of "
+    "derivatives: 'direct_dynamics_parameter_derivatives by M1, K2'; may be repeated.",
 )
 BASE = click.option("--base", is_flag=True, help="Group the inertial parameters first.")
 SCENE = click.option(

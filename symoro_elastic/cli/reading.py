@@ -72,10 +72,15 @@ def with_merged_angles(scene: Scene, bound: float | None) -> Scene:
 
 
 def _outputs(only: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """`MODEL=NAME` by model."""
+    """`MODEL=NAME` or `MODEL by NAMES`, by model."""
+    from symoro_elastic.machine.scene import BY
+
     found: dict[str, tuple[str, ...]] = {}
     for text in only:
-        model, _, name = (part.strip() for part in text.partition("="))
+        model, equals, name = (part.strip() for part in text.partition("="))
+        if not equals:
+            model, by, name = (part.strip() for part in text.partition(BY))
+            name = f"{by} {name}".strip()
         if not (model and name):
             what = f"{text!r} is not MODEL=NAME, as in 'jacobian=tool at (0.1, 0, L2) in base'"
             raise InputError("symoro-elastic", "--only", what)

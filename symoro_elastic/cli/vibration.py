@@ -131,7 +131,7 @@ def _modes_over(
 ) -> None:
     """`modes --over`."""
     from symoro_elastic.vibration.export import tracked_arrays
-    from symoro_elastic.vibration.motion import Motion
+    from symoro_elastic.vibration.linearization import motion_of
     from symoro_elastic.vibration.plots import plot_tracked
     from symoro_elastic.vibration.tables import tracked_conclusion, tracked_json, tracked_table
     from symoro_elastic.vibration.tracking import over_grid
@@ -140,7 +140,7 @@ def _modes_over(
         raise InputError(
             "symoro-elastic", "--over", "modes over positions are those of equilibria: leave out --as-given"
         )
-    motion = Motion(_kept(machine), numbers(place["values"], "--value"))
+    motion = motion_of(_kept(machine), numbers(place["values"], "--value"))
     with counted("modes") as progress:
         found = over_grid(
             motion, _grid(over), numbers(place["at"], "--at"), numbers(place["torque"], "--torque"),

@@ -64,9 +64,11 @@ def _rows(function: Function) -> list[str]:
 
 
 def _columns(function: Function) -> list[str]:
-    """Labels of columns, in lines."""
-    labels = dict.fromkeys(label for result in function.results for label in result.columns)
-    return textwrap.wrap("columns: " + ", ".join(labels), LINE) if labels else []
+    """Labels of columns, in lines: once where all results have the same."""
+    texts = [f"columns of {r.name}: {', '.join(r.columns)}" for r in function.results if r.columns]
+    if function.columns:
+        texts = [f"columns: {', '.join(function.columns)}"]
+    return [line for text in texts for line in textwrap.wrap(text, LINE)]
 
 
 def _shape(shape: tuple[int, ...]) -> str:

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from symoro_elastic.codegen.notation import BY_JOINT, BY_MOTOR, BY_ROW, FROM_BASE, RESULTS, Notation, literal
+from symoro_elastic.codegen.notation import (
+    BY_JOINT,
+    BY_MOTOR,
+    BY_ROW,
+    DERIVATIVE,
+    FROM_BASE,
+    RESULTS,
+    Notation,
+    literal,
+    user_symbol,
+)
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.symbolic.expression import (
@@ -193,20 +203,22 @@ def _array(package: Package, output: Output, result: Result, home: str) -> Array
     for axis, size in enumerate(output.shape[1:], start=2):
         indices = [str(k + 1) for k in range(size)]
         if axis == len(output.shape):
-            indices = [numbers[name] for name in _joints_of_columns(package, output, names)] or indices
+            indices = _columns(package, output, result, numbers) or indices
         entries = [f"{entry},{index}" for entry in entries for index in indices]
     wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [base]
     columns = output.shape[-1] if len(output.shape) > 1 else 1
     return Array(output, tuple(f"{entry}}}" for entry in entries), tuple(wholes), columns)
 
 
-def _joints_of_columns(package: Package, output: Output, rows: Sequence[str]) -> Sequence[str]:
-    """Joints that the columns of an array follow; none where they follow no joints."""
+def _columns(package: Package, output: Output, result: Result, numbers: Mapping[str, str]) -> list[str]:
+    """Indices of the columns of an array: what derivatives are taken by, or joints; none where they follow neither."""
+    if output.name.startswith(DERIVATIVE) and result.columns:
+        return [user_symbol(label) for label in result.columns]
     if output.name in BY_ROW:
-        return rows
+        return [numbers[name] for name in result.rows]
     if output.name in BY_MOTOR:
-        return [package.axes[k].name for k in package.motors]
-    return [axis.name for axis in package.axes] if output.name in BY_JOINT else []
+        return [numbers[package.axes[k].name] for k in package.motors]
+    return [numbers[axis.name] for axis in package.axes] if output.name in BY_JOINT else []
 
 
 def _row(base: str, name: str, count: int, numbers: Mapping[str, str], home: str) -> str:

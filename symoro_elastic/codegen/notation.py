@@ -25,6 +25,7 @@ COMPONENTS = {
     "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
     "quaternion": ("_(?P<c>[wxyz])", "w"),
     "number": (r"_(?P<c>\d+)", "i"),
+    "place": (r"_(?P<c>(?:0_)?\d+(?:_0_\d+|_\d+)?)", "i"),
     "row column": (r"_(?P<c>[1-6]_\d+)", "k_i"),
     "c": ("_c", ""),
     "c axis": ("_c_(?P<c>[xyz])", "x"),
@@ -146,9 +147,9 @@ TABLE = (
              "wrench at joint j that does not depend on the acceleration of its antecedent, in the frame of K"),
     Quantity("f", "six", "f", "", "@,#", r"{}^{j}\mathbf{f}_{j}", "[15], [35], [58]",
              "wrench of the antecedent on body j"),
-    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dtau_dq"),
-    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dq"),
-    Quantity("A", "number", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dp"),
+    Quantity("A", "place", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dtau_dq"),
+    Quantity("A", "place", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dq"),
+    Quantity("A", "place", "A", "", "@,#", r"\mathbf{A}", "[8]", "entry j, i of the inertia matrix", "dqdd_dp"),
     Quantity("Pc", "axis", "P", r"\mathrm{c}", "@,#", "", "",
              "twice the momentum of body j and all it carries, seen from one that moves with the origin of frame j"),
     Quantity("Qc", "entry", "Q", r"\mathrm{c}", "@,#", "", "",
@@ -161,9 +162,9 @@ TABLE = (
              "change of the wrench on body i by that of the variable of joint j"),
     Quantity("Fv", "row column", "F", r"\dot{q}", "@,#", "", "[15]",
              "change of the wrench on body i by that of the velocity of joint j"),
-    Quantity("Gq", "number", r"\partial_{q}\bar{\Gamma}", "", "@,#", "", "[15]",
+    Quantity("Gq", "place", r"\partial_{q}\bar{\Gamma}", "", "@,#", "", "[15]",
              "derivative of what moves joint j by the variable of joint i"),
-    Quantity("Gv", "number", r"\partial_{\dot{q}}\bar{\Gamma}", "", "@,#", "", "[15]",
+    Quantity("Gv", "place", r"\partial_{\dot{q}}\bar{\Gamma}", "", "@,#", "", "[15]",
              "derivative of what moves joint j by the velocity of joint i"),
     Quantity("qddq", "number", r"\partial_{q}\ddot{q}", "", "@,#", "", "[11]",
              "derivative of the acceleration of joint j by the variable of joint i"),
@@ -191,22 +192,30 @@ RESULTS = {
     "q": "q",
     "qd": r"\dot{q}",
     "singularity": r"\Delta",
-    "dtau_dq": r"[\partial\Gamma/\partial q]",
-    "dtau_dqd": r"[\partial\Gamma/\partial\dot{q}]",
-    "dtau_dqdd_motor": r"[\partial\Gamma/\partial\ddot{q}]",
-    "dtau_dp": r"[\partial\Gamma/\partial p]",
-    "dqdd_dq": r"[\partial\ddot{q}/\partial q]",
-    "dqdd_dqd": r"[\partial\ddot{q}/\partial\dot{q}]",
-    "dqdd_dqdd_motor": r"[\partial\ddot{q}/\partial\ddot{q}]",
-    "dqdd_dtau": r"[\partial\ddot{q}/\partial\Gamma]",
-    "dqdd_dp": r"[\partial\ddot{q}/\partial p]",
+}
+# Derivatives: of what and by what, `x_0` being the pose of a floating base.
+ROWS = {"tau": r"\Gamma", "qdd": r"\ddot{q}", "V0d": r"\dot{V}_{0}", "f0": " f_{0}"}
+COLUMNS = {
+    "q": " q",
+    "qd": r"\dot{q}",
+    "qdd_motor": r"\ddot{q}",
+    "tau": r"\Gamma",
+    "p": " p",
+    "pose": " x_{0}",
+    "V0": " V_{0}",
+    "V0d": r"\dot{V}_{0}",
+    "f0": " f_{0}",
+}
+RESULTS |= {
+    f"d{of}_d{by}": rf"[\partial{row}/\partial{column}]" for of, row in ROWS.items() for by, column in COLUMNS.items()
 }
 # Models whose results are seen from the base where nothing else is said, unlike what they are made of.
 FROM_BASE = ("geometric_model", "jacobian_dot_qd")
 # Results whose columns follow the joints that move, their own rows, or the motors.
-BY_JOINT = ("J", "dtau_dq", "dtau_dqd", "dqdd_dq", "dqdd_dqd")
+BY_JOINT = ("J", *(f"d{of}_d{by}" for of in ROWS for by in ("q", "qd")))
 BY_ROW = ("A",)
-BY_MOTOR = ("dtau_dqdd_motor", "dqdd_dqdd_motor", "dqdd_dtau")
+DERIVATIVE = tuple(f"d{of}_d" for of in ROWS)
+BY_MOTOR = tuple(f"d{of}_d{by}" for of in ROWS for by in ("qdd_motor", "tau"))
 _LETTERS = """
     alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
     Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega

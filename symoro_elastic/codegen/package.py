@@ -60,6 +60,12 @@ class Function:
     arguments: tuple[Argument, ...]
     results: tuple[Result, ...]
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What columns belong to, where all results that say so say the same."""
+        labels = {result.columns for result in self.results if result.columns}
+        return labels.pop() if len(labels) == 1 else ()
+
 
 @dataclass(frozen=True)
 class Package:

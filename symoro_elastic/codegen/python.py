@@ -45,7 +45,7 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
         "parameters": len(parameters),
         "shapes": _tuple(_tuple(r.shape) for r in function.results),
         "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],
-        "columns": next((r.columns for r in function.results if r.columns), ()),
+        "columns": function.columns,
         "prepare_body": "\n".join(prepare),
         "body": "\n".join(body),
     }

@@ -1,23 +1,26 @@
-"""Linear systems in the inertia matrix: A x = right, where the torques of all joints are known.
+"""Linear systems in the inertia matrix: A x = right, where the torques of all joints are known, and what they give.
 
 Where nothing else changes, a change `right` of the torques makes one of x of the accelerations. Short
 trees are solved by the factors of A, where nothing fills in; long chains by the articulated inertias
-that the motion was found with, in a number of operations that grows as the number of joints.
+that the motion was found with, in a number of operations that grows as the number of joints. A base
+under a known wrench comes last, by its articulated inertia.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from symoro_elastic.equations.derivatives import Entries
 from symoro_elastic.equations.dynamics import NOTHING, Dynamics, Elimination
+from symoro_elastic.equations.floating_base import DEGREES, six_rows, solve_symmetric
 from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.lagrange import factorization, solution
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
     Pair,
     Scalar,
+    SpatialInertia,
     add,
     dot,
     is_zero,
@@ -40,6 +43,61 @@ def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
     if before <= LONG * len(moving):
         return _by_factors(mechanism, A)
     return lambda right: _by_recursion(mechanism, found, right)
+
+
+def solving_with_base(A: Entries, Js: SpatialInertia, joints: Sequence[int], solve: Solve) -> Solve:
+    """What solves A x = right for a base and these joints, whose own system `solve` solves.
+
+    `Js` is the articulated inertia of the base where the accelerations of the other joints are known.
+    """
+    pushed = {m: solve({j: A[m, j] for j in joints}) for m in DEGREES}
+    rows = six_rows(Js)
+
+    def solved(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        held = solve({j: right[j] for j in joints})
+        left = [right[m] - _sum(A[m, j] * held[j] for j in joints) for m in DEGREES]
+        base = dict(zip(DEGREES, solve_symmetric(rows, left).x, strict=True))
+        return base | {j: held[j] - _sum(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
+
+    return solved
+
+
+def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
+    """Changes, column by column, of the accelerations of `free` and of what moves the others.
+
+    `given` are those of what moves them all where no acceleration changes.
+    """
+    found: Entries = {}
+    for c in dict.fromkeys(c for _, c in given):
+        x = solve({i: -given.get((i, c), 0) for i in free})
+        found |= {(i, c): x[i] if i in free else _moving(given, A, (i, c), x) for i in numbers}
+    return found
+
+
+def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
+    """The same, by what moves `free` and by the accelerations of the others."""
+    found = inverse(free, solve)
+    for c in numbers:
+        if c in free:
+            found |= {(i, c): _moving({}, A, (i, c), {f: found[f, c] for f in free}) for i in numbers if i not in free}
+            continue
+        x = solve({i: -A.get((i, c), 0) for i in free})
+        for i in numbers:
+            mirrored = (c, i) in found and i not in free
+            found[i, c] = x[i] if i in free else found[c, i] if mirrored else _moving(A, A, (i, c), x)
+    return found
+
+
+def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
+    """An entry of `given`, and what accelerations x add in its row."""
+    return _sum((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
+
+
+def _sum(terms: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
+    for x in terms:
+        total = total + x
+    return total
 
 
 def inverse(joints: Sequence[int], solve: Solve) -> Entries:

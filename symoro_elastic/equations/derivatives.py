@@ -130,7 +130,7 @@ class TorqueDerivatives:
     """Derivatives of Gamma by q, qd and qdd (the inertia matrix), and what they are made of, by joint.
 
     `rows` and `columns` belong to (joint j, link i on the path to it) and are taken at link i; a column
-    holds the wrenches by q_j and by qd_j.
+    holds the wrenches by q_j and by qd_j. Link 0 is a base that is part of the machine.
     """
 
     by_q: Entries
@@ -149,13 +149,15 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
     Units N m/rad, N m s/rad, kg m2, or with m and N.
     """
     composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.numbered()}
+    if mechanism.body is not None:
+        composites[0] = Composite.of_body(mechanism.body, found.w[0])
     made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
     for j, link in mechanism.numbered():
         if link.axis is not Axis.NONE:
             made.moved[j], made.sped[j] = _changes(link.axis, j, found)
     steps = {j: _step(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.numbered()}
     for j, link in reversed(list(mechanism.numbered())):
-        if link.antecedent:
+        if link.antecedent in composites:
             composites[link.antecedent] += composites[j].to_antecedent(steps[j])
         if link.axis is not Axis.NONE:
             _add_row(mechanism, j, steps, made)
@@ -194,6 +196,8 @@ def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Step], made: TorqueD
             made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
             made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.links[i - 1].axis.project(row.of_acceleration)
         row = row.to_antecedent(steps[i])
+    if 0 in made.composites:
+        made.rows[j, 0] = row
 
 
 def _add_columns(mechanism: Mechanism, j: int, f: Pair, made: TorqueDerivatives) -> None:
@@ -209,6 +213,8 @@ def _add_columns(mechanism: Mechanism, j: int, f: Pair, made: TorqueDerivatives)
         if i != j and i in made.moved:
             made.by_q[i, j], made.by_qd[i, j] = axis.project(by_q), axis.project(by_qd)
         by_q, by_qd = wrench_to_antecedent(placement, by_q), wrench_to_antecedent(placement, by_qd)
+    if 0 in made.composites:
+        made.columns[j, 0] = by_q, by_qd
 
 
 def _swept(b: Vector, a: Vector) -> Matrix:

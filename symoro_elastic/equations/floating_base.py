@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from symoro_elastic.equations.spatial import Matrix, Pair, Scalar, SpatialInertia, full, transpose
 
+DEGREES = range(-6, 0)
+"""Numbers of the degrees of freedom of a base, linear part first; joints are numbered from 1."""
+
 
 @dataclass(frozen=True)
 class WrenchKnown:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import DIFFERENTIATED, may_be_asked_by
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import AT_POINTS, MODELS, SEEN_FROM_FRAMES, WHOLE, did_you_mean, quoted
@@ -40,20 +41,35 @@ def _output(text: str, model: str, joints: dict[str, str], machine: Machine, sou
     for is_asked, models, how in (
         (asked.seen_from is not None, SEEN_FROM_FRAMES, "as seen from a frame"),
         (asked.at is not None, AT_POINTS, "at a point"),
+        (bool(asked.by), DIFFERENTIATED, "by names of columns"),
     ):
         if is_asked and model not in models:
             what = f"{quoted(text)}: only {', '.join(models)} can be asked for {how}"
             raise InputError(source, f"scene, {key}", what)
     if model in WHOLE:
         raise InputError(source, f"scene, {key}", "it has no part for a joint or frame: leave it out")
+    for name in asked.by:
+        _check_column(name, model, machine, source)
+    if asked.by and not asked.name:
+        return str(asked)
     places = {**joints, BASE: BASE}
     known = joints if asked.seen_from is None else places
     name = known[_known(asked.name, known, "joint", source, key)]
     for coordinate in asked.at or ():
         _check_value(coordinate, machine, source, key)
     if asked.seen_from is None:
-        return str(Asked(name, asked.at))
+        return str(Asked(name, asked.at, by=asked.by))
     return str(Asked(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
+
+
+def _check_column(name: str, model: str, machine: Machine, source: str) -> None:
+    """Refuse what a model of derivatives cannot be asked by."""
+    known = may_be_asked_by(machine, model)
+    if name in known:
+        return
+    elsewhere = [other for other in DIFFERENTIATED if name in may_be_asked_by(machine, other)]
+    way_out = f": it is a column of {', '.join(elsewhere)}" if elsewhere else did_you_mean(name, known)
+    raise InputError(source, f"scene, outputs, {model}", f"no column {quoted(name)}{way_out}")
 
 
 def _asked(text: str, model: str, source: str) -> Asked:

@@ -11,6 +11,7 @@ ALL = "all"
 BASE = "base"
 SEEN_FROM = " in "
 AT = " at "
+BY = " by "
 
 Point = tuple[Formula, Formula, Formula]
 
@@ -20,9 +21,10 @@ class Scene:
     """A request; the empty scene asks for the default models of the whole machine.
 
     `outputs` maps a model's name to joint (or frame) names, a frame also as `Asked` reads it:
-    "tool in bed_x", "tool at (0.1, 0, L2)"; `locked` a joint's name to the value at which its
-    variable is held; `fold` lists parameters that become constants, or is `ALL`. `merge_angles` is
-    the largest angle, rad, up to which sums of angles may stand for products of sines and cosines.
+    "tool in bed_x", "tool at (0.1, 0, L2)", columns of derivatives: "by M1, K2"; `locked` a joint's
+    name to the value at which its variable is held; `fold` lists parameters that become constants, or
+    is `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may stand for products
+    of sines and cosines.
     `source` is the file that the request stands in, where it has one of its own.
     """
 
@@ -41,26 +43,35 @@ class Asked:
 
     Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base". The
     point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
+    Of derivatives, "by M1, K2" asks for the columns that belong to these names; "tool by M1" for a
+    row and a column.
     """
 
     name: str
     at: Point | None = None
     seen_from: str | None = None
+    by: tuple[str, ...] = ()
 
     @classmethod
     def parse(cls, text: str) -> Asked:
         """Read a request; raises `FormulaError`."""
+        text, *by = f" {text}".split(BY)
+        names = tuple(name.strip() for name in by[0].split(",")) if by else ()
+        if len(by) > 1 or not all(names):
+            raise FormulaError("write one list of names, as in 'by M1, K2'")
         first, *seen_from = text.split(SEEN_FROM)
         if len(seen_from) > 1:
             raise FormulaError("write one frame in one other")
         name, *at = first.split(AT)
         if len(at) > 1:
             raise FormulaError("write one point of one frame")
-        return cls(name.strip(), _point(at[0].strip()) if at else None, seen_from[0].strip() if seen_from else None)
+        point, place = _point(at[0].strip()) if at else None, seen_from[0].strip() if seen_from else None
+        return cls(name.strip(), point, place, tuple(dict.fromkeys(names)))
 
     def __str__(self) -> str:
         at = f"{AT}({', '.join(map(str, self.at))})" if self.at else ""
-        return self.name + at + (f"{SEEN_FROM}{self.seen_from}" if self.seen_from else "")
+        seen_from = f"{SEEN_FROM}{self.seen_from}" if self.seen_from else ""
+        return (self.name + at + seen_from + (f"{BY}{', '.join(self.by)}" if self.by else "")).strip()
 
 
 def _point(text: str) -> Point:

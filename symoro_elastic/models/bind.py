@@ -27,6 +27,7 @@ from symoro_elastic.equations.spatial import (
     transpose,
 )
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import ON_BASE, arguments
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
@@ -38,15 +39,6 @@ from symoro_elastic.symbolic.program import Names
 Points = tuple[tuple[int, Point], ...]
 PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
 """Entries of the placement of a frame in frame 0, row by row; the fourth column holds its position."""
-ON_BASE = {
-    "R0": tuple(f"A0_{m}{n}" for m in range(1, 4) for n in range(1, 4)),
-    "Q0": tuple(f"Q0_{x}" for x in "wxyz"),
-    "P0": tuple(f"P0_{x}" for x in "xyz"),
-    "V0": tuple(f"V0_{k}" for k in range(1, 7)),
-    "V0d": tuple(f"Vd0_{k}" for k in range(1, 7)),
-    "f0": tuple(f"F0_{k}" for k in range(1, 7)),
-}
-"""Entries of the arguments that belong to a floating base."""
 
 
 def _exact(x: Scalar) -> Scalar:
@@ -58,10 +50,13 @@ class Bound:
     """A machine whose cells are expressions of one graph.
 
     Each of the `points`, (number of the frame, coordinates in it), is one more fixed frame of its mechanism.
+    `by` names the columns of derivatives, all where it is empty.
     """
 
-    def __init__(self, machine: Machine, folded: Sequence[str] = (), points: Points = ()) -> None:
-        self.machine, self.points = machine, points
+    def __init__(
+        self, machine: Machine, folded: Sequence[str] = (), points: Points = (), by: Sequence[str] = ()
+    ) -> None:
+        self.machine, self.points, self.by = machine, points, by
         self.graph = Graph()
         self.names = Names()
         self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
@@ -73,19 +68,19 @@ class Bound:
             "atan2": lambda y, x: arc_tangent(self.graph, y, x),
         }
         self._cells = self._parameter_cells(folded)
-        self.q = {j: self.graph.symbol(str(machine.joints[j - 1].variable)) for j in machine.moving}
+        self.q = self._per_joint("q", machine.moving)
         self.qd = self._per_joint("qd", machine.moving)
         self.qdd = self._per_joint("qdd", machine.moving)
         self.tau = self._per_joint("tau", self.motors)
-        self.qdd_motor = self._per_joint("qdd", self.motors)
+        self.qdd_motor = self._per_joint("qdd_motor", self.motors)
         self.on_base = {name: tuple(map(self.graph.symbol, names)) for name, names in self._arguments_on_base()}
         self.mechanism = self._mechanism()
 
     def _arguments_on_base(self) -> Iterable[tuple[str, tuple[str, ...]]]:
         return ON_BASE.items() if self.machine.floating else ()
 
-    def _per_joint(self, quantity: str, joints: Sequence[int]) -> dict[int, Expression]:
-        return {j: self.graph.symbol(f"{quantity}{j}") for j in joints}
+    def _per_joint(self, argument: str, joints: Sequence[int]) -> dict[int, Expression]:
+        return dict(zip(joints, map(self.graph.symbol, arguments(self.machine)[argument]), strict=True))
 
     def _parameter_cells(self, folded: Sequence[str]) -> dict[str, Scalar]:
         cells: dict[str, Scalar] = {"pi": self.graph.pi}
@@ -162,9 +157,7 @@ class Bound:
 
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
-        by_name = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "qdd_motor": self.qdd_motor}
-        names = {name: tuple(x.operands[0] for x in symbols.values()) for name, symbols in by_name.items()}
-        return names | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]} | ON_BASE
+        return arguments(self.machine) | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]}
 
     def sign_of_velocity(self, j: int) -> Scalar:
         """sign(qd_j)."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import may_be_asked_by
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
@@ -35,16 +36,18 @@ def trace(
     folded: Sequence[str] = (),
     points: Points = (),
     merge_angles: bool = False,
+    by: Sequence[str] = (),
 ) -> TracedModel:
     """Run the equations of a model on the symbols of a machine, prune and schedule.
 
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
-    `points` are numbered before those of `asked`; `merge_angles` allows sums of angles.
+    `points` are numbered before those of `asked`; `merge_angles` allows sums of angles; `by` names columns of
+    derivatives.
     Raises `SingularPivot` where a joint has no inertia.
     """
     model = on_its_base(MODELS[name], machine)
     own = points_of(asked)
-    bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else ())
+    bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
     results = model.run(bound, tuple(asked) or _everything(machine, model))
     entries = bound.arguments()
     if model.own_arguments:
@@ -83,7 +86,8 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     asked = {name: _asked(kept, scene, name) for name in models}
     points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
     merge = scene.merge_angles is not None
-    return [trace(kept, name, some, constants, points, merge) for name, some in asked.items()]
+    by = {name: _columns(kept, scene, name, constants) for name in models}
+    return [trace(kept, name, some, constants, points, merge, by[name]) for name, some in asked.items()]
 
 
 def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:
@@ -105,7 +109,7 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     asked = [Asked.parse(text) for text in scene.outputs.get(model, ())]
     if MODELS[model].rows == FRAMES:
         return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
-    joints = tuple(numbers[a.name] for a in asked)
+    joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
         if j not in kept.moving:
             joint = kept.joints[j - 1].name
@@ -113,6 +117,16 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
             what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)
     return joints
+
+
+def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) -> tuple[str, ...]:
+    """Names that a scene asks derivatives by; none when it asks for all."""
+    names = tuple(dict.fromkeys(x for text in scene.outputs.get(model, ()) for x in Asked.parse(text).by))
+    for name in names:
+        if name in constants or name not in may_be_asked_by(kept, model):
+            why = "becomes a constant: do not fold it" if name in constants else "belongs to a locked joint"
+            raise InputError(_source(kept, scene), f"scene, outputs, {model}", f"no column {name!r}: it {why}")
+    return names
 
 
 def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:

@@ -1,22 +1,37 @@
 """Derivatives of the dynamic models, at the same arguments: dtau_dq is that of tau by q.
 
 Rows follow the joints of the result, columns those of the argument or the parameters that still have a
-name. A sign of a velocity, in dry friction, counts as constant. Where every joint has a motor, and for
-direct models, a recursion over composite bodies gives them; where motors drive springs, the graph of the
-model is differentiated: nothing cancels there between stiff springs. Slides take the shorter way.
+name; where a scene names columns, these only. A sign of a velocity, in dry friction, counts as constant.
+Where every joint has a motor, and for direct models, a recursion over composite bodies gives them; where
+motors drive springs, the graph of the model is differentiated: nothing cancels there between stiff
+springs. Slides take the shorter way.
+
+On a floating base they are also taken by its velocity V0, by what is known of it, V0d or f0, and by its
+pose: a displacement d and a rotation vector r, both small and in its axes, whether R0 or Q0 tells how it
+is turned: P0 + R0 d, R0 (1 + hat(r)). V0, V0d and f0 keep their components, in the axes that turn.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from symoro_elastic.equations.acceleration_derivatives import inverse, solving
+from symoro_elastic.equations.acceleration_derivatives import (
+    Solve,
+    changes,
+    changes_by_known,
+    solving,
+    solving_with_base,
+)
+from symoro_elastic.equations.base_derivatives import add_base, by_pose, falling_by_pose
 from symoro_elastic.equations.derivatives import Entries, torque_derivatives
 from symoro_elastic.equations.dynamics import Dynamics, dynamics
+from symoro_elastic.equations.floating_base import DEGREES, six
 from symoro_elastic.equations.mechanism import Axis
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import ON_BASE, arguments, columns_of_base
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.floating_base import found_of_base
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.models.naming_derivatives import (
@@ -30,7 +45,8 @@ from symoro_elastic.symbolic.expression import SYMBOL, Expression, Level, Scalar
 Outputs = Mapping[str, Mapping[int, Scalar]]
 """Entries of each result of a model, by joint."""
 Variables = Mapping[str, Mapping[int, Expression]]
-"""What is differentiated by, array by array, by joint or by number of the parameter."""
+"""What is differentiated by, array by array, by joint, degree of freedom of the base or number of the parameter."""
+OF_BASE = ("dV0d", "df0")
 
 
 @dataclass(frozen=True)
@@ -45,30 +61,35 @@ class Derivatives:
         """Expressions that they need."""
         return len(reachable(x for entries in self.entries.values() for x in entries.values()))
 
+    def only(self, by: Variables) -> Derivatives:
+        """The columns of these variables."""
+        kept = {name: by[argument] for name in self.entries if (argument := name.partition("_")[2]) in by}
+        entries = {
+            name: {(j, c): x for (j, c), x in self.entries[name].items() if c in columns}
+            for name, columns in kept.items()
+        }
+        return Derivatives(entries, self.tangents)
+
 
 def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    found = _inverse(bound)
-    by: Variables = {"dq": bound.q, "dqd": bound.qd, "dqdd_motor": bound.qdd_motor}
+    found, by = _inverse(bound), _variables(bound, {"dqdd_motor": bound.qdd_motor})
+    outputs = _inverse_outputs(bound, found)
     if len(bound.motors) == len(bound.machine.moving):
-        by_q, by_qd, A = _asked_torques(bound, found)
-        made = Derivatives({"dtau_dq": by_q, "dtau_dqd": by_qd, "dtau_dqdd_motor": A})
+        made = _by_recursion(bound, found, outputs, by)
     else:
-        made = _of_graph(_inverse_outputs(bound, found), by)
-        made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
-    return _results(bound, made, asked, by)
+        needed = _needed(bound, by)
+        made = _of_graph(outputs, needed)
+        if "dqdd_motor" in needed:
+            made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
+    return _results(bound, _posed(bound, made, outputs), asked, _chosen(bound, by))
 
 
 def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    found = _direct(bound)
-    by: Variables = {"dq": bound.q, "dqd": bound.qd, "dtau": bound.tau}
-    by_q, by_qd, A = _asked_torques(bound, found)
-    moving, solve = bound.machine.moving, solving(bound.mechanism, A, found)
-    solved = {"dqdd_dq": Entries(), "dqdd_dqd": Entries(), "dqdd_dtau": inverse(moving, solve)}
-    for name, torques in (("dqdd_dq", by_q), ("dqdd_dqd", by_qd)):
-        columns = {c: solve({j: -torques.get((j, c), 0) for j in moving}) for c in moving}
-        solved[name] = {(j, c): x for c, column in columns.items() for j, x in column.items()}
-    made = _shorter(bound, Derivatives(solved), {"qdd": found.qdd}, by)
-    return _results(bound, made, asked, by)
+    found, by = _direct(bound), _variables(bound, {"dtau": bound.tau})
+    outputs, needed = _direct_outputs(bound, found), _needed(bound, by)
+    solved = _by_recursion(bound, found, outputs, by).only(needed)
+    made = _shorter(bound, solved, outputs, needed)
+    return _results(bound, _posed(bound, made, outputs), asked, _chosen(bound, by))
 
 
 def _inverse_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Results:
@@ -79,40 +100,118 @@ def _inverse_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resu
 
 def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Results:
     found = _direct(bound)
-    outputs = {"qdd": found.qdd}
+    outputs = _direct_outputs(bound, found)
     by = _parameters(bound, outputs)
     given = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     torques = {j: given.Gamma[j] - bound.exerted(j) for j in bound.machine.moving}
+    torques |= zip(DEGREES, six(given.f[0]), strict=True) if bound.machine.floating else ()
     symbols = {x.operands[0]: found.qdd[j] for j, x in bound.qdd.items()}
-    solve = solving(bound.mechanism, _asked_torques(bound, found)[2], found)
-    asking, solved = _of_graph({"torques": torques}, by).entries["dtorques_dp"], Entries()
+    if bound.base_rule:
+        symbols |= zip(ON_BASE["V0d"], outputs["V0d"].values(), strict=True)
+    A = _asked_torques(bound, found)[2]
+    free, solve = _free(bound, A, found, bound.machine.moving)
+    graph = _of_graph({"torques": torques}, by).entries["dtorques_dp"]
+    right: Entries = {}
     for c in by["dp"]:
-        right = substituted(bound.graph, [-asking[j, c] for j in torques], symbols)
-        solved |= {(j, c): x for j, x in solve(dict(zip(torques, right, strict=True))).items()}
-    return _results(bound, _shorter(bound, Derivatives({"dqdd_dp": solved}), outputs, by), asked, by)
+        column = substituted(bound.graph, [graph[i, c] for i in torques], symbols)
+        right |= {(i, c): x for i, x in zip(torques, column, strict=True)}
+    solved = _split(bound, changes(right, A, tuple(torques), free, solve), outputs, {"dp": by["dp"]})
+    return _results(bound, _shorter(bound, Derivatives(solved), outputs, by), asked, by)
+
+
+def _variables(bound: Bound, driving: Variables) -> Variables:
+    """What the dynamic models are differentiated by."""
+    on_base = {
+        f"d{name}": dict(zip(DEGREES, map(bound.graph.symbol, arguments(bound.machine)[name]), strict=True))
+        for name in columns_of_base(bound.machine)
+    }
+    return {"dq": bound.q, "dqd": bound.qd, **driving, **on_base}
+
+
+def _by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables) -> Derivatives:
+    """By composite bodies and, where accelerations of joints or of the base are to be found, linear systems."""
+    by_q, by_qd, A = _asked_torques(bound, found)
+    free, solve = _free(bound, A, found, bound.machine.moving if "qdd" in outputs else ())
+    numbers = (*(DEGREES if bound.machine.floating else ()), *bound.machine.moving)
+    tables = {"driven": changes_by_known(A, numbers, free, solve)} if free else {"driven": A}
+    tables |= {"q": changes(by_q, A, numbers, free, solve), "qd": changes(by_qd, A, numbers, free, solve)}
+    of = {"dq": "q", "dqd": "qd", "dV0": "qd"}
+    entries: dict[str, Entries] = {}
+    for result in outputs:
+        for name, columns in by.items():
+            if name != "dpose":
+                table = tables[of.get(name, "driven")]
+                entries |= _split(bound, table, {result: outputs[result]}, {name: columns})
+    return Derivatives(entries)
+
+
+def _free(bound: Bound, A: Entries, found: Dynamics, joints: Joints) -> tuple[Joints, Solve]:
+    """Numbers of the accelerations that are to be found, and what solves for them."""
+    solve: Solve = solving(bound.mechanism, A, found) if joints else lambda right: {}
+    if bound.base_rule is None:
+        return joints, solve
+    return (*DEGREES, *joints), solving_with_base(A, found.Js[0], joints, solve)
+
+
+def _split(bound: Bound, table: Entries, outputs: Outputs, by: Variables) -> dict[str, Entries]:
+    """The rows of each result and the columns of each argument in a table of all of them."""
+    return {
+        f"d{result}_{name}": {(i, c): table[i, c] for i in rows for c in columns if (i, c) in table}
+        for result, rows in outputs.items()
+        for name, columns in by.items()
+    }
+
+
+def _posed(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
+    """With the columns of the pose of a floating base."""
+    if bound.machine.floating is None:
+        return made
+    posed: dict[str, Entries] = {}
+    for result in outputs:
+        if bound.base_rule:
+            still = {(i, m): 0 for i in outputs[result] for m in DEGREES}
+            posed[f"d{result}_dpose"] = falling_by_pose(bound.gravity) if result == "V0d" else still
+        elif f"d{result}_dV0d" in made.entries:
+            posed[f"d{result}_dpose"] = by_pose(made.entries[f"d{result}_dV0d"], bound.gravity)
+    return replace(made, entries=made.entries | posed)
 
 
 def _inverse(bound: Bound) -> Dynamics:
-    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules())
+    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules(), bound.base_rule)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     return found
 
 
 def _direct(bound: Bound) -> Dynamics:
-    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules())
+    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules(), bound.base_rule)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
     return found
 
 
 def _inverse_outputs(bound: Bound, found: Dynamics) -> Outputs:
     free = [j for j in bound.machine.moving if j not in bound.motors]
-    tau = {"tau": {j: found.Gamma[j] + bound.friction(j) for j in bound.motors}}
-    return tau | ({"qdd": {j: found.qdd[j] for j in free}} if free else {})
+    tau = {j: found.Gamma[j] + bound.friction(j) for j in bound.motors}
+    qdd = {"qdd": {j: found.qdd[j] for j in free}} if free else {}
+    return {"tau": tau, **qdd, **_base_outputs(bound, found)}
+
+
+def _direct_outputs(bound: Bound, found: Dynamics) -> Outputs:
+    return {"qdd": found.qdd, **_base_outputs(bound, found)}
+
+
+def _base_outputs(bound: Bound, found: Dynamics) -> Outputs:
+    results = found_of_base(bound, found).items()
+    return {name: dict(zip(DEGREES, result.entries, strict=True)) for name, result in results}
 
 
 def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Entries]:
-    """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included."""
+    """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included.
+
+    Rows and columns of a floating base are those of its wrench, its velocity and its acceleration.
+    """
     made = torque_derivatives(bound.mechanism, bound.rates(), found)
+    if bound.machine.floating:
+        add_base(made, found.w[0])
     name_torque_derivatives(bound, made)
     by_q, by_qd = dict(made.by_q), dict(made.by_qd)
     for j in bound.machine.moving:
@@ -122,13 +221,37 @@ def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
     return by_q, by_qd, made.by_qdd
 
 
+def _chosen(bound: Bound, by: Variables) -> Variables:
+    """Of what may be differentiated by, the part that a scene names: whole arguments or entries, in its order."""
+    if not bound.by:
+        return by
+    chosen = {}
+    for name, variables in by.items():
+        columns = [c for word in bound.by for c, x in variables.items() if word in (name[1:], x.operands[0])]
+        if columns:
+            chosen[name] = {c: variables[c] for c in columns}
+    return chosen
+
+
+def _needed(bound: Bound, by: Variables) -> Variables:
+    """What a scene names, and what the rest of it is made of."""
+    chosen = _chosen(bound, by)
+    posed = "dpose" in chosen and "dV0d" in by
+    whole = {"dqdd_motor"} | ({"dV0d"} if posed else set())
+    named = {*chosen, *(("dV0d",) if posed else ())} - {"dpose"}
+    return {name: by[name] if name in whole else chosen[name] for name in by if name in named}
+
+
 def _mirrored(symmetric: Entries) -> Entries:
     """One triangle, twice."""
     return {(i, j): symmetric[max(i, j), min(i, j)] for i, j in symmetric}
 
 
 def _parameters(bound: Bound, outputs: Outputs) -> Variables:
-    """The parameters that results are made of, numbered as in the table."""
+    """The parameters that a scene names, or else those that results are made of, numbered as in the table."""
+    if bound.by:
+        numbers = {p.name: c for c, p in enumerate(bound.machine.parameters)}
+        return {"dp": {numbers[name]: bound.graph.symbol(name, Level.PARAMETER) for name in bound.by}}
     used = {x for x in reachable(x for entries in outputs.values() for x in entries.values()) if x.operation == SYMBOL}
     names = {x.operands[0]: x for x in used if x.level is Level.PARAMETER}
     if not names:
@@ -159,14 +282,19 @@ def _shorter(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables)
 def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> Results:
     """The entries of the joints that are asked for, named."""
     name_tangents(bound, made.tangents)
+    made = made.only(by)
     name_acceleration_derivatives(bound, made.entries)
     results: Results = {}
-    for name, entries in made.entries.items():
-        argument = name.partition("_")[2]
-        rows = tuple(j for j in asked if any(j == i for i, _ in entries))
-        values = tuple(entries.get((i, c), 0) for i in rows for c in by[argument])
-        labels = tuple(x.operands[0] for x in by[argument].values()) if argument == "dp" else ()
-        results[name] = Result(rows, values, (len(by[argument]),), column_labels=labels)
+    for of in dict.fromkeys(name.partition("_")[0] for name in made.entries):
+        found = {argument: made.entries[f"{of}_{argument}"] for argument in by if f"{of}_{argument}" in made.entries}
+        numbers = {i for entries in found.values() for i, _ in entries}
+        rows = tuple(DEGREES) if of in OF_BASE else tuple(j for j in asked if j in numbers)
+        for argument, entries in found.items():
+            values = tuple(entries.get((i, c), 0) for i in rows for c in by[argument])
+            labels = tuple(x.operands[0] for x in by[argument].values()) if bound.by or argument == "dp" else ()
+            size = (len(by[argument]),)
+            where, shape = (None, (6, *size)) if of in OF_BASE else (rows, size)
+            results[f"{of}_{argument}"] = Result(where, values, shape, column_labels=labels)
     return results
 
 

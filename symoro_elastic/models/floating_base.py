@@ -10,6 +10,7 @@ from symoro_elastic.equations.floating_base import six, six_rows
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
 from symoro_elastic.equations.spatial import Pair, Scalar, SpatialInertia, add, subtract
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import DIFFERENTIATED, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
@@ -33,6 +34,7 @@ ADDED: dict[str, tuple[str, ...]] = {
     "jacobian_dot_qd": (),
     "inverse_geometric_model": (),
     "inverse_position_model": (),
+    **dict.fromkeys(DIFFERENTIATED, ("orientation", "V0", "known")),
 }
 """Arguments of the base by model; what a file chooses stands here as `orientation` and `known`."""
 BASE_ROWS = (0,) * 6
@@ -49,7 +51,17 @@ def on_its_base(model: Model, machine: Machine) -> Model:
     chosen = _chosen(floating)
     added = tuple(chosen.get(name, name) for name in ADDED[model.name])
     results = (chosen["found"],) if "known" in ADDED[model.name] else ()
+    if model.name in DIFFERENTIATED:
+        return replace(model, arguments=(*model.arguments, *added), results=_derivatives(model, machine, *results))
     return replace(model, arguments=(*model.arguments, *added), results=(*model.results, *results))
+
+
+def _derivatives(model: Model, machine: Machine, found: str) -> tuple[str, ...]:
+    """Results of a model of derivatives with those of the base."""
+    names = [name.partition("_") for name in model.results]
+    columns = (*(by for *_, by in names), *(f"d{name}" for name in columns_of_base(machine) if "dp" not in names[0]))
+    rows = (*(of for of, *_ in names), f"d{found}")
+    return tuple(f"{of}_{by}" for of in dict.fromkeys(rows) for by in dict.fromkeys(columns))
 
 
 def _chosen(floating: Floating) -> dict[str, str]:

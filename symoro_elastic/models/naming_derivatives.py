@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symoro_elastic.equations.derivatives import Composite, Entries, TorqueDerivatives
+from symoro_elastic.equations.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import AXES, name_composite
 from symoro_elastic.symbolic.differentiation import Tangents
@@ -20,13 +21,18 @@ BY = "by_"
 def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
     """Name composite bodies, rows and columns at each link, and the entries they give."""
     joints = [j for j, _ in bound.mechanism.numbered()]
-    for j in reversed(joints):
+    for j in sorted(made.composites, reverse=True):
         _name_composite(bound.names, made.composites[j], j, Section(COMPOSITES, j, "[8], [13]"))
     for j in reversed(joints):
         _name_row_and_column(bound.names, made, j, Section(TORQUES, j, "[15]"))
     for quantity, entries in (("Gq", made.by_q), ("Gv", made.by_qd), ("A", made.by_qdd)):
         for (i, j), x in entries.items():
-            bound.names.give(x, f"{quantity}{i}_{j}", Section(TORQUES, max(i, j), "[15]"))
+            bound.names.give(x, f"{quantity}{_place(i)}_{_place(j)}", Section(TORQUES, max(i, j, 0), "[15]"))
+
+
+def _place(number: int) -> str:
+    """A joint, or frame 0 and a component."""
+    return str(number) if number > 0 else f"0_{DEGREES.index(number) + 1}"
 
 
 def _name_composite(names: Names, composite: Composite, j: int, section: Section) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.free_base import COORDINATES
 from symoro_elastic.vibration.motion import Array, Motion
 from symoro_elastic.vibration.optional import optional
 
@@ -149,6 +150,9 @@ def _none(motion: Motion, unbalanced: Array, sought: list[int]) -> InputError:
     loads = ", ".join(
         f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {'N' if motion.joints[k].sigma == 1 else 'N m'})" for k in named
     )
+    if any(motion.names[k] in COORDINATES for k in named):
+        what = f"there is none: nothing supports {loads}, a free base falls; leave out gravity and what loads it"
+        return InputError(motion.source, "equilibrium", what)
     what = (
         "give a spring, take the torque that holds a motor, begin elsewhere (--at), or linearize as given (--as-given)"
     )

@@ -16,6 +16,7 @@ import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.free_base import with_base_coordinates
 from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.motion import Array, Motion, State
 from symoro_elastic.vibration.signals import (
@@ -140,7 +141,11 @@ def linearize(
 def motion_of(
     machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
 ) -> Motion:
-    """The equations of motion of a machine, with the points that these signals are at."""
+    """The equations of motion of a machine, with the points that these signals are at.
+
+    A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
+    """
+    machine = with_base_coordinates(machine)
     return Motion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
 
 

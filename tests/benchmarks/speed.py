@@ -20,6 +20,8 @@ from tests.benchmarks.tables import print_table, progress, save_json
 from tests.benchmarks.targets import Figures, unmet
 
 MODELS = ("inverse_dynamics", "direct_dynamics", "inertia_matrix")
+SMALL = 12
+"""Joints up to which the direct model is also found by A^-1."""
 WIDTHS = {"AVX-512": AVX512, "AVX2": AVX2}
 BYTES = {"AVX-512": 64, "AVX2": 32}
 """Of a vector."""
@@ -89,8 +91,13 @@ def ours(machine: Machine, model: str, x: Array) -> tuple[list[Contestant], dict
         for width, flags in WIDTHS.items():
             for compiler in COMPILERS:
                 found.append(batch(narrow, x, batch_name(precision, width, compiler), compiler, flags))
-    counted = folded.operations
-    return found, {c.name: counted.products + counted.add for c in found}
+    counted = dict.fromkeys((c.name for c in found), folded.operations)
+    if model == "direct_dynamics" and len(machine.moving) <= SMALL:
+        by_matrix = code(machine, f"{model}_by_inertia_matrix")
+        for compiler in COMPILERS:
+            found.append(scalar(by_matrix, x, f"call by A^-1, {compiler}", compiler))
+            counted[found[-1].name] = by_matrix.operations
+    return found, {name: count.products + count.add for name, count in counted.items()}
 
 
 def batch_name(precision: Precision, width: str, compiler: str) -> str:

@@ -1,0 +1,43 @@
+"""A floating base as six joints without springs: three slides along axes of the world, then three turns.
+
+Small motions are about a base whose axes are those of the world. One whose acceleration is known is held.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Given, Joint, Kind, Machine
+from symoro_elastic.machine.scene import BASE
+
+COORDINATES = tuple(f"{BASE}.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
+"""Names of the six joints; the frame they carry is the base."""
+QUARTER = Formula.parse("pi/2")
+
+
+def with_base_coordinates(machine: Machine) -> Machine:
+    """The machine on a base at rest, its own six degrees of freedom being its first joints.
+
+    Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. Raises `InputError` for a joint
+    that has the name of the base.
+    """
+    if machine.floating is None:
+        return machine
+    if machine.floating.known is Given.ACCELERATION:
+        return replace(machine, floating=None)
+    if any(joint.name == BASE for joint in machine.joints):
+        what = f"on a floating base this name belongs to the base: choose another for the joint {BASE!r}"
+        raise InputError(machine.source or machine.name, "joints", what)
+    coordinates = [_coordinate(k, name) for k, name in enumerate(COORDINATES)]
+    base = Joint(BASE, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
+    before = len(coordinates) + 1
+    carried = [replace(joint, antecedent=joint.antecedent + before) for joint in machine.joints]
+    return replace(machine, joints=(*coordinates, base, *carried), floating=None, scene=None)
+
+
+def _coordinate(k: int, name: str) -> Joint:
+    """Joint k + 1: a slide for k up to 2, then a turn, its axis the next of x, y, z."""
+    turns = k > 2
+    return Joint(name, k, Kind.PASSIVE, 0 if turns else 1, name, gamma=QUARTER, alpha=QUARTER, theta=ZERO, r=ZERO)
