@@ -86,6 +86,14 @@ PARTICULAR = {
     ("friction_forces", "H"): "friction forces, N m or N",
     ("feed_forward", "q"): "joint variables: motor positions and deflections of springs, rad or m",
     ("feed_forward", "qd"): "joint velocities, rad/s or m/s",
+    ("inverse_dynamics_derivatives", "dqdd_dq"): "derivatives of accelerations of elastic and passive joints by q",
+    ("inverse_dynamics_derivatives", "dqdd_dqd"): "derivatives of accelerations of elastic and passive joints by qd",
+    ("inverse_dynamics_derivatives", "dqdd_dqdd_motor"): (
+        "derivatives of accelerations of elastic and passive joints by qdd_motor"
+    ),
+    ("inverse_dynamics_parameter_derivatives", "dqdd_dp"): (
+        "derivatives of accelerations of elastic and passive joints by the parameters that its columns name"
+    ),
     ("external_forces", "H"): "forces that balance the external wrenches, N m or N",
 }
 """What results are in the models where `RESULTS` does not say it."""

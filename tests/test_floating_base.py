@@ -131,6 +131,22 @@ def test_quaternion_and_rotation_agree(tmp_path: Path) -> None:
                 assert worst(found, wanted) < TOLERANCE
 
 
+def test_a_rotation_may_be_a_matrix(tmp_path: Path) -> None:
+    """Single states and stacks, R0 as 3 x 3 and row by row."""
+    machine, base = two_children(), base_state(1)
+    code = built(on(machine), tmp_path).module
+    given = asked(joint_state(machine, 1) | base, "q", "qd", "V0", "tau", "f0")
+    R = base["R0"].reshape(3, 3)
+    wanted = code.direct_dynamics(**given, R0=base["R0"])
+    for found, stacked, want in zip(
+        code.direct_dynamics(**given, R0=R), code.direct_dynamics(**given, R0=np.stack([R] * 3)), wanted, strict=True
+    ):
+        np.testing.assert_array_equal(found, want)
+        np.testing.assert_array_equal(stacked, [want] * 3)
+    with pytest.raises(ValueError, match=r"R0 has shape \(4, 4\)"):
+        code.direct_dynamics(**given, R0=np.eye(4))
+
+
 # Known motions
 
 

@@ -15,7 +15,7 @@ from symoro_elastic.vibration.responses import frequency_grid, frequency_respons
 from symoro_elastic.vibration.zeros import poles_and_zeros
 from tests.references.random_machines import planar_2r, random_machine
 from tests.test_modes import PLACE, two_axis
-from tests.vibrating import drive, linearized
+from tests.vibrating import drive, linearized, twins
 
 M1, M2, K, D, FV = 3.0, 5.0, 2e4, 7.0, 4.0
 
@@ -100,6 +100,22 @@ def test_the_default_grid_covers_all_modes() -> None:
     linear = linearized(two_axis(), PLACE)
     grid, found = frequency_grid(linear), modes(linear).frequencies
     assert grid[0] == pytest.approx(found[2] / 10, rel=1e-9) and grid[-1] == pytest.approx(2 * found[-1], rel=1e-9)
+
+
+def test_what_moves_nothing_has_no_resonance() -> None:
+    """A force on one of two twins at right angles moves it alone; a spring as weak as can be still moves a load."""
+    linear = linearized(twins(), None, ["one.fy", "table"], ["one.q", "other.q", "table"], held=["table"])
+    assert (linear.inputs, linear.outputs) == (("one.fy",), ("one.q", "other.q"))
+    one, other = (poles_and_zeros(linear, "one.fy", out) for out in linear.outputs)
+    assert not one.is_zero and one.resonances == pytest.approx([np.sqrt(1e4 / 4) / (2 * np.pi)])
+    assert other.is_zero and len(other.poles) == len(other.zeros) == 0
+    weak = linearized(drive(M1, M2, 1e-9 * K), None, ["motor"], ["load.z"])
+    assert not poles_and_zeros(weak, "motor.tau", "load.z").is_zero
+    for seed in (501, 505):
+        linear = linearized(random_machine(seed, joints=4, kinds=("motor", "elastic", "fixed"), wrenches=False))
+        pairs = [poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs]
+        values = np.abs(frequency_response(linear, np.array([0.37, 3.1])).values).max(axis=0).T.ravel()
+        assert [pair.is_zero for pair in pairs] == [bool(x < 1e-12 * values.max()) for x in values]
 
 
 @pytest.mark.parametrize("seed", [501, 505, 509])

@@ -15,7 +15,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.comparison import compare
-from symoro_elastic.vibration.export import arrays_of, control_system, save_linearization
+from symoro_elastic.vibration.export import arrays_of, control_system, labels, save_linearization
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.plots import losses, over_two
@@ -83,6 +83,22 @@ def test_response_on_the_command_line(tmp_path: Path) -> None:
     assert "antiresonances" in run(*asked).stdout
 
 
+def test_signals_of_held_motors_are_left_out() -> None:
+    held = ("--hold", "motor_x")
+    found = figures("response", TWO_AXIS, *held, "--output", "motor_y.q", "--output", "tool.z")
+    assert [(each["input"], each["output"], each["no_response"]) for each in found["transfers"]] == [
+        ("motor_y.tau", "motor_y.q", False),
+        ("motor_y.tau", "tool.z", True),
+    ]
+    said = "motor_x is held: its torque and its encoder are no signals"
+    assert found["notes"] == [said, "no response: motor_y.tau does not move tool.z"]
+    assert found["transfers"][1]["poles"] == found["transfers"][1]["resonances"] == []
+    shown = run("response", TWO_AXIS, *held, "--output", "tool.z").stdout
+    assert "no response  " in shown and found["notes"][1] in shown
+    shown = run("linearize", TWO_AXIS, "--hold", "all").stdout
+    assert "inputs: none; outputs: none\n" in shown and said in shown
+
+
 def test_compare_on_the_command_line() -> None:
     found = figures("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02")
     assert found["frequencies"]["full"] == found["frequencies"]["reduced"] and found["frequencies"]["rigid"] == []
@@ -130,16 +146,19 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
 
 
 def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
-    """Where its torque is an input, and its encoder an output, of which nothing is left: text, JSON and files."""
-    note = "motor_x is held: motor_x.tau moves nothing, motor_x.q does not change"
+    """Its torque is no input, and its encoder no output: text, JSON and files say so."""
+    note = "motor_x is held: its torque and its encoder are no signals"
     shown = run("linearize", TWO_AXIS, *AT, "--hold", "motor_x", "--out", tmp_path / "two.mat").stdout
     assert note in shown.splitlines() and "motor_y is held" not in shown
     found = figures("linearize", TWO_AXIS, *AT, "--hold", "motor_x")
-    assert found["notes"] == [note] and not any(row[0] for row in found["B"]) and not any(found["C"][0])
+    assert found["notes"] == [note] and found["inputs"] == ["motor_y.tau"] and found["outputs"] == ["motor_y.q"]
+    assert len(found["B"][0]) == len(found["C"]) == 1
     assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
     assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
     alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
-    assert alone.notes == ("motor is held",) and linearized(drive()).notes == ()
+    assert (
+        alone.notes == ("motor is held: its torque and its encoder are no signals",) and linearized(drive()).notes == ()
+    )
     save_linearization(linearized(drive()), tmp_path / "free.mat")
     assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
 
@@ -155,6 +174,20 @@ def test_a_system_for_python_control() -> None:
         return
     np.testing.assert_array_equal(system.A, linear.space.A)
     assert list(system.input_labels) == ["motor_tau"]
+
+
+ALIKE = [
+    "tool at (0.1, 0, 0).x", "tool at (-0.1, 0, 0).x", "tool at (0, 0.1, 2).x", "tool at (0, 0, 1.2).x",
+    "tool at (L*2, 0, 0).x", "tool at (L/2, 0, 0).x",
+]  # fmt: skip
+
+
+def test_labels_of_other_programs_are_different_and_can_be_read() -> None:
+    assert labels(["motor.tau", *ALIKE]) == [
+        "motor_tau", "tool_at_0p1_0_0_x", "tool_at_minus_0p1_0_0_x", "tool_at_0_0p1_2_x", "tool_at_0_0_1p2_x",
+        "tool_at_L_2_0_0_x", "tool_at_L_2_0_0_x_2",
+    ]  # fmt: skip
+    assert labels(["a b", "a_b", "a_b_2", "a-b"]) == ["a_b", "a_b_2", "a_b_2_2", "a_b_3"]
 
 
 def test_wrenches_that_turn_with_their_bodies_have_no_real_modes() -> None:
@@ -196,6 +229,10 @@ def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 SIGNALS = {
+    "--hold all": "two_axis.toml: --input: no motor is there, or all are held: name one, such as sensor_head.fx",
+    "--hold all --input tool.fx": "--output: no motor is there, or all are held: name one, such as sensor_head.x",
+    "--hold motor_x --input motor_x": "--input: motor_x.tau is of a motor that is held, so nothing moves there",
+    "--hold motor_x --output motor_x.qdd": "--output: motor_x.qdd is of a motor that is held, so nothing moves there",
     "--input ram": "input: 'ram': ram has no motor",
     "--input tool.fq": "signal: 'tool.fq' is not NAME.QUANTITY",
     "--input tol.fx": "input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",

@@ -83,6 +83,7 @@ extern const double flex4_defaults[FLEX4_PARAMETERS];
  *   qd (4): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (4): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void flex4_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 void flex4_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
@@ -99,6 +100,7 @@ void flex4_direct_dynamics_prepared(const double *q, const double *qd, const dou
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
  *   -> tau (2): motor torques or forces, N m or N
  *   -> qdd (4): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);

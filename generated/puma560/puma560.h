@@ -111,6 +111,7 @@ extern const double puma560_defaults[PUMA560_PARAMETERS];
  *   qd (6): joint velocities, rad/s or m/s
  *   tau (6): motor torques or forces, N m or N
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void puma560_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 void puma560_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);

@@ -66,6 +66,7 @@ def direct_dynamics(q, qd, tau, p=DEFAULTS):
     qd (6): joint velocities, rad/s or m/s
     tau (6): motor torques or forces, N m or N
     -> qdd (6): joint accelerations, rad/s2 or m/s2
+    accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
     """
     return _direct_dynamics.model(q, qd, tau, p=p)
 

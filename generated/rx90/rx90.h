@@ -108,6 +108,7 @@ extern const double rx90_defaults[RX90_PARAMETERS];
  *   qd (6): joint velocities, rad/s or m/s
  *   tau (6): motor torques or forces, N m or N
  *   -> qdd (6): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void rx90_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 void rx90_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);

@@ -81,13 +81,10 @@ def convert(machine: str, file: str, base: bool) -> None:
 @JSON
 def models(as_json: bool) -> None:
     """List the models with their arguments, results, shapes, units and equations."""
-    from symoro_elastic.report.tables import catalogue_json, catalogue_table
+    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_table
 
     if as_json:
         print_json(catalogue_json())
     else:
         print_table(catalogue_table())
-        click.echo(
-            "n joints that move, m motors; frames: all rows of the table, or those a scene asks for "
-            "('tool in ram' is seen from ram, 'tool at (0.1, 0, L2) in base' is a point in axes of tool, m)"
-        )
+        click.echo("\n".join(NOTES))

@@ -76,6 +76,7 @@ def linearize(
     with steps() as step:
         step("linearize")
         linear = _linearized(machine, ins, outs, place)
+        growing = damped(linear)[0].real.max(initial=0.0)
     if out:
         save_linearization(linear, out)
     if as_json:
@@ -83,10 +84,8 @@ def linearize(
         return
     click.echo("\n".join(state_lines(linear)))
     click.echo(f"coordinates: {', '.join(linear.coordinates)}")
-    click.echo(f"inputs: {', '.join(linear.inputs)}; outputs: {', '.join(linear.outputs)}")
-    for note in linear.notes:
-        click.echo(note)
-    growing = damped(linear)[0].real.max(initial=0.0)
+    ins_and_outs = (", ".join(names) or "none" for names in (linear.inputs, linear.outputs))
+    click.echo("\n".join(["inputs: {}; outputs: {}".format(*ins_and_outs), *linear.notes]))
     click.echo(f"fastest growth {growing:.3g} 1/s: unstable" if growing > 0 else "no pole is unstable")
     if out:
         click.echo(f"wrote {out}")
@@ -119,7 +118,7 @@ def modes(machine: str, over: tuple[str, ...], out: str | None, plots: str | Non
     if as_json:
         print_json(modes_json(found, slopes))
     else:
-        click.echo("\n".join(state_lines(found.linear)))
+        click.echo("\n".join([*state_lines(found.linear), *found.linear.unrest]))
         print_table(modes_table(found, slopes), found.linear.motion.machine.name)
         click.echo(modes_conclusion(found, slopes))
     _save(out, modes_arrays(found, slopes), as_json)
@@ -185,7 +184,7 @@ def response(
     """Frequency responses of MACHINE: from motors or forces on frames to encoders or frames."""
     from symoro_elastic.vibration import export, responses
     from symoro_elastic.vibration.plots import plot_response
-    from symoro_elastic.vibration.tables import response_json, response_table
+    from symoro_elastic.vibration.tables import response_json, response_notes, response_table
     from symoro_elastic.vibration.zeros import poles_and_zeros
 
     if out:
@@ -193,17 +192,19 @@ def response(
     with steps() as step:
         step("response")
         linear = responses.with_modal_damping(_linearized(machine, ins, outs, place), damping)
+        _refuse_silence(linear)
         grid = responses.frequency_grid(linear, *_band(frequencies))
         found = responses.frequency_response(linear, grid)
         pairs = [poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs]
+    notes = [*found.notes, *response_notes(pairs)]
     if as_json:
         print_json({
             "transfers": response_json(pairs), "points": len(grid), "low": float(grid[0]), "high": float(grid[-1]),
-            "notes": list(found.notes),
+            "notes": notes,
         })  # fmt: skip
     else:
         print_table(response_table(pairs), linear.motion.machine.name)
-        click.echo("\n".join([f"{len(grid)} frequencies, {grid[0]:.4g} to {grid[-1]:.4g} Hz", *found.notes]))
+        click.echo("\n".join([f"{len(grid)} frequencies, {grid[0]:.4g} to {grid[-1]:.4g} Hz", *notes]))
     if out:
         export.save_response(found, out)
         click.echo(f"wrote {out}", err=as_json)
@@ -297,7 +298,30 @@ def _linearized(path: str, ins: Sequence[str], outs: Sequence[str], place: dict[
     else:
         state = equilibrium(motion, at, torques)
     linear = linearization.linearize(motion, state, ins or None, outs or None)
-    return linearization.with_motors(linear, _held(motion, place["hold"]), _gains(place["pd"]))
+    held = linearization.with_motors(linear, _held(motion, place["hold"]), _gains(place["pd"]))
+    _refuse_still(linear, held, ins, outs)
+    return held
+
+
+def _refuse_still(linear: Linearization, held: Linearization, ins: Sequence[str], outs: Sequence[str]) -> None:
+    """Refuse signals of held motors that were asked for."""
+    for option, asked, before, left in (
+        ("--input", ins, linear.inputs, held.inputs),
+        ("--output", outs, linear.outputs, held.outputs),
+    ):
+        still = [name for name in before if name not in left]
+        if asked and still:
+            what = f"{still[0]} is of a motor that is held, so nothing moves there: leave out one of the two"
+            raise InputError(linear.motion.source, option, what)
+
+
+def _refuse_silence(linear: Linearization) -> None:
+    """Refuse a response without input or output."""
+    for option, names, such in (("--input", linear.inputs, "fx"), ("--output", linear.outputs, "x")):
+        if not names:
+            frame = linear.motion.machine.joints[-1].name
+            what = f"no motor is there, or all are held: name one, such as {frame}.{such}"
+            raise InputError(linear.motion.source, option, what)
 
 
 def _held(motion: Motion, names: Sequence[str]) -> list[str]:
@@ -319,6 +343,8 @@ def _grid(over: Sequence[str]) -> dict[str, list[float]]:
     for text in over:
         name, _, limits = text.partition("=")
         low, high, count = _three(limits, "--over", text)
+        if name.strip() in grid:
+            raise InputError("symoro-elastic", "--over", f"{name.strip()} is given twice: name each joint once")
         grid[name.strip()] = [low + (high - low) * k / max(count - 1, 1) for k in range(count)]
     return grid
 

@@ -10,6 +10,8 @@ from symoro_elastic.codegen.templates import LINE
 from symoro_elastic.symbolic.program import OperationCount
 
 Files = dict[str, str]
+SOLVED = ("qdd", "dqdd", "V0d", "dV0d")
+SINGULAR = "accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular"
 
 
 def count_text(count: OperationCount) -> str:
@@ -37,13 +39,21 @@ def described(function: Function) -> dict[str, Any]:
         counts += f"; {count_text(program.count_once)} once for each parameter set"
     arguments = [f"{a.name} ({a.size}): {a.meaning}" for a in function.arguments]
     results = [f"{r.name} {_shape(r.shape)}: {r.meaning}" for r in function.results]
+    more = [*_singular(function), *_rows(function), *_columns(function)]
     return {
         "name": function.name,
         "title": function.title[:1].upper() + function.title[1:],
         "equations": function.equations,
         "counts": counts,
-        "documented": [*arguments, *(f"-> {text}" for text in results), *_rows(function), *_columns(function)],
+        "documented": [*arguments, *(f"-> {text}" for text in results), *more],
     }
+
+
+def _singular(function: Function) -> list[str]:
+    """What accelerations are where there is nothing to divide by; motors may give all of them."""
+    given = [(argument.size,) for argument in function.arguments if argument.name == "qdd_motor"]
+    solved = [r for r in function.results if r.name.startswith(SOLVED) and (r.name != "qdd" or r.shape not in given)]
+    return [SINGULAR] if solved else []
 
 
 def _rows(function: Function) -> list[str]:

@@ -63,8 +63,9 @@ def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
     if len(known) < len(numbers) or not any(known):
         return
     mass, moments, tensor = known[0], known[1:4], known[4:]
-    if mass == 0:
+    if mass == 0 and not _turns_only(moments, tensor):
         yield "without mass there can be no " + ("inertia" if any(tensor) else "first moments")
+    if mass == 0:
         return
     matrix = _symmetric(tensor)
     scale = max(map(abs, tensor))
@@ -73,6 +74,13 @@ def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
         matrix = [[matrix[i][k] - shift[i][k] for k in range(3)] for i in range(3)]
         scale = max(scale, *(abs(entry) for row in shift for entry in row))
     yield from _principal(_eigenvalues(matrix), ROUNDING * scale)
+
+
+def _turns_only(first_moments: list[float], tensor: list[float]) -> bool:
+    """Whether a body is a moment of inertia about one axis, as in a table of a drive."""
+    xx, xy, xz, yy, yz, zz = tensor
+    axes = [x for x in (xx, yy, zz) if x]
+    return not any((*first_moments, xy, xz, yz)) and len(axes) == 1 and axes[0] > 0
 
 
 def _principal(moments: list[float], rounding: float) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.codegen.described import SINGULAR
 from symoro_elastic.generate import ARGUMENTS, PARTICULAR, RESULTS
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
@@ -142,11 +143,12 @@ def catalogue_json() -> dict[str, Any]:
             model.name: {
                 "title": model.title,
                 "equations": model.equations,
-                "arguments": {name: [SHAPES.get(name, "n"), ARGUMENTS[name]] for name in model.arguments},
+                "arguments": {name: [SHAPES.get(name, "n"), ARGUMENTS[name]] for name in _arguments(model)},
                 "results": {name: [_result_shape(model, name), _meaning(model, name)] for name in model.results},
             }
             for model in MODELS.values()
-        }
+        },
+        "notes": list(NOTES),
     }
 
 
@@ -158,7 +160,7 @@ def catalogue_table() -> Any:
     table.columns[0].min_width = max(map(len, MODELS))
     for model in MODELS.values():
         for k, name in enumerate(model.results):
-            head = (model.name, ", ".join(model.arguments) or "p") if k == 0 else ("", "")
+            head = (model.name, _shown_arguments(model)) if k == 0 else ("", "")
             equations = model.equations if k == 0 else ""
             table.add_row(*head, name, _result_shape(model, name), _meaning(model, name), equations)
     return table
@@ -177,23 +179,39 @@ RESULT_SHAPES = {
     "Y": "n x columns",
     "h": "columns",
     "X": "parameters",
-    "dtau_dq": "m x n",
-    "dtau_dqd": "m x n",
-    "dtau_dqdd_motor": "m x m",
-    "dtau_dp": "m x columns",
-    "dqdd_dq": "n x n",
-    "dqdd_dqd": "n x n",
-    "dqdd_dqdd_motor": "n x m",
-    "dqdd_dtau": "n x m",
-    "dqdd_dp": "n x columns",
     "singularity": "solutions",
     "q": "solutions x n",
     "feed_forward q": "n",
 }
 
 
+ROWS_OF = {"tau": "m", "qdd": "n", "V0d": "6", "f0": "6"}
+COLUMNS_OF = {"q": "n", "qd": "n", "qdd_motor": "m", "tau": "m", "p": "columns"} | dict.fromkeys(
+    ("pose", "V0", "V0d", "f0"), "6"
+)
+NOTES = (
+    "n joints that move, m motors, so n - m elastic and passive joints; frames: all rows of the table, or those a "
+    "scene asks for ('tool in ram' is seen from ram, 'tool at (0.1, 0, L2) in base' is a point in axes of tool, m)",
+    "y ...: y and as many derivatives by time as the chain needs: yd, ydd, yddd ...",
+    f"where a model solves for accelerations: {SINGULAR}, and so are their derivatives",
+)
+
+
 def _result_shape(model: Model, name: str) -> str:
+    of, by = name.removeprefix("d").split("_d", 1) if "_d" in name else ("", "")
+    if of in ROWS_OF and by in COLUMNS_OF:
+        passive = of == "qdd" and model.name.startswith("inverse")
+        return f"{'(n - m)' if passive else ROWS_OF[of]} x {COLUMNS_OF[by]}"
     return RESULT_SHAPES.get(f"{model.name} {name}") or RESULT_SHAPES.get(name, "n")
+
+
+def _arguments(model: Model) -> tuple[str, ...]:
+    """Those of a motion wanted up to the highest derivative that a chain may need."""
+    return MOTION if model.arguments[:1] == MOTION[:1] else model.arguments
+
+
+def _shown_arguments(model: Model) -> str:
+    return "y ..." if _arguments(model) is MOTION else ", ".join(model.arguments) or "p"
 
 
 def _meaning(model: Model, name: str) -> str:

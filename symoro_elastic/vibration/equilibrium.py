@@ -9,6 +9,7 @@ import numpy as np
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.balance import balanced
+from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.motion import Array, Motion, State
 
 
@@ -51,11 +52,8 @@ def given_state(
         for k, x in motion.numbered(named, place).items():
             numbers[k] = x
     _, _, A = motion.jacobians(motion.residual, State(q, qd, zero, tau))
-    try:
-        qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
-    except np.linalg.LinAlgError:
-        what = "the inertia matrix is singular at this state: give its joints mass or rotor inertia"
-        raise InputError(motion.source, "state", what) from None
+    refuse_singular(motion, A, range(len(q)), can_hold=False)
+    qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
     return State(q, qd, qdd, tau)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ NPZ, MAT, CSV = ".npz", ".mat", ".csv"
 
 
 def arrays_of(linear: Linearization) -> dict[str, Any]:
-    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes on held motors; the state.
+    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes; the state.
 
     The state is q, qd, qdd, tau.
     """
@@ -54,10 +55,10 @@ def modes_arrays(found: Modes, by: Sensitivity) -> dict[str, Any]:
 
 
 def tracked_arrays(tracked: Tracked) -> dict[str, Any]:
-    """Positions (points, joints), frequencies and MAC (points, m), shapes (points, n, m)."""
+    """Positions (points, joints), frequencies, growth and MAC (points, m), shapes (points, n, m)."""
     return {
         "joints": list(tracked.joints), "positions": tracked.positions, "frequencies": tracked.frequencies,
-        "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
+        "growth": tracked.growth, "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
         "coordinates": list(tracked.found[0].linear.coordinates),
     }  # fmt: skip
 
@@ -98,16 +99,28 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
 
 
 def control_system(linear: Linearization) -> Any:
-    """The linearization as a `control.StateSpace`; in its names, signs and spaces become `_`, as in `motor_x_tau`.
+    """The linearization as a `control.StateSpace` with the names of `labels`, as `motor_x_tau`.
 
     Raises `InputError` without python-control.
     """
     space = linear.space
-    states, ins, outs = (
-        [re.sub(r"\W+", "_", name) for name in names] for names in (space.states, space.inputs, space.outputs)
-    )
+    states, ins, outs = map(labels, (space.states, space.inputs, space.outputs))
     package = imported("control", "a system for python-control", "control")
     return package.ss(space.A, space.B, space.C, space.D, states=states, inputs=ins, outputs=outs)
+
+
+def labels(names: Sequence[str]) -> list[str]:
+    """Names of letters, digits and `_`, all different: `tool at (-0.1, 0, 0).x` is `tool_at_minus_0p1_0_0_x`.
+
+    Those that would still be alike are numbered.
+    """
+    found: list[str] = []
+    for name in names:
+        spelled = re.sub(r"(?<=\d)\.(?=\d)", "p", re.sub(r"(?<!\w)-", "minus ", name))
+        label = re.sub(r"\W+", "_", spelled)
+        numbered = (f"{label}_{k}" for k in count(2))
+        found.append(next(each for each in chain([label], numbered) if each not in found))
+    return found
 
 
 def _npz(arrays: Mapping[str, Any]) -> bytes:

@@ -17,19 +17,21 @@ import numpy as np
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.vibration.free_base import with_base_coordinates
+from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.motion import Array, Motion, State
 from symoro_elastic.vibration.signals import (
-    JOINT_OUTPUTS,
-    TORQUE,
     FrameSignal,
     Signal,
     default_inputs,
     default_outputs,
     inputs,
+    joint_signals,
     outputs,
     points_of,
 )
 
+AT_REST = 1e-9
+"""A velocity or an acceleration up to here is rounding, SI units."""
 Maps = tuple[tuple[Array, Array, Array], ...]
 
 
@@ -73,10 +75,21 @@ class Linearization:
         return tuple(self.motion.names[k] for k in self.kept)
 
     @property
+    def unrest(self) -> tuple[str, ...]:
+        """A line where the state is given and not at rest, with the fastest joint and the largest acceleration."""
+        found = []
+        for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
+            k = int(np.argmax(np.abs(values))) if len(values) else 0
+            if np.abs(values).max(initial=0.0) > AT_REST:
+                unit = "m" if self.motion.joints[k].sigma == 1 else "rad"
+                found.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
+        return (f"not at rest: {', '.join(found)}",) if found else ()
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """A line for each motor that is held, with its signals: they stay in B, C and D as zeros."""
+        """A line where the state is not at rest, and one for each motor that is held, whose signals are left out."""
         held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
-        return tuple(_of_held(name, self.inputs, self.outputs) for name in held)
+        return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in held)
 
     @property
     def is_symmetric(self) -> bool:
@@ -85,7 +98,8 @@ class Linearization:
 
     @cached_property
     def space(self) -> StateSpace:
-        """A, B, C, D of the state [dq; dqd]."""
+        """A, B, C, D of the state [dq; dqd]; raises `InputError` where M is not positive definite."""
+        refuse_singular(self.motion, self.M, self.kept)
         n = len(self.kept)
         solved = np.linalg.solve(self.M, np.hstack([-self.K, -self.D, self.F]))
         upper = np.hstack([np.zeros((n, n)), np.eye(n)])
@@ -174,7 +188,8 @@ def with_motors(
 ) -> Linearization:
     """Some motors held where they are, others under a controller tau = -kp dq - kd dqd, the rest free.
 
-    `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. Raises `InputError` for joints without motor.
+    `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
+    are no signals any more. Raises `InputError` for joints without motor.
     """
     motion = linear.motion
     fixed = {_motor(motion, name, "--hold") for name in held}
@@ -190,19 +205,14 @@ def with_motors(
         D[row, row] += kd
         springs[row] += kp
     rows = [row for row, k in enumerate(linear.kept) if k not in fixed]
-    square = np.ix_(rows, rows)
+    still = joint_signals(motion.names[k] for k in fixed)
+    ins, outs = ([c for c, name in enumerate(names) if name not in still] for names in (linear.inputs, linear.outputs))
+    square, seen = np.ix_(rows, rows), np.ix_(outs, rows)
     return replace(
-        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[rows], Cq=linear.Cq[:, rows],
-        Cv=linear.Cv[:, rows], Ca=linear.Ca[:, rows], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[np.ix_(rows, ins)], Cq=linear.Cq[seen],
+        Cv=linear.Cv[seen], Ca=linear.Ca[seen], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+        inputs=tuple(linear.inputs[c] for c in ins), outputs=tuple(linear.outputs[c] for c in outs),
     )  # fmt: skip
-
-
-def _of_held(name: str, ins: Sequence[str], outs: Sequence[str]) -> str:
-    """What being held means for the signals of a motor."""
-    own = f"{name}.{TORQUE}"
-    still = [f"{name}.{quantity}" for quantity in JOINT_OUTPUTS if f"{name}.{quantity}" in outs]
-    said = [f"{own} moves nothing"] * (own in ins) + [f"{x} does not change" for x in still]
-    return f"{name} is held" + (f": {', '.join(said)}" if said else "")
 
 
 def _motor(motion: Motion, name: str, place: str) -> int:

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.vibration.inertia import ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.motion import Array
 from symoro_elastic.vibration.optional import optional
 
-ROUNDING = 100 * float(np.finfo(float).eps)
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
 
@@ -69,11 +69,8 @@ def modes(linear: Linearization) -> Modes:
             "linearize gives A and its poles"
         )
         raise InputError(motion.source, "modes", what)
-    try:
-        eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
-    except np.linalg.LinAlgError:
-        what = "the inertia matrix is not positive definite here: bodies without mass that nothing else resists"
-        raise InputError(motion.source, "modes", what) from None
+    refuse_singular(motion, linear.M, linear.kept)
+    eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
     shapes = shapes * np.where(np.sum(shapes * np.abs(shapes) ** 7, axis=0) < 0, -1.0, 1.0)
     poles, vectors = damped(linear)
     return Modes(linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, vectors), poles)
@@ -97,7 +94,7 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     Coordinates r without stiffness are eliminated first: phi_r = -Mrr^-1 Mre phi_e, and they move freely alone.
     """
     n = len(M)
-    scale = 1 / np.sqrt(_positive(np.diag(M)))
+    scale = 1 / np.sqrt(np.diag(M))
     M, K = M * np.outer(scale, scale), K * np.outer(scale, scale)
     free = np.flatnonzero(~K.any(axis=0))
     stiff = np.flatnonzero(K.any(axis=0))
@@ -116,12 +113,6 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     return values[order], scale[:, None] * shapes[:, order]
 
 
-def _positive(diagonal: Array) -> Array:
-    if not (diagonal > 0).all():
-        raise np.linalg.LinAlgError
-    return diagonal
-
-
 def _normal_basis(M: Array) -> Array:
     """Columns X with X^T M X = 1."""
     return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
@@ -130,10 +121,11 @@ def _normal_basis(M: Array) -> Array:
 def damped(linear: Linearization) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for those that are struck out.
 
-    Coordinates on which nothing depends give poles at exactly 0.
+    Coordinates on which nothing depends give poles at exactly 0. Raises `InputError` where M is not positive definite.
     """
+    refuse_singular(linear.motion, linear.M, linear.kept)
     n = len(linear.K)
-    scale = 1 / np.sqrt(_positive(np.diag(linear.M))) if n else np.ones(0)
+    scale = 1 / np.sqrt(np.diag(linear.M))
     both = np.outer(scale, scale)
     rate = max(1.0, np.sqrt(np.abs(linear.K * both).max(initial=0.0)))
     solved = np.linalg.solve(linear.M * both, -np.hstack([linear.K * both / rate**2, linear.D * both / rate]))

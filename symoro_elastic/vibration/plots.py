@@ -12,6 +12,7 @@ from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.vibration.export import labels
 from symoro_elastic.vibration.feed_forward import Following
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.motion import Array
@@ -23,8 +24,8 @@ MOST_CURVES = 6
 
 def plot_response(response: Response, folder: str | Path, form: str = "png") -> list[Path]:
     """Write bode_<input>.<form> to a folder, one for each input; returns their paths. Raises `InputError`."""
-    names = [f"bode_{''.join(c if c.isalnum() else '_' for c in name)}" for name in response.inputs]
-    return save_figures({name: bode(response, j) for j, name in enumerate(names)}, folder, form)
+    pictures = {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
+    return save_figures(pictures, folder, form)
 
 
 def plot_modes(found: Modes, folder: str | Path, form: str = "png") -> list[Path]:
@@ -61,8 +62,9 @@ def bode(response: Response, j: int) -> Any:
     figure = new_figure(8.0, 6.0)
     magnitude, phase = figure.subplots(2, 1, sharex=True)
     for i, name in enumerate(response.outputs):
-        G = response.values[:, i, j]
-        magnitude.loglog(response.frequencies, np.abs(G), linewidth=0.9, label=name)
+        G = np.where(response.values[:, i, j] == 0, np.nan, response.values[:, i, j])
+        shown = name if np.isfinite(G).any() else f"{name}: no response"
+        magnitude.loglog(response.frequencies, np.abs(G), linewidth=0.9, label=shown)
         phase.semilogx(response.frequencies, _phase(G), linewidth=0.9)
     magnitude.set_ylabel("magnitude, SI units")
     phase.set_ylabel("phase, deg")

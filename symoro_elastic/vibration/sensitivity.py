@@ -23,13 +23,16 @@ from symoro_elastic.vibration.motion import Array, Motion, State
 class Sensitivity:
     """df/dp (parameters, modes), Hz by the unit of the parameter; zero for modes at 0 Hz.
 
-    `relative` is p/f df/dp: per cent of frequency by per cent of the parameter.
+    `relative` is p/f df/dp: per cent of frequency by per cent of the parameter. `repeated` are the modes of each
+    frequency that comes more than once: a parameter splits it, and their slopes are in ascending order for each
+    parameter, not by mode.
     """
 
     parameters: tuple[str, ...]
     values: Array
     slopes: Array
     frequencies: Array
+    repeated: tuple[tuple[int, ...], ...] = ()
 
     @property
     def relative(self) -> Array:
@@ -38,11 +41,16 @@ class Sensitivity:
         found: Array = self.values[:, None] * self.slopes / over
         return found
 
-    def strongest(self, mode: int, count: int) -> list[tuple[str, float]]:
-        """The parameters with most influence on a mode, and their relative slopes."""
-        relative = self.relative[:, mode]
-        order = np.argsort(-np.abs(relative), kind="stable")[:count]
-        return [(self.parameters[k], float(relative[k])) for k in order if relative[k]]
+    def sharing(self, mode: int) -> tuple[int, ...]:
+        """The modes of the same frequency, itself included."""
+        return next((modes for modes in self.repeated if mode in modes), (mode,))
+
+    def strongest(self, mode: int, count: int) -> list[tuple[str, float, float]]:
+        """The parameters with most influence on a frequency, and the least and the largest of its relative slopes."""
+        relative = self.relative[:, list(self.sharing(mode))]
+        order = np.argsort(-np.abs(relative).max(axis=1), kind="stable")[:count]
+        rows = [(self.parameters[k], relative[k]) for k in order if relative[k].any()]
+        return [(name, float(row.min()), float(row.max())) for name, row in rows]
 
 
 def sensitivity(found: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
@@ -62,7 +70,9 @@ def sensitivity(found: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
     slopes *= rate
     kept = [k for k in range(len(names)) if parameters or slopes[k].any()]
     values = np.array([motion.parameters[names[k]] for k in kept])
-    return Sensitivity(tuple(names[k] for k in kept), values, slopes[kept], frequencies)
+    swinging = [tuple(range(c.start, c.stop)) for c in found.clusters() if found.eigenvalues[c.start] > 0]
+    repeated = tuple(modes for modes in swinging if len(modes) > 1)
+    return Sensitivity(tuple(names[k] for k in kept), values, slopes[kept], frequencies, repeated)
 
 
 def _eigenvalue_slopes(found: Modes, names: Sequence[str]) -> Array:

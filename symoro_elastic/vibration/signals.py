@@ -72,6 +72,11 @@ def default_outputs(machine: Machine) -> list[str]:
     return [f"{joint.name}.q" for joint in machine.joints if joint.kind is Kind.MOTOR]
 
 
+def joint_signals(names: Iterable[str]) -> set[str]:
+    """Torques, positions, velocities and accelerations of joints."""
+    return {f"{name}.{quantity}" for name in names for quantity in (TORQUE, *JOINT_OUTPUTS)}
+
+
 def points_of(signals: Sequence[Signal]) -> Points:
     """Points that signals are at, each once."""
     return tuple(dict.fromkeys((s.number, s.at) for s in signals if isinstance(s, FrameSignal) and s.at))

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symoro_elastic.identification.trajectory import motors_of
-from symoro_elastic.vibration.comparison import Comparison
+from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
 from symoro_elastic.vibration.feed_forward import Following, figures
@@ -21,13 +22,16 @@ from symoro_elastic.vibration.zeros import PolesAndZeros
 
 LEAST_SHARE = 0.1
 MOST_NAMED = 3
+LEAST_LOSS = 1e-12
+"""Of a quantity of the full model, for a difference to be more than rounding."""
 
 
 def state_json(linear: Linearization) -> dict[str, Any]:
     """Position and torque by joint, and the force left over at an equilibrium."""
     state, names = linear.state, linear.motion.names
     tau = {names[k]: float(state.tau[k]) for k in linear.motion.motors}
-    return {"q": dict(zip(names, state.q.tolist(), strict=True)), "tau": tau, "residual": state.residual}
+    q = dict(zip(names, state.q.tolist(), strict=True))
+    return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.unrest)}
 
 
 def state_lines(linear: Linearization) -> list[str]:
@@ -58,13 +62,25 @@ def modes_table(found: Modes, slopes: Sensitivity) -> Any:
     table = Table("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "% of Hz by % of")
     for k, f in enumerate(found.frequencies):
         ratio = found.damping_ratios[k]
-        by = ", ".join(f"{name} {x:+.2f}" for name, x in slopes.strongest(k, MOST_NAMED))
-        grows = found.growth[k]
         table.add_row(
-            str(k + 1), f"{f:.6g}" if not grows else f"0, grows {grows:.3g} 1/s",
-            "-" if math.isnan(ratio) else f"{100 * ratio:.3g} %", _most(strain, k), _most(kinetic, k), by or "-",
+            str(k + 1), _hertz(f, found.growth[k], 6),
+            "-" if math.isnan(ratio) else f"{100 * ratio:.3g} %", _most(strain, k), _most(kinetic, k), _by(slopes, k),
         )  # fmt: skip
     return table
+
+
+def _by(slopes: Sensitivity, mode: int) -> str:
+    """The parameters that a frequency depends on; of a repeated one in the first of its rows."""
+    first = slopes.sharing(mode)[0]
+    if first != mode:
+        return f"see mode {first + 1}"
+    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in slopes.strongest(mode, MOST_NAMED)]
+    return ", ".join(f"{name} {low if low == high else f'{low} to {high}'}" for name, low, high in shown) or "-"
+
+
+def _hertz(frequency: float, growth: float, digits: int) -> str:
+    """A frequency, or how fast a motion grows that does not vibrate."""
+    return f"0, grows {growth:.3g} 1/s" if growth else f"{frequency:.{digits}g}"
 
 
 def _most(shares: Shares, mode: int) -> str:
@@ -75,7 +91,10 @@ def _most(shares: Shares, mode: int) -> str:
 
 
 def modes_json(found: Modes, slopes: Sensitivity) -> dict[str, Any]:
-    """All figures of modes by name; NaN as null. Sensitivities are df/dp, Hz by the unit of the parameter."""
+    """All figures of modes by name; NaN as null. Sensitivities are df/dp, Hz by the unit of the parameter.
+
+    `repeated` are the modes, counted from 1, of each frequency that comes more than once.
+    """
     strain, kinetic = strain_shares(found), kinetic_shares(found)
     frames = [joint.name for joint in found.linear.motion.machine.joints]
     seen = np.moveaxis(frame_shapes(found), 2, 0)
@@ -89,6 +108,7 @@ def modes_json(found: Modes, slopes: Sensitivity) -> dict[str, Any]:
         "strain_energy": dict(zip(strain.names, strain.shares.tolist(), strict=True)),
         "kinetic_energy": dict(zip(kinetic.names, kinetic.shares.tolist(), strict=True)),
         "sensitivity": dict(zip(slopes.parameters, slopes.slopes.tolist(), strict=True)),
+        "repeated": [[k + 1 for k in modes] for modes in slopes.repeated],
         "state": state_json(found.linear),
         "conclusion": modes_conclusion(found, slopes),
     }
@@ -97,36 +117,53 @@ def modes_json(found: Modes, slopes: Sensitivity) -> dict[str, Any]:
 def modes_conclusion(found: Modes, slopes: Sensitivity) -> str:
     """The spring that limits the first frequency, and what would raise it."""
     vibrating = np.flatnonzero(found.frequencies > 0)
-    if not len(vibrating):
-        return "nothing vibrates here: no mode has a frequency above 0 Hz"
-    first = int(vibrating[np.argmin(found.frequencies[vibrating])])
-    name, share = strain_shares(found).largest(first)
-    f = found.frequencies[first]
-    limit = f"the first vibration, {f:.4g} Hz, is limited by {name} ({share:.0%} of its strain energy)"
-    springs = [(p, x) for p, x in slopes.strongest(first, len(slopes.parameters)) if p == f"{name}.stiffness" and x > 0]
-    gain = [f"1 % more {p} raises it by {x:.2g} %" for p, x in springs if name != GRAVITY]
     unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(found.growth)]
-    return "; ".join([limit, *gain, *unstable])
+    if not len(vibrating):
+        return "; ".join(["nothing vibrates here: no mode has a frequency above 0 Hz", *unstable])
+    first = int(vibrating[np.argmin(found.frequencies[vibrating])])
+    return "; ".join([*_limit(found, slopes, first), *unstable, *map(_repeated, slopes.repeated)])
+
+
+def _limit(found: Modes, slopes: Sensitivity, first: int) -> list[str]:
+    """The springs that limit a frequency, and what would raise it."""
+    strain, sharing = strain_shares(found), list(slopes.sharing(first))
+    whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
+    said = f"the first vibration, {found.frequencies[first]:.4g} Hz, is limited by"
+    if len(sharing) > 1:
+        return [f"{said} {_most(whole, 0)} of its strain energy"]
+    name, share = whole.largest(0)
+    springs = [x for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p == f"{name}.stiffness" and x > 0]
+    gain = [f"1 % more {name}.stiffness raises it by {x:.2g} %" for x in springs if name != GRAVITY]
+    return [f"{said} {name} ({share:.0%} of its strain energy)", *gain]
+
+
+def _repeated(modes: Sequence[int]) -> str:
+    return (
+        f"modes {modes[0] + 1} to {modes[-1] + 1} are one frequency: their shapes may be mixed at will, and a"
+        " parameter splits it, from the least to the largest of its slopes"
+    )
 
 
 def tracked_table(tracked: Tracked) -> Any:
-    """A row a position, a column a mode that vibrates."""
+    """A row a position, a column a mode that vibrates or grows anywhere."""
     from rich.table import Table
 
-    f = tracked.frequencies
-    shown = [k for k in range(f.shape[1]) if f[:, k].any()]
+    f, growth = tracked.frequencies, tracked.growth
+    shown = np.flatnonzero(f.any(axis=0) | growth.any(axis=0))
     table = Table(*tracked.joints, *(f"mode {k + 1}" for k in shown), "least MAC")
-    for place, row, mac in zip(tracked.positions, f, tracked.mac, strict=True):
-        table.add_row(*(f"{x:.4g}" for x in place), *(f"{row[k]:.5g}" for k in shown), f"{mac.min():.3f}")
+    for point, (place, mac) in enumerate(zip(tracked.positions, tracked.mac, strict=True)):
+        hertz = (_hertz(f[point, k], growth[point, k], 5) for k in shown)
+        table.add_row(*(f"{x:.4g}" for x in place), *hertz, f"{mac.min():.3f}")
     return table
 
 
 def tracked_json(tracked: Tracked) -> dict[str, Any]:
-    """Positions, frequencies (points x modes) and MAC of each pair."""
+    """Positions, frequencies, growth (points x modes) and MAC of each pair."""
     return {
         "joints": list(tracked.joints),
         "positions": tracked.positions.tolist(),
         "frequencies": tracked.frequencies.tolist(),
+        "growth": tracked.growth.tolist(),
         "mac": tracked.mac.tolist(),
         "conclusion": tracked_conclusion(tracked),
     }
@@ -138,13 +175,21 @@ def tracked_conclusion(tracked: Tracked) -> str:
     low, high = f.min(axis=0), f.max(axis=0)
     spread = np.divide(high - low, high, out=np.zeros_like(high), where=high > 0)
     k = int(spread.argmax())
-    if not spread.any():
-        return "no frequency depends on the position"
-    said = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
-    if not tracked.doubtful:
-        return said
-    point, mode = tracked.doubtful[0]
-    return f"{said}; {len(tracked.doubtful)} pairs are in doubt (mode {mode + 1} at position {point + 1}): a finer grid"
+    said = "no frequency depends on the position"
+    if spread.any():
+        said = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
+    growing = np.flatnonzero(tracked.growth.any(axis=0))
+    parts = [said, *(f"mode {m + 1} grows at {_positions(tracked.growth[:, m])}" for m in growing)]
+    if tracked.doubtful:
+        point, mode = tracked.doubtful[0]
+        count = len(tracked.doubtful)
+        parts.append(f"{count} pairs are in doubt (mode {mode + 1} at position {point + 1}): a finer grid")
+    return "; ".join(parts)
+
+
+def _positions(growth: NDArray[np.float64]) -> str:
+    count = int(np.count_nonzero(growth))
+    return f"{count} of {len(growth)} positions, so it is no vibration there"
 
 
 def response_table(found: Sequence[PolesAndZeros]) -> Any:
@@ -153,9 +198,14 @@ def response_table(found: Sequence[PolesAndZeros]) -> Any:
 
     table = Table("from", "to", "resonances, Hz", "antiresonances, Hz")
     for each in found:
-        lists = (", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances))
-        table.add_row(each.input, each.output, *lists)
+        lists = [", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances)]
+        table.add_row(each.input, each.output, *(("no response", "-") if each.is_zero else lists))
     return table
+
+
+def response_notes(found: Sequence[PolesAndZeros]) -> list[str]:
+    """What does not move what."""
+    return [f"no response: {each.input} does not move {each.output}" for each in found if each.is_zero]
 
 
 def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
@@ -164,6 +214,7 @@ def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
         {
             "input": each.input,
             "output": each.output,
+            "no_response": each.is_zero,
             "poles": [[s.real, s.imag] for s in each.poles.tolist()],
             "zeros": [[s.real, s.imag] for s in each.zeros.tolist()],
             "resonances": each.resonances.tolist(),
@@ -178,8 +229,9 @@ def frequencies_table(found: Comparison) -> Any:
     from rich.table import Table
 
     table = Table("mode", "full, Hz", "reduced, Hz", "reduced / full")
-    for k, (f, g) in enumerate(zip(found.full.frequencies, found.reduced.frequencies, strict=True), start=1):
-        table.add_row(str(k), f"{f:.6g}", f"{g:.6g}", f"{g / f - 1:+.2%}" if f else "-")
+    for k, (f, g) in enumerate(zip(found.full.frequencies, found.reduced.frequencies, strict=True)):
+        shown = (_hertz(each.frequencies[k], each.growth[k], 6) for each in (found.full, found.reduced))
+        table.add_row(str(k + 1), *shown, f"{g / f - 1:+.2%}" if f else "-")
     return table
 
 
@@ -189,7 +241,8 @@ def losses_table(found: Comparison) -> Any:
 
     table = Table("joint", "quantity", "full, rms / largest", "reduced misses", "rigid misses")
     for loss in found.losses:
-        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, loss.reduced, loss.rigid))
+        missed = [size if _matters(size, loss) else (0.0, 0.0) for size in (loss.reduced, loss.rigid)]
+        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *missed))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
     return table
 
@@ -211,13 +264,10 @@ def following_table(found: Following) -> Any:
 
 
 def comparison_json(found: Comparison) -> dict[str, Any]:
-    """Frequencies of the three models, losses as [rms, largest]."""
+    """Frequencies, Hz, and growth, 1/s, of the three models, losses as [rms, largest]."""
     return {
-        "frequencies": {
-            "full": found.full.frequencies.tolist(),
-            "reduced": found.reduced.frequencies.tolist(),
-            "rigid": found.rigid.frequencies.tolist() if found.rigid else [],
-        },
+        "frequencies": {name: each.frequencies.tolist() if each else [] for name, each in _models(found).items()},
+        "growth": {name: each.growth.tolist() if each else [] for name, each in _models(found).items()},
         "motion": found.course.source,
         "losses": [
             {
@@ -230,9 +280,15 @@ def comparison_json(found: Comparison) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _models(found: Comparison) -> dict[str, Modes | None]:
+    return {"full": found.full, "reduced": found.reduced, "rigid": found.rigid}
+
+
 def comparison_conclusion(found: Comparison) -> str:
     """How large the losses are, in one sentence."""
-    torques = [loss for loss in found.losses if loss.quantity == "torque" and loss.full[0] > 0]
+    torques = [loss for loss in found.losses if loss.quantity == TORQUE]
+    most = max((loss.full[1] for loss in torques), default=0.0)
+    torques = [loss for loss in torques if loss.full[1] > LEAST_LOSS * most]
     parts = []
     if found.alike:
         parts.append(
@@ -241,10 +297,20 @@ def comparison_conclusion(found: Comparison) -> str:
         )
     elif torques:
         worst = max(torques, key=lambda loss: loss.reduced[0] / loss.full[0])
-        parts.append(
-            f"the reduced model misses up to {worst.reduced[0] / worst.full[0]:.2g} of the torque of {worst.joint}"
-        )
+        parts.append(f"the reduced model misses {_missed(worst.reduced, worst)} of the torque of {worst.joint}")
     if torques:
         worst = max(torques, key=lambda loss: loss.rigid[0] / loss.full[0])
-        parts.append(f"the rigid limit misses {worst.rigid[0] / worst.full[0]:.2g} of that of {worst.joint}")
-    return "; ".join(parts) or "no motor has a torque on this motion"
+        parts.append(f"the rigid limit misses {_missed(worst.rigid, worst)} of the torque of {worst.joint}")
+    parts = parts or ["no motor has a torque on this motion"]
+    for name, each in _models(found).items():
+        parts += [f"mode {k + 1} of the {name} model grows" for k in np.flatnonzero(each.growth if each else ())]
+    return "; ".join(parts)
+
+
+def _matters(size: tuple[float, float], loss: Loss) -> bool:
+    """Whether a loss is more than rounding."""
+    return size[1] > LEAST_LOSS * loss.full[1]
+
+
+def _missed(size: tuple[float, float], loss: Loss) -> str:
+    return f"up to {size[0] / loss.full[0]:.2g}" if _matters(size, loss) else "nothing"

@@ -6,7 +6,8 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -46,6 +47,11 @@ class Tracked:
         return np.array([each.frequencies for each in self.found])
 
     @property
+    def growth(self) -> Array:
+        """1/s at which modes grow that are unstable there, (points, m); 0 for all others."""
+        return np.array([each.growth for each in self.found])
+
+    @property
     def doubtful(self) -> list[tuple[int, int]]:
         """(point, mode) where a pair is alike by less than one half: the grid is too coarse there."""
         return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
@@ -74,18 +80,32 @@ def over_grid(
         if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
             what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
             raise InputError(motion.source, "--over", what)
+    if len({motion.index(name, "--over") for name in joints}) < len(joints):
+        raise InputError(motion.source, "--over", f"{' and '.join(joints)} are not joints of their own: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
     before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
     found: list[Modes] = []
     alike = []
     for point, place in enumerate(positions):
-        state = equilibrium(motion, {**(at or {}), **dict(zip(joints, place.tolist(), strict=True))}, torques)
-        here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
+        moved = dict(zip(joints, place.tolist(), strict=True))
+        with _named(moved):
+            state = equilibrium(motion, {**(at or {}), **moved}, torques)
+            here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
         paired, mac = pair(found[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
         found.append(paired)
         alike.append(mac)
         progress(point + 1, count)
     return Tracked(joints, lengths, positions, tuple(found), np.array(alike), tuple(before))
+
+
+@contextmanager
+def _named(place: Mapping[str, float]) -> Iterator[None]:
+    """What is refused there names the position."""
+    try:
+        yield
+    except InputError as error:
+        where = ", ".join(f"{name} = {x:g}" for name, x in place.items())
+        raise InputError(error.file, f"{error.place} at {where}", error.what) from None
 
 
 def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:

@@ -19,17 +19,25 @@ from symoro_elastic.vibration.optional import optional
 
 VANISHING = 1e-10
 SAME = 1e-6
+NOTHING = 1e-12
+"""Of the largest response that a motion of this size can have."""
+PLACES, OFF_POLES = 12, 1j * np.pi / 3
+"""How many s a response is looked at, and their angle: between the imaginary axis and unstable poles."""
 Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class PolesAndZeros:
-    """Poles and zeros of the transfer function from `input` to `output`, rad/s; those that cancel are left out."""
+    """Poles and zeros of the transfer function from `input` to `output`, rad/s; those that cancel are left out.
+
+    `is_zero` tells that the transfer function is 0 at every s; it has neither then.
+    """
 
     input: str
     output: str
     poles: Complex
     zeros: Complex
+    is_zero: bool = False
 
     @property
     def resonances(self) -> Array:
@@ -52,6 +60,9 @@ def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros
     """Poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
     j, i = _number(linear, ins, linear.inputs, "input"), _number(linear, outs, linear.outputs, "output")
     poles, _ = damped(linear)
+    if _is_zero(linear, i, j, poles):
+        none = np.zeros(0, dtype=complex)
+        return PolesAndZeros(linear.inputs[j], linear.outputs[i], none, none, is_zero=True)
     zeros = _zeros(linear, i, j)
     rate = float(np.abs(poles).max(initial=1.0))
     left_poles, left_zeros = _cancelled(poles, zeros, SAME * rate)
@@ -64,6 +75,20 @@ def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str)
     return names.index(name)
 
 
+def _is_zero(linear: Linearization, i: int, j: int, poles: Complex) -> bool:
+    """Whether G is 0 to rounding against all that moves, from below the slowest to above the fastest pole."""
+    scale = 1 / np.sqrt(np.diag(linear.M))
+    both, b = np.outer(scale, scale), linear.F[:, j] * scale
+    rates = np.abs(poles[poles != 0])
+    places = np.geomspace(rates.min(initial=1.0) / 2, rates.max(initial=1.0) * 2, PLACES) * np.exp(OFF_POLES)
+    for s in places:
+        moved = np.linalg.solve((s * s * linear.M + s * linear.D + linear.K) * both, b.astype(complex))
+        seen = (linear.Cq[i] + s * linear.Cv[i] + s * s * linear.Ca[i]) * scale
+        if abs(seen @ moved) > NOTHING * np.linalg.norm(seen) * np.linalg.norm(moved):
+            return False
+    return True
+
+
 def _zeros(linear: Linearization, i: int, j: int) -> Complex:
     """Zeros in units of rad/s, found with time in units of the fastest pole."""
     n = len(linear.K)
@@ -73,8 +98,6 @@ def _zeros(linear: Linearization, i: int, j: int) -> Complex:
     rate = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))).max(initial=0.0))) or 1.0
     b = linear.F[:, j] * scale
     c = np.array([linear.Cq[i], linear.Cv[i] * rate, linear.Ca[i] * rate**2]) * scale
-    if not b.any() or not c.any():
-        return np.zeros(0, dtype=complex)
     b, c = b / np.abs(b).max(), c / np.abs(c).max()
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K) / rate**2, -np.linalg.solve(M, D) / rate]])
     B = np.concatenate([np.zeros(n), np.linalg.solve(M, b)])

@@ -43,6 +43,9 @@ INERTIA = "mass = 2.5, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.25]"
         ("mass = 2, inertia = [-1, 2, 2]", "-1 is negative"),
         ("mass = 2, inertia = [1, 2, 0, 1, 0, 1]", "-1 is negative"),
         ("inertia = [1, 1, 1]", "without mass there can be no inertia"),
+        ("inertia = [0, 0, -1]", "without mass there can be no inertia"),
+        ("inertia = [0, 0.1, 0, 0, 0, 1]", "without mass there can be no inertia"),
+        ("first_moments = [1, 0, 0], inertia_at_origin = [0, 0, 1]", "without mass there can be no inertia"),
         ("first_moments = [1, 0, 0]", "without mass there can be no first moments"),
         # a point mass of 2 kg at x = 3 m has 18 kg m2 about y and z; less is impossible
         ("mass = 2, first_moments = [6, 0, 0], inertia_at_origin = [0, 17, 17]", "is negative"),
@@ -64,6 +67,7 @@ def test_inertia_that_no_body_has(body: str, said: str) -> None:
         "inertia_at_origin = [0.039, -0.006, -0.009, 0.03, -0.018, 0.015]",
         'mass = "K2", inertia = [1, 2, 4]',  # K2 has no value
         "mass = 5",
+        "mass = 0, inertia = [0, 0, 0.05]",  # a drive, of which only the turning counts
     ],
 )
 def test_inertia_that_some_body_has(body: str) -> None:

@@ -60,6 +60,7 @@ def direct_dynamics(q, qd, tau, p=DEFAULTS):
     qd (2): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (2): joint accelerations, rad/s2 or m/s2
+    accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
     """
     return _direct_dynamics.model(q, qd, tau, p=p)
 

@@ -8,6 +8,7 @@ import numpy as np
 from . import _buffers
 
 FEW = 20  # states that take less time one by one
+MATRICES = {"T": 4, "R0": 3}
 DOUBLE, SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 
 
@@ -20,8 +21,9 @@ class Floats:
 
 
 def by_row(name, x):
-    """A placement T, which may be given as a 4 x 4 matrix, row by row."""
-    return x.reshape((*x.shape[:-2], 16)) if name == "T" and x.shape[-2:] == (4, 4) else x
+    """A placement T or a rotation R0, which may be given as a matrix, row by row."""
+    n = MATRICES.get(name)
+    return x.reshape((*x.shape[:-2], n * n)) if n and x.shape[-2:] == (n, n) else x
 
 
 class Model:

@@ -44,6 +44,7 @@ extern const double planar_2r_defaults[PLANAR_2R_PARAMETERS];
  *   qd (2): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (2): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void planar_2r_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 void planar_2r_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);

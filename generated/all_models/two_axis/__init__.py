@@ -81,6 +81,7 @@ def direct_dynamics(q, qd, tau, p=DEFAULTS):
     qd (12): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
     -> qdd (12): joint accelerations, rad/s2 or m/s2
+    accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
     """
     return _direct_dynamics.model(q, qd, tau, p=p)
 
@@ -94,6 +95,7 @@ def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     qdd_motor (2): motor accelerations, rad/s2 or m/s2
     -> tau (2): motor torques or forces, N m or N
     -> qdd (12): joint accelerations, rad/s2 or m/s2
+    accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
     """
     return _inverse_dynamics.model(q, qd, qdd_motor, p=p)
 

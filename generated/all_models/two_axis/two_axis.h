@@ -49,6 +49,7 @@ extern const double two_axis_defaults[TWO_AXIS_PARAMETERS];
  *   qd (12): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void two_axis_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 void two_axis_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
@@ -60,6 +61,7 @@ void two_axis_direct_dynamics_batch(size_t states, const double *q, const double
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
  *   -> tau (2): motor torques or forces, N m or N
  *   -> qdd (12): joint accelerations, rad/s2 or m/s2
+ *   accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular
  */
 void two_axis_inverse_dynamics(const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 void two_axis_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
