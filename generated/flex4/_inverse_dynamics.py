@@ -54,6 +54,9 @@ def program(_f, q, qd, qdd_motor, c):
         K4_14b, K4_44b, K4_14c, K4_14d, K4_44c, K4_14e, K4_14f, K4_44d, K4_44e, Js2_66a,
     ) = c
 
+    # Forward recursion: velocities, accelerations, wrenches, joint 1 (j1) [1], [3], [6], [12].
+    Fb1_6 = ZZ1*qdd1
+
     # Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14].
     w2_z = qd1 + qd2
 
@@ -150,7 +153,7 @@ def program(_f, q, qd, qdd_motor, c):
     qdf2 = Hinv2*Gb2
 
     # Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56].
-    f1_6 = Gamma2 + ZZ1*qdd1
+    f1_6 = Gamma2 + Fb1_6
 
     # Forward recursion: accelerations and torques, joint 1 (j1) [57]-[61].
     Gamma1 = f1_6 + IA1*qdd1

@@ -706,6 +706,9 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const double K4_44e = c[15];
     const double Js2_66a = c[16];
 
+    /* Forward recursion: velocities, accelerations, wrenches, joint 1 (j1) [1], [3], [6], [12]. */
+    const NUMBER Fb1_6 = ZZ1*qdd1;
+
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
     const NUMBER w2_z = qd1 + qd2;
 
@@ -802,7 +805,7 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const NUMBER qdf2 = Hinv2*Gb2;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
-    const NUMBER f1_6 = Gamma2 + ZZ1*qdd1;
+    const NUMBER f1_6 = Gamma2 + Fb1_6;
 
     /* Forward recursion: accelerations and torques, joint 1 (j1) [57]-[61]. */
     const NUMBER Gamma1 = f1_6 + IA1*qdd1;

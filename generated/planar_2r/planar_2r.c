@@ -190,11 +190,11 @@ INLINE void planar_2r_inverse_dynamics_constants(const double *restrict p, doubl
     const double I1 = p[PLANAR_2R_P_I1];
     const double I2 = p[PLANAR_2R_P_I2];
 
-    /* Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12]. */
     const double MS1_x = m1*lc1;
     const double J1_yy = I1 + lc1*MS1_x;
 
-    /* Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12]. */
     const double MS2_x = m2*lc2;
     const double J2_yy = I2 + lc2*MS2_x;
 
@@ -400,14 +400,15 @@ INLINE void OF(planar_2r_inverse_dynamics_state)(size_t stride, const double *re
     const double MS2_x = c[2];
     const double J2_yy = c[3];
 
-    /* Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12]. */
     const NUMBER sin_q1 = sine[0];
     const NUMBER cos_q1 = cosine[0];
     const NUMBER ww1_zz = qd1*qd1;
     const NUMBER vd1_x = g0*sin_q1;
     const NUMBER vd1_y = g0*cos_q1;
+    const NUMBER Fb1_6 = qdd1*J1_yy + MS1_x*vd1_y;
 
-    /* Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12]. */
     const NUMBER sin_q2 = sine[1];
     const NUMBER cos_q2 = cosine[1];
     const NUMBER w2_z = qd1 + qd2;
@@ -417,18 +418,16 @@ INLINE void OF(planar_2r_inverse_dynamics_state)(size_t stride, const double *re
     const NUMBER vd2_xb = vd1_y + l1*qdd1;
     const NUMBER vd2_x = cos_q2*vd2_xa + sin_q2*vd2_xb;
     const NUMBER vd2_y = cos_q2*vd2_xb - sin_q2*vd2_xa;
-
-    /* Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [50]-[56]. */
-    const NUMBER f2_1 = m2*vd2_x - MS2_x*ww2_zz;
-    const NUMBER f2_2 = m2*vd2_y + MS2_x*wd2_z;
-    const NUMBER f2_6 = J2_yy*wd2_z + MS2_x*vd2_y;
+    const NUMBER Fb2_1 = m2*vd2_x - MS2_x*ww2_zz;
+    const NUMBER Fb2_2 = m2*vd2_y + MS2_x*wd2_z;
+    const NUMBER Fb2_6 = J2_yy*wd2_z + MS2_x*vd2_y;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [50]-[56]. */
-    const NUMBER f1_6 = qdd1*J1_yy + MS1_x*vd1_y + f2_6 + l1*(sin_q2*f2_1 + cos_q2*f2_2);
+    const NUMBER f1_6 = Fb1_6 + Fb2_6 + l1*(sin_q2*Fb2_1 + cos_q2*Fb2_2);
 
     /* Results. */
     STORE(tau + 0*stride, f1_6);
-    STORE(tau + 1*stride, f2_6);
+    STORE(tau + 1*stride, Fb2_6);
     STORE(qdd + 0*stride, qdd1);
     STORE(qdd + 1*stride, qdd2);
 }

@@ -308,27 +308,27 @@ INLINE void puma560_inverse_dynamics_constants(const double *restrict p, double 
     const double YY6 = p[PUMA560_P_YY6];
     const double ZZ6 = p[PUMA560_P_ZZ6];
 
-    /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 2 (j2) [1], [3], [6], [12]. */
     const double dJ2_yz = YY2 - ZZ2;
     const double dJ2_xz = XX2 - ZZ2;
     const double dJ2_xy = XX2 - YY2;
 
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 3 (j3) [1], [3], [6], [12]. */
     const double dJ3_yz = YY3 - ZZ3;
     const double dJ3_xz = XX3 - ZZ3;
     const double dJ3_xy = XX3 - YY3;
 
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 4 (j4) [1], [3], [6], [12]. */
     const double dJ4_yz = YY4 - ZZ4;
     const double dJ4_xz = XX4 - ZZ4;
     const double dJ4_xy = XX4 - YY4;
 
-    /* Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 5 (j5) [1], [3], [6], [12]. */
     const double dJ5_yz = YY5 - ZZ5;
     const double dJ5_xz = XX5 - ZZ5;
     const double dJ5_xy = XX5 - YY5;
 
-    /* Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 6 (j6) [1], [3], [6], [12]. */
     const double dJ6_yz = YY6 - ZZ6;
     const double dJ6_xz = XX6 - ZZ6;
     const double dJ6_xy = XX6 - YY6;
@@ -1253,10 +1253,11 @@ INLINE void OF(puma560_inverse_dynamics_state)(size_t stride, const double *rest
     const double dJ6_xz = c[13];
     const double dJ6_xy = c[14];
 
-    /* Forward recursion: velocities, joint 1 (j1) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 1 (j1) [1], [3], [6], [12]. */
     const NUMBER ww1_zz = qd1*qd1;
+    const NUMBER Fb1_6 = ZZ1*qdd1;
 
-    /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 2 (j2) [1], [3], [6], [12]. */
     const NUMBER sin_th2 = sine[0];
     const NUMBER cos_th2 = cosine[0];
     const NUMBER w2_x = -qd1*sin_th2;
@@ -1270,20 +1271,30 @@ INLINE void OF(puma560_inverse_dynamics_state)(size_t stride, const double *rest
     const NUMBER ww2_xx = w2_x*w2_x;
     const NUMBER ww2_xy = w2_x*w2_y;
     const NUMBER ww2_zz = qd2*qd2;
+    const NUMBER Fb2_1a = ww2_xx - ww2_zz;
+    const NUMBER Fb2_1b = ww1_zz - Fb2_1a;
+    const NUMBER Fb2_1c = qdd2 - ww2_xy;
+    const NUMBER Fb2_2a = qdd2 + ww2_xy;
+    const NUMBER Fb2_2b = ww2_xx + ww2_zz;
+    const NUMBER Fb2_4a = wd2_y - ww2_xz;
     const NUMBER vd2_z = -R2*ww1_zz;
     const NUMBER vd2_x = G3*sin_th2 - R2*wd2_ya;
     const NUMBER vd2_y = G3*cos_th2 + R2*wd2_xa;
+    const NUMBER Fb2_1 = M2*vd2_x - (MX2*Fb2_1b + MY2*Fb2_1c + MZ2*wd2_ya);
+    const NUMBER Fb2_2 = M2*vd2_y + MX2*Fb2_2a - MY2*Fb2_2b + MZ2*wd2_xa;
+    const NUMBER Fb2_4 = YZ2*(ww1_zz - Fb2_2b) - ww2_yz*dJ2_yz + XZ2*Fb2_2a + XY2*Fb2_4a - (MZ2*vd2_y
+        - (XX2*wd2_x + MY2*vd2_z));
+    const NUMBER Fb2_5 = YY2*wd2_y + MZ2*vd2_x - MX2*vd2_z - (XZ2*Fb2_1a - ww2_xz*dJ2_xz - YZ2*Fb2_1c
+        - XY2*(ww2_yz + wd2_x));
+    const NUMBER Fb2_6 = ZZ2*qdd2 + MX2*vd2_y - MY2*vd2_x - (XY2*(Fb2_1b - Fb2_2b) + ww2_xy*dJ2_xy + YZ2*wd2_ya
+        + XZ2*wd2_xa);
 
-    /* Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 3 (j3) [1], [3], [6], [12]. */
     const NUMBER sin_th3 = sine[1];
     const NUMBER cos_th3 = cosine[1];
     const NUMBER w3_x = cos_th3*w2_x + sin_th3*w2_y;
     const NUMBER w3_y = cos_th3*w2_y - sin_th3*w2_x;
     const NUMBER w3_z = qd2 + qd3;
-    const NUMBER vd3_xa = ww2_xx - ww2_zz;
-    const NUMBER vd3_xb = ww1_zz - vd3_xa;
-    const NUMBER vd3_xc = qdd2 + ww2_xy;
-    const NUMBER vd3_za = wd2_y - ww2_xz;
     const NUMBER wd3_ya = cos_th3*wd2_ya - sin_th3*wd2_xa;
     const NUMBER wd3_xa = sin_th3*wd2_ya + cos_th3*wd2_xa;
     const NUMBER ww3_yz = w3_y*w3_z;
@@ -1294,161 +1305,170 @@ INLINE void OF(puma560_inverse_dynamics_state)(size_t stride, const double *rest
     const NUMBER ww3_xx = w3_x*w3_x;
     const NUMBER ww3_xy = w3_x*w3_y;
     const NUMBER ww3_zz = w3_z*w3_z;
-    const NUMBER vd3_xd = vd2_x - D3*vd3_xb;
-    const NUMBER vd3_xe = vd2_y + D3*vd3_xc;
-    const NUMBER vd3_x = cos_th3*vd3_xd + sin_th3*vd3_xe - R3*wd3_ya;
-    const NUMBER vd3_y = R3*wd3_xa - (sin_th3*vd3_xd - cos_th3*vd3_xe);
-    const NUMBER vd3_z = -(D3*vd3_za - vd2_z + R3*ww1_zz);
+    const NUMBER Fb3_1a = ww3_xx - ww3_zz;
+    const NUMBER Fb3_1b = ww1_zz - Fb3_1a;
+    const NUMBER Fb3_1c = wd3_z - ww3_xy;
+    const NUMBER Fb3_2a = wd3_z + ww3_xy;
+    const NUMBER Fb3_2b = ww3_xx + ww3_zz;
+    const NUMBER Fb3_3a = wd3_y - ww3_xz;
+    const NUMBER Fb3_3b = ww3_yz + wd3_x;
+    const NUMBER vd3_xa = vd2_x - D3*Fb2_1b;
+    const NUMBER vd3_xb = vd2_y + D3*Fb2_2a;
+    const NUMBER vd3_x = cos_th3*vd3_xa + sin_th3*vd3_xb - R3*wd3_ya;
+    const NUMBER vd3_y = R3*wd3_xa - (sin_th3*vd3_xa - cos_th3*vd3_xb);
+    const NUMBER vd3_z = -(D3*Fb2_4a - vd2_z + R3*ww1_zz);
+    const NUMBER Fb3_1 = M3*vd3_x - (MX3*Fb3_1b + MY3*Fb3_1c + MZ3*wd3_ya);
+    const NUMBER Fb3_2 = M3*vd3_y + MX3*Fb3_2a - MY3*Fb3_2b + MZ3*wd3_xa;
+    const NUMBER Fb3_3 = M3*vd3_z - (MX3*Fb3_3a - MY3*Fb3_3b + MZ3*ww1_zz);
+    const NUMBER Fb3_4 = YZ3*(ww1_zz - Fb3_2b) - ww3_yz*dJ3_yz + XZ3*Fb3_2a + XY3*Fb3_3a - (MZ3*vd3_y
+        - (XX3*wd3_x + MY3*vd3_z));
+    const NUMBER Fb3_5 = -(MX3*vd3_z - (YY3*wd3_y + MZ3*vd3_x) + XZ3*Fb3_1a - ww3_xz*dJ3_xz - YZ3*Fb3_1c - XY3*Fb3_3b);
+    const NUMBER Fb3_6 = ZZ3*wd3_z + MX3*vd3_y - MY3*vd3_x - (XY3*(Fb3_1b - Fb3_2b) + ww3_xy*dJ3_xy + YZ3*wd3_ya
+        + XZ3*wd3_xa);
 
-    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 4 (j4) [1], [3], [6], [12]. */
     const NUMBER sin_th4 = sine[2];
     const NUMBER cos_th4 = cosine[2];
     const NUMBER w4_x = cos_th4*w3_x - sin_th4*w3_z;
     const NUMBER w4_y = -(sin_th4*w3_x + cos_th4*w3_z);
     const NUMBER w4_z = qd4 + w3_y;
-    const NUMBER vd4_xa = ww3_xx - ww3_zz;
-    const NUMBER vd4_xb = ww1_zz - vd4_xa;
-    const NUMBER wd4_xa = wd3_z - ww3_xy;
-    const NUMBER vd4_za = wd3_z + ww3_xy;
-    const NUMBER vd4_zb = ww3_xx + ww3_zz;
-    const NUMBER vd4_xc = wd3_y - ww3_xz;
-    const NUMBER wd4_xb = ww3_yz + wd3_x;
-    const NUMBER wd4_ya = cos_th4*wd4_xa + sin_th4*wd4_xb;
-    const NUMBER wd4_xc = sin_th4*wd4_xa - cos_th4*wd4_xb;
+    const NUMBER wd4_ya = cos_th4*Fb3_1c + sin_th4*Fb3_3b;
+    const NUMBER wd4_xa = sin_th4*Fb3_1c - cos_th4*Fb3_3b;
     const NUMBER ww4_yz = w4_y*w4_z;
-    const NUMBER wd4_x = ww4_yz - wd4_xc;
+    const NUMBER wd4_x = ww4_yz - wd4_xa;
     const NUMBER ww4_xz = w4_x*w4_z;
     const NUMBER wd4_y = -(wd4_ya + ww4_xz);
     const NUMBER wd4_z = qdd4 + wd3_y;
     const NUMBER ww4_xx = w4_x*w4_x;
     const NUMBER ww4_xy = w4_x*w4_y;
     const NUMBER ww4_zz = w4_z*w4_z;
-    const NUMBER vd4_xd = vd3_x - D4*vd4_xb;
-    const NUMBER vd4_xe = D4*vd4_xc - vd3_z;
-    const NUMBER vd4_x = cos_th4*vd4_xd + sin_th4*vd4_xe - RL4*wd4_ya;
-    const NUMBER vd4_y = RL4*wd4_xc - (sin_th4*vd4_xd - cos_th4*vd4_xe);
-    const NUMBER vd4_z = vd3_y + D4*vd4_za - RL4*vd4_zb;
+    const NUMBER Fb4_1a = ww4_xx - ww4_zz;
+    const NUMBER Fb4_1b = Fb3_2b - Fb4_1a;
+    const NUMBER Fb4_1c = wd4_z - ww4_xy;
+    const NUMBER Fb4_2a = wd4_z + ww4_xy;
+    const NUMBER Fb4_2b = ww4_xx + ww4_zz;
+    const NUMBER Fb4_3a = wd4_y - ww4_xz;
+    const NUMBER Fb4_3b = ww4_yz + wd4_x;
+    const NUMBER vd4_xa = vd3_x - D4*Fb3_1b;
+    const NUMBER vd4_xb = D4*Fb3_3a - vd3_z;
+    const NUMBER vd4_x = cos_th4*vd4_xa + sin_th4*vd4_xb - RL4*wd4_ya;
+    const NUMBER vd4_y = RL4*wd4_xa - (sin_th4*vd4_xa - cos_th4*vd4_xb);
+    const NUMBER vd4_z = vd3_y + D4*Fb3_2a - RL4*Fb3_2b;
+    const NUMBER Fb4_1 = M4*vd4_x - (MX4*Fb4_1b + MY4*Fb4_1c + MZ4*wd4_ya);
+    const NUMBER Fb4_2 = M4*vd4_y + MX4*Fb4_2a - MY4*Fb4_2b + MZ4*wd4_xa;
+    const NUMBER Fb4_3 = M4*vd4_z - (MX4*Fb4_3a - MY4*Fb4_3b + MZ4*Fb3_2b);
+    const NUMBER Fb4_4 = YZ4*(Fb3_2b - Fb4_2b) - ww4_yz*dJ4_yz + XZ4*Fb4_2a + XY4*Fb4_3a - (MZ4*vd4_y
+        - (XX4*wd4_x + MY4*vd4_z));
+    const NUMBER Fb4_5 = -(MX4*vd4_z - (YY4*wd4_y + MZ4*vd4_x) + XZ4*Fb4_1a - ww4_xz*dJ4_xz - YZ4*Fb4_1c - XY4*Fb4_3b);
+    const NUMBER Fb4_6 = ZZ4*wd4_z + MX4*vd4_y - MY4*vd4_x - (XY4*(Fb4_1b - Fb4_2b) + ww4_xy*dJ4_xy + YZ4*wd4_ya
+        + XZ4*wd4_xa);
 
-    /* Forward recursion: velocities, joint 5 (j5) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 5 (j5) [1], [3], [6], [12]. */
     const NUMBER sin_th5 = sine[3];
     const NUMBER cos_th5 = cosine[3];
     const NUMBER w5_x = cos_th5*w4_x + sin_th5*w4_z;
     const NUMBER w5_y = cos_th5*w4_z - sin_th5*w4_x;
     const NUMBER w5_z = qd5 - w4_y;
-    const NUMBER wd5_xa = wd4_z - ww4_xy;
-    const NUMBER wd5_xb = ww4_yz + wd4_x;
-    const NUMBER wd5_ya = cos_th5*wd5_xa - sin_th5*wd5_xb;
-    const NUMBER wd5_xc = sin_th5*wd5_xa + cos_th5*wd5_xb;
+    const NUMBER wd5_ya = cos_th5*Fb4_1c - sin_th5*Fb4_3b;
+    const NUMBER wd5_xa = sin_th5*Fb4_1c + cos_th5*Fb4_3b;
     const NUMBER ww5_yz = w5_y*w5_z;
-    const NUMBER wd5_x = wd5_xc + ww5_yz;
+    const NUMBER wd5_x = wd5_xa + ww5_yz;
     const NUMBER ww5_xz = w5_x*w5_z;
     const NUMBER wd5_y = wd5_ya - ww5_xz;
     const NUMBER wd5_z = qdd5 - wd4_y;
     const NUMBER ww5_xx = w5_x*w5_x;
     const NUMBER ww5_xy = w5_x*w5_y;
     const NUMBER ww5_zz = w5_z*w5_z;
+    const NUMBER Fb5_1a = ww5_xx - ww5_zz;
+    const NUMBER Fb5_1b = Fb4_2b - Fb5_1a;
+    const NUMBER Fb5_1c = wd5_z - ww5_xy;
+    const NUMBER Fb5_2a = wd5_z + ww5_xy;
+    const NUMBER Fb5_2b = ww5_xx + ww5_zz;
+    const NUMBER Fb5_3a = wd5_y - ww5_xz;
+    const NUMBER Fb5_3b = ww5_yz + wd5_x;
     const NUMBER vd5_x = cos_th5*vd4_x + sin_th5*vd4_z;
     const NUMBER vd5_y = cos_th5*vd4_z - sin_th5*vd4_x;
+    const NUMBER Fb5_1 = M5*vd5_x - (MX5*Fb5_1b + MY5*Fb5_1c - MZ5*wd5_ya);
+    const NUMBER Fb5_2 = M5*vd5_y + MX5*Fb5_2a - MY5*Fb5_2b - MZ5*wd5_xa;
+    const NUMBER Fb5_3 = -(M5*vd4_y + MX5*Fb5_3a - MY5*Fb5_3b + MZ5*Fb4_2b);
+    const NUMBER Fb5_4 = XX5*wd5_x - MY5*vd4_y - MZ5*vd5_y + YZ5*(Fb4_2b - Fb5_2b) - ww5_yz*dJ5_yz + XZ5*Fb5_2a + XY5*Fb5_3a;
+    const NUMBER Fb5_5 = YY5*wd5_y + MZ5*vd5_x + MX5*vd4_y - (XZ5*Fb5_1a - ww5_xz*dJ5_xz - YZ5*Fb5_1c - XY5*Fb5_3b);
+    const NUMBER Fb5_6 = ZZ5*wd5_z + MX5*vd5_y - MY5*vd5_x - (XY5*(Fb5_1b - Fb5_2b) + ww5_xy*dJ5_xy - YZ5*wd5_ya
+        - XZ5*wd5_xa);
 
-    /* Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 6 (j6) [1], [3], [6], [12]. */
     const NUMBER sin_th6 = sine[4];
     const NUMBER cos_th6 = cosine[4];
     const NUMBER w6_x = cos_th6*w5_x - sin_th6*w5_z;
     const NUMBER w6_y = -(sin_th6*w5_x + cos_th6*w5_z);
     const NUMBER w6_z = qd6 + w5_y;
-    const NUMBER wd6_xa = wd5_z - ww5_xy;
-    const NUMBER wd6_xb = ww5_yz + wd5_x;
-    const NUMBER wd6_ya = cos_th6*wd6_xa + sin_th6*wd6_xb;
-    const NUMBER wd6_xc = sin_th6*wd6_xa - cos_th6*wd6_xb;
+    const NUMBER wd6_ya = cos_th6*Fb5_1c + sin_th6*Fb5_3b;
+    const NUMBER wd6_xa = sin_th6*Fb5_1c - cos_th6*Fb5_3b;
     const NUMBER ww6_yz = w6_y*w6_z;
-    const NUMBER wd6_x = ww6_yz - wd6_xc;
+    const NUMBER wd6_x = ww6_yz - wd6_xa;
     const NUMBER ww6_xz = w6_x*w6_z;
     const NUMBER wd6_y = -(wd6_ya + ww6_xz);
     const NUMBER wd6_z = qdd6 + wd5_y;
     const NUMBER ww6_xx = w6_x*w6_x;
     const NUMBER ww6_xy = w6_x*w6_y;
     const NUMBER ww6_zz = w6_z*w6_z;
+    const NUMBER Fb6_1a = ww6_xx - ww6_zz;
+    const NUMBER Fb6_1b = Fb5_2b - Fb6_1a;
+    const NUMBER Fb6_1c = wd6_z - ww6_xy;
+    const NUMBER Fb6_2a = wd6_z + ww6_xy;
+    const NUMBER Fb6_2b = ww6_xx + ww6_zz;
+    const NUMBER Fb6_3a = wd6_y - ww6_xz;
+    const NUMBER Fb6_3b = ww6_yz + wd6_x;
     const NUMBER vd6_x = cos_th6*vd5_x + sin_th6*vd4_y;
     const NUMBER vd6_y = cos_th6*vd4_y - sin_th6*vd5_x;
-
-    /* Backward recursion: articulated inertias and wrenches, joint 6 (j6) [50]-[56]. */
-    const NUMBER f6_1a = ww5_xx + ww5_zz;
-    const NUMBER f6_1b = ww6_xx - ww6_zz;
-    const NUMBER f6_1c = f6_1a - f6_1b;
-    const NUMBER f6_1d = wd6_z - ww6_xy;
-    const NUMBER f6_2a = wd6_z + ww6_xy;
-    const NUMBER f6_2b = ww6_xx + ww6_zz;
-    const NUMBER f6_3a = wd6_y - ww6_xz;
-    const NUMBER f6_3b = ww6_yz + wd6_x;
-    const NUMBER f6_1 = M6*vd6_x - (MX6*f6_1c + MY6*f6_1d + MZ6*wd6_ya);
-    const NUMBER f6_2 = M6*vd6_y + MX6*f6_2a - MY6*f6_2b + MZ6*wd6_xc;
-    const NUMBER f6_3 = M6*vd5_y - (MX6*f6_3a - MY6*f6_3b + MZ6*f6_1a);
-    const NUMBER f6_4 = YZ6*(f6_1a - f6_2b) - ww6_yz*dJ6_yz + XZ6*f6_2a + XY6*f6_3a - (MZ6*vd6_y - (XX6*wd6_x + MY6*vd5_y));
-    const NUMBER f6_5 = -(MX6*vd5_y - (YY6*wd6_y + MZ6*vd6_x) + XZ6*f6_1b - ww6_xz*dJ6_xz - YZ6*f6_1d - XY6*f6_3b);
-    const NUMBER f6_6 = ZZ6*wd6_z + MX6*vd6_y - MY6*vd6_x - (XY6*(f6_1c - f6_2b) + ww6_xy*dJ6_xy + YZ6*wd6_ya + XZ6*wd6_xc);
+    const NUMBER Fb6_1 = M6*vd6_x - (MX6*Fb6_1b + MY6*Fb6_1c + MZ6*wd6_ya);
+    const NUMBER Fb6_2 = M6*vd6_y + MX6*Fb6_2a - MY6*Fb6_2b + MZ6*wd6_xa;
+    const NUMBER Fb6_3 = M6*vd5_y - (MX6*Fb6_3a - MY6*Fb6_3b + MZ6*Fb5_2b);
+    const NUMBER Fb6_4 = YZ6*(Fb5_2b - Fb6_2b) - ww6_yz*dJ6_yz + XZ6*Fb6_2a + XY6*Fb6_3a - (MZ6*vd6_y
+        - (XX6*wd6_x + MY6*vd5_y));
+    const NUMBER Fb6_5 = -(MX6*vd5_y - (YY6*wd6_y + MZ6*vd6_x) + XZ6*Fb6_1a - ww6_xz*dJ6_xz - YZ6*Fb6_1c - XY6*Fb6_3b);
+    const NUMBER Fb6_6 = ZZ6*wd6_z + MX6*vd6_y - MY6*vd6_x - (XY6*(Fb6_1b - Fb6_2b) + ww6_xy*dJ6_xy + YZ6*wd6_ya
+        + XZ6*wd6_xa);
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (j5) [50]-[56]. */
-    const NUMBER f5_1a = ww4_xx + ww4_zz;
-    const NUMBER f5_1b = ww5_xx - ww5_zz;
-    const NUMBER f5_1c = f5_1a - f5_1b;
-    const NUMBER f5_2a = wd5_z + ww5_xy;
-    const NUMBER f5_3a = wd5_y - ww5_xz;
-    const NUMBER f5_1 = M5*vd5_x - (MX5*f5_1c + MY5*wd6_xa - MZ5*wd5_ya) + cos_th6*f6_1 - sin_th6*f6_2;
-    const NUMBER f5_2 = M5*vd5_y + MX5*f5_2a - MY5*f6_1a - MZ5*wd5_xc + f6_3;
-    const NUMBER f5_3 = -(M5*vd4_y + MX5*f5_3a - MY5*wd6_xb + MZ5*f5_1a + sin_th6*f6_1 + cos_th6*f6_2);
-    const NUMBER f5_4 = XX5*wd5_x - MY5*vd4_y - MZ5*vd5_y + YZ5*(f5_1a - f6_1a) - ww5_yz*dJ5_yz + XZ5*f5_2a
-        + XY5*f5_3a - (sin_th6*f6_5 - cos_th6*f6_4);
-    const NUMBER f5_5 = YY5*wd5_y + MZ5*vd5_x + MX5*vd4_y - (XZ5*f5_1b - ww5_xz*dJ5_xz - YZ5*wd6_xa - XY5*wd6_xb) + f6_6;
-    const NUMBER f5_6 = ZZ5*wd5_z + MX5*vd5_y - MY5*vd5_x - (XY5*(f5_1c - f6_1a) + ww5_xy*dJ5_xy - YZ5*wd5_ya
-        - XZ5*wd5_xc) - (sin_th6*f6_4 + cos_th6*f6_5);
+    const NUMBER f5_1 = Fb5_1 + cos_th6*Fb6_1 - sin_th6*Fb6_2;
+    const NUMBER f5_2 = Fb5_2 + Fb6_3;
+    const NUMBER f5_3 = Fb5_3 - (sin_th6*Fb6_1 + cos_th6*Fb6_2);
+    const NUMBER f5_4 = Fb5_4 - (sin_th6*Fb6_5 - cos_th6*Fb6_4);
+    const NUMBER f5_5 = Fb5_5 + Fb6_6;
+    const NUMBER f5_6 = Fb5_6 - (sin_th6*Fb6_4 + cos_th6*Fb6_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
-    const NUMBER f4_1a = ww4_xx - ww4_zz;
-    const NUMBER f4_1b = vd4_zb - f4_1a;
-    const NUMBER f4_2a = wd4_z + ww4_xy;
-    const NUMBER f4_3a = wd4_y - ww4_xz;
-    const NUMBER f4_1 = M4*vd4_x - (MX4*f4_1b + MY4*wd5_xa + MZ4*wd4_ya) + cos_th5*f5_1 - sin_th5*f5_2;
-    const NUMBER f4_2 = M4*vd4_y + MX4*f4_2a - MY4*f5_1a + MZ4*wd4_xc - f5_3;
-    const NUMBER f4_3 = sin_th5*f5_1 + cos_th5*f5_2 - (MX4*f4_3a - MY4*wd5_xb + MZ4*vd4_zb - M4*vd4_z);
-    const NUMBER f4_4 = cos_th5*f5_4 - sin_th5*f5_5 - (MZ4*vd4_y - (XX4*wd4_x + MY4*vd4_z)
-        - (YZ4*(vd4_zb - f5_1a) - ww4_yz*dJ4_yz + XZ4*f4_2a + XY4*f4_3a));
-    const NUMBER f4_5 = -(MX4*vd4_z - (YY4*wd4_y + MZ4*vd4_x) + XZ4*f4_1a - ww4_xz*dJ4_xz - YZ4*wd5_xa
-        - XY4*wd5_xb + f5_6);
-    const NUMBER f4_6 = ZZ4*wd4_z + MX4*vd4_y - MY4*vd4_x - (XY4*(f4_1b - f5_1a) + ww4_xy*dJ4_xy + YZ4*wd4_ya
-        + XZ4*wd4_xc) + sin_th5*f5_4 + cos_th5*f5_5;
+    const NUMBER f4_1 = Fb4_1 + cos_th5*f5_1 - sin_th5*f5_2;
+    const NUMBER f4_2 = Fb4_2 - f5_3;
+    const NUMBER f4_3 = Fb4_3 + sin_th5*f5_1 + cos_th5*f5_2;
+    const NUMBER f4_4 = Fb4_4 + cos_th5*f5_4 - sin_th5*f5_5;
+    const NUMBER f4_5 = Fb4_5 - f5_6;
+    const NUMBER f4_6 = Fb4_6 + sin_th5*f5_4 + cos_th5*f5_5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
     const NUMBER f3_4a = RL4*f4_2 - f4_4;
     const NUMBER f3_4b = -(f4_5 + RL4*f4_1);
     const NUMBER f3_3a = sin_th4*f4_1 + cos_th4*f4_2;
-    const NUMBER f3_1 = M3*vd3_x - (MX3*vd4_xb + MY3*wd4_xa + MZ3*wd3_ya) + cos_th4*f4_1 - sin_th4*f4_2;
-    const NUMBER f3_2 = M3*vd3_y + MX3*vd4_za - MY3*vd4_zb + MZ3*wd3_xa + f4_3;
-    const NUMBER f3_3 = -(MX3*vd4_xc - MY3*wd4_xb + MZ3*ww1_zz - M3*vd3_z + f3_3a);
-    const NUMBER f3_4 = -(MZ3*vd3_y - (XX3*wd3_x + MY3*vd3_z)
-        - (YZ3*(ww1_zz - vd4_zb) - ww3_yz*dJ3_yz + XZ3*vd4_za + XY3*vd4_xc) + cos_th4*f3_4a
-        - sin_th4*f3_4b);
-    const NUMBER f3_5 = f4_6 + D4*f3_3a - (MX3*vd3_z - (YY3*wd3_y + MZ3*vd3_x) + XZ3*vd4_xa - ww3_xz*dJ3_xz
-        - YZ3*wd4_xa - XY3*wd4_xb);
-    const NUMBER f3_6 = ZZ3*wd3_z + MX3*vd3_y - MY3*vd3_x - (XY3*(vd4_xb - vd4_zb) + ww3_xy*dJ3_xy + YZ3*wd3_ya
-        + XZ3*wd3_xa) + sin_th4*f3_4a + cos_th4*f3_4b + D4*f4_3;
+    const NUMBER f3_1 = Fb3_1 + cos_th4*f4_1 - sin_th4*f4_2;
+    const NUMBER f3_2 = Fb3_2 + f4_3;
+    const NUMBER f3_3 = Fb3_3 - f3_3a;
+    const NUMBER f3_4 = Fb3_4 - (cos_th4*f3_4a - sin_th4*f3_4b);
+    const NUMBER f3_5 = Fb3_5 + f4_6 + D4*f3_3a;
+    const NUMBER f3_6 = Fb3_6 + sin_th4*f3_4a + cos_th4*f3_4b + D4*f4_3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
-    const NUMBER f2_1a = qdd2 - ww2_xy;
-    const NUMBER f2_2a = ww2_xx + ww2_zz;
     const NUMBER f2_4a = R3*f3_2 - f3_4;
     const NUMBER f2_4b = -(f3_5 + R3*f3_1);
-    const NUMBER f2_2b = sin_th3*f3_1 + cos_th3*f3_2;
-    const NUMBER f2_1 = M2*vd2_x - (MX2*vd3_xb + MY2*f2_1a + MZ2*wd2_ya) + cos_th3*f3_1 - sin_th3*f3_2;
-    const NUMBER f2_2 = M2*vd2_y + MX2*vd3_xc - MY2*f2_2a + MZ2*wd2_xa + f2_2b;
-    const NUMBER f2_4 = -(MZ2*vd2_y - (XX2*wd2_x + MY2*vd2_z)
-        - (YZ2*(ww1_zz - f2_2a) - ww2_yz*dJ2_yz + XZ2*vd3_xc + XY2*vd3_za) + cos_th3*f2_4a - sin_th3*f2_4b);
-    const NUMBER f2_5 = YY2*wd2_y + MZ2*vd2_x - MX2*vd2_z - (XZ2*vd3_xa - ww2_xz*dJ2_xz - YZ2*f2_1a
-        - XY2*(ww2_yz + wd2_x)) - (sin_th3*f2_4a + cos_th3*f2_4b + D3*f3_3);
-    const NUMBER f2_6 = ZZ2*qdd2 + MX2*vd2_y - MY2*vd2_x - (XY2*(vd3_xb - f2_2a) + ww2_xy*dJ2_xy + YZ2*wd2_ya
-        + XZ2*wd2_xa) + f3_6 + D3*f2_2b;
+    const NUMBER f2_2a = sin_th3*f3_1 + cos_th3*f3_2;
+    const NUMBER f2_1 = Fb2_1 + cos_th3*f3_1 - sin_th3*f3_2;
+    const NUMBER f2_2 = Fb2_2 + f2_2a;
+    const NUMBER f2_4 = Fb2_4 - (cos_th3*f2_4a - sin_th3*f2_4b);
+    const NUMBER f2_5 = Fb2_5 - (sin_th3*f2_4a + cos_th3*f2_4b + D3*f3_3);
+    const NUMBER f2_6 = Fb2_6 + f3_6 + D3*f2_2a;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
-    const NUMBER f1_6 = ZZ1*qdd1 + sin_th2*(R2*f2_2 - f2_4) - cos_th2*(f2_5 + R2*f2_1);
+    const NUMBER f1_6 = Fb1_6 + sin_th2*(R2*f2_2 - f2_4) - cos_th2*(f2_5 + R2*f2_1);
 
     /* Forward recursion: accelerations and torques, joint 1 (j1) [57]-[61]. */
     const NUMBER Gamma1 = f1_6 + IA1*qdd1;
@@ -1466,7 +1486,7 @@ INLINE void OF(puma560_inverse_dynamics_state)(size_t stride, const double *rest
     const NUMBER Gamma5 = f5_6 + IA5*qdd5;
 
     /* Forward recursion: accelerations and torques, joint 6 (j6) [57]-[61]. */
-    const NUMBER Gamma6 = f6_6 + IA6*qdd6;
+    const NUMBER Gamma6 = Fb6_6 + IA6*qdd6;
 
     /* Results. */
     STORE(tau + 0*stride, Gamma1);

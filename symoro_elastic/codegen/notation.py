@@ -154,6 +154,7 @@ TABLE = (
              "twice the momentum of body j and all it carries, seen from one that moves with the origin of frame j"),
     Quantity("Qc", "entry", "Q", r"\mathrm{c}", "@,#", "", "",
              "twice the moment of Coriolis forces on body j and all it carries, by how they turn"),
+    Quantity("Fb", "six", "F", "", "@,#", "", "[12]", "wrench that gives body j alone its acceleration"),
     Quantity("Fa", "row column", "F", r"\mathrm{a}", "@,#", "", "[15]",
              "wrench that accelerates all beyond joint j along it, in frame i"),
     Quantity("Fh", "row column", "F", r"\mathrm{h}", "@,#", "", "[15]",

@@ -102,7 +102,8 @@ class Elimination:
 class Dynamics:
     """All quantities of a dynamic model, by joint number; entry 0 is the base, where it is part of the machine.
 
-    `solved` holds the accelerations of a base under a known wrench.
+    `F` holds the wrenches that give bodies their own acceleration where it is known beforehand, `solved` the
+    accelerations of a base under a known wrench.
     """
 
     w: list[Vector]
@@ -117,6 +118,7 @@ class Dynamics:
     f: dict[int, Pair]
     qdd: dict[int, Scalar]
     Gamma: dict[int, Scalar]
+    F: dict[int, Pair] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
 
 
@@ -188,7 +190,8 @@ def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | 
         carried = to_child(link.placement, add(state.vd[i], times(state.U[i], origin(link.placement[:-1]))))
         along = scale(link.placement[-1].shift, transpose(state.U[j])[Z])
         state.vd[j] = add(add(carried, along), add(linear, moved))
-        state.f[j] = _plus(newton_euler(link.body, state.w[j], state.wd[j], state.vd[j], state.U[j]), link.wrench)
+        state.F[j] = newton_euler(link.body, state.w[j], state.wd[j], state.vd[j], state.U[j])
+        state.f[j] = _plus(state.F[j], link.wrench)
 
 
 def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, u: Matrix) -> Pair:

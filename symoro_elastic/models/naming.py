@@ -16,6 +16,7 @@ from symoro_elastic.symbolic.program import Names, Section
 AXES = "xyz"
 INERTIA_ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 FORWARD_1 = "Forward recursion: velocities"
+KNOWN = "Forward recursion: velocities, accelerations, wrenches"
 BACKWARD = "Backward recursion: articulated inertias and wrenches"
 FORWARD_2 = "Forward recursion: accelerations and torques"
 
@@ -113,7 +114,9 @@ def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) 
 
 def _name_forward(bound: Bound, found: Dynamics) -> None:
     def section(j: int) -> Section:
-        return Section(FORWARD_1, j, "[1], [3], [7], [14]")
+        if j in found.eliminated:
+            return Section(FORWARD_1, j, "[1], [3], [7], [14]")
+        return Section(KNOWN, j, "[1], [3], [6], [12]")
 
     for j, _ in bound.mechanism.numbered():
         bound.names.reserve(section(j))
@@ -128,6 +131,7 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
             _name_pair(bound.names, found.b[j], f"b{j}", here)
         else:
             _name_acceleration(bound.names, found, j, here)
+            _name_pair(bound.names, found.F[j], f"Fb{j}", here)
 
 
 def _name_products(names: Names, w: Vector, quantity: str, section: Section) -> None:

@@ -10,10 +10,10 @@ from . import _run
 def constants(_f, p):
     (g0, m1, m2, l1, _, lc1, lc2, _, _) = p
 
-    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12].
     MS1_x = m1*lc1
 
-    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12].
     MS2_x = m2*lc2
     return (g0, m2, l1, MS1_x, MS2_x)
 
@@ -23,14 +23,15 @@ def program(_f, q, qd, c):
     (qd1, qd2) = qd
     (g0, m2, l1, MS1_x, MS2_x) = c
 
-    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12].
     sin_q1 = _f.sin(q1)
     cos_q1 = _f.cos(q1)
     ww1_zz = qd1*qd1
     vd1_x = g0*sin_q1
     vd1_y = g0*cos_q1
+    Fb1_6 = MS1_x*vd1_y
 
-    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12].
     sin_q2 = _f.sin(q2)
     cos_q2 = _f.cos(q2)
     w2_z = qd1 + qd2
@@ -38,18 +39,16 @@ def program(_f, q, qd, c):
     vd2_xa = vd1_x - l1*ww1_zz
     vd2_x = cos_q2*vd2_xa + sin_q2*vd1_y
     vd2_y = cos_q2*vd1_y - sin_q2*vd2_xa
-
-    # Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [15].
-    f2_2 = m2*vd2_y
-    f2_1 = m2*vd2_x - MS2_x*ww2_zz
-    f2_6 = MS2_x*vd2_y
+    Fb2_2 = m2*vd2_y
+    Fb2_1 = m2*vd2_x - MS2_x*ww2_zz
+    Fb2_6 = MS2_x*vd2_y
 
     # Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [15].
-    f1_6 = MS1_x*vd1_y + f2_6 + l1*(sin_q2*f2_1 + cos_q2*f2_2)
+    f1_6 = Fb1_6 + Fb2_6 + l1*(sin_q2*Fb2_1 + cos_q2*Fb2_2)
 
     # Results.
     return (
-        (f1_6, f2_6),
+        (f1_6, Fb2_6),
     )
 
 

@@ -10,11 +10,11 @@ from . import _run
 def constants(_f, p):
     (g0, m1, m2, l1, _, lc1, lc2, I1, I2) = p
 
-    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12].
     MS1_x = m1*lc1
     J1_yy = I1 + lc1*MS1_x
 
-    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12].
     MS2_x = m2*lc2
     J2_yy = I2 + lc2*MS2_x
     return (g0, m2, l1, MS1_x, J1_yy, MS2_x, J2_yy)
@@ -26,14 +26,15 @@ def program(_f, q, qd, qdd_motor, c):
     (qdd1, qdd2) = qdd_motor
     (g0, m2, l1, MS1_x, J1_yy, MS2_x, J2_yy) = c
 
-    # Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12].
     sin_q1 = _f.sin(q1)
     cos_q1 = _f.cos(q1)
     ww1_zz = qd1*qd1
     vd1_x = g0*sin_q1
     vd1_y = g0*cos_q1
+    Fb1_6 = qdd1*J1_yy + MS1_x*vd1_y
 
-    # Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14].
+    # Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12].
     sin_q2 = _f.sin(q2)
     cos_q2 = _f.cos(q2)
     w2_z = qd1 + qd2
@@ -43,18 +44,16 @@ def program(_f, q, qd, qdd_motor, c):
     vd2_xb = vd1_y + l1*qdd1
     vd2_x = cos_q2*vd2_xa + sin_q2*vd2_xb
     vd2_y = cos_q2*vd2_xb - sin_q2*vd2_xa
-
-    # Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [50]-[56].
-    f2_1 = m2*vd2_x - MS2_x*ww2_zz
-    f2_2 = m2*vd2_y + MS2_x*wd2_z
-    f2_6 = J2_yy*wd2_z + MS2_x*vd2_y
+    Fb2_1 = m2*vd2_x - MS2_x*ww2_zz
+    Fb2_2 = m2*vd2_y + MS2_x*wd2_z
+    Fb2_6 = J2_yy*wd2_z + MS2_x*vd2_y
 
     # Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [50]-[56].
-    f1_6 = qdd1*J1_yy + MS1_x*vd1_y + f2_6 + l1*(sin_q2*f2_1 + cos_q2*f2_2)
+    f1_6 = Fb1_6 + Fb2_6 + l1*(sin_q2*Fb2_1 + cos_q2*Fb2_2)
 
     # Results.
     return (
-        (f1_6, f2_6),
+        (f1_6, Fb2_6),
         (qdd1, qdd2),
     )
 

@@ -1165,31 +1165,38 @@ INLINE void OF(two_axis_bias_forces_state)(size_t stride, const double *restrict
     const double D4 = p[TWO_AXIS_P_D4];
     const double D13 = p[TWO_AXIS_P_D13];
 
-    /* Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 1 (bed_yaw) [1], [3], [6], [12]. */
     const NUMBER sin_q1 = sine[0];
     const NUMBER cos_q1 = cosine[0];
     const NUMBER ww1_zz = qd1*qd1;
     const NUMBER vd1_x = 9.81*sin_q1;
     const NUMBER vd1_y = 9.81*cos_q1;
 
-    /* Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 2 (bed_y) [1], [3], [6], [12]. */
     const NUMBER vd2_z = vd1_y - q2*ww1_zz;
     const NUMBER vd2_ya = 2.0*qd1;
     const NUMBER vd2_y = vd1_x - qd2*vd2_ya;
 
-    /* Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 3 (bed_x) [1], [3], [6], [12]. */
     const NUMBER vd3_z = vd2_y - q3*ww1_zz;
     const NUMBER vd3_x = vd2_z + qd3*vd2_ya;
+    const NUMBER Fb3_3 = 2500.0*vd3_z;
+    const NUMBER Fb3_1 = 500.0*ww1_zz + 2500.0*vd3_x;
+    const NUMBER Fb3_5 = 500.0*vd3_z;
 
-    /* Forward recursion: velocities, joint 4 (motor_secondary) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 4 (motor_secondary) [1], [3], [6], [12]. */
     const NUMBER vd4_z = vd3_z - q4*ww1_zz;
     const NUMBER vd4_x = qd4*vd2_ya - (D4*ww1_zz - vd3_x);
+    const NUMBER Fb4_1 = 90.0*vd4_x;
+    const NUMBER Fb4_3 = 90.0*vd4_z;
 
-    /* Forward recursion: velocities, joint 5 (motor_x) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 5 (motor_x) [1], [3], [6], [12]. */
     const NUMBER vd5_z = vd4_z - q5*ww1_zz;
     const NUMBER vd5_x = qd5*vd2_ya + vd4_x;
+    const NUMBER Fb5_1 = 45.0*vd5_x;
+    const NUMBER Fb5_3 = 45.0*vd5_z;
 
-    /* Forward recursion: velocities, joint 6 (cart_yaw) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 6 (cart_yaw) [1], [3], [6], [12]. */
     const NUMBER sin_q6 = sine[1];
     const NUMBER cos_q6 = cosine[1];
     const NUMBER w6_z = qd1 + qd6;
@@ -1197,52 +1204,53 @@ INLINE void OF(two_axis_bias_forces_state)(size_t stride, const double *restrict
     const NUMBER vd6_x = cos_q6*vd5_x - sin_q6*vd5_z;
     const NUMBER vd6_y = -(sin_q6*vd5_x + cos_q6*vd5_z);
 
-    /* Forward recursion: velocities, joint 7 (cart_x) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 7 (cart_x) [1], [3], [6], [12]. */
     const NUMBER vd7_ya = 2.0*w6_z;
     const NUMBER vd7_z = -(q7*ww6_zz + vd6_y);
     const NUMBER vd7_y = -(qd7*vd7_ya + vd6_x);
 
-    /* Forward recursion: velocities, joint 8 (cart_y) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 8 (cart_y) [1], [3], [6], [12]. */
     const NUMBER vd8_z = -(q8*ww6_zz + vd7_y);
     const NUMBER vd8_x = vd7_z - qd8*vd7_ya;
+    const NUMBER Fb8_1 = 210.0*vd8_x - 4.2*ww6_zz;
+    const NUMBER Fb8_3 = 210.0*vd8_z - 63.0*ww6_zz;
+    const NUMBER Fb8_5 = 63.0*vd8_x - 4.2*vd8_z;
 
-    /* Forward recursion: velocities, joint 9 (motor_y) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 9 (motor_y) [1], [3], [6], [12]. */
     const NUMBER vd9_z = vd8_z - q9*ww6_zz;
     const NUMBER vd9_x = vd8_x - qd9*vd7_ya;
 
-    /* Forward recursion: velocities, joint 10 (y_chain_1) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 10 (y_chain_1) [1], [3], [6], [12]. */
     const NUMBER vd10_z = vd9_z - q10*ww6_zz;
     const NUMBER vd10_x = vd9_x - qd10*vd7_ya;
+    const NUMBER Fb10_1 = 8.0*vd10_x;
+    const NUMBER Fb10_3 = 8.0*vd10_z;
 
-    /* Forward recursion: velocities, joint 11 (ram) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 11 (ram) [1], [3], [6], [12]. */
     const NUMBER vd11_z = vd10_z - q11*ww6_zz;
     const NUMBER vd11_x = vd10_x - qd11*vd7_ya;
+    const NUMBER Fb11_1 = 95.0*vd11_x;
+    const NUMBER Fb11_3 = 14.25*ww6_zz + 95.0*vd11_z;
+    const NUMBER Fb11_5 = -14.25*vd11_x;
 
-    /* Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14]. */
+    /* Forward recursion: velocities, accelerations, wrenches, joint 13 (sensor_head) [1], [3], [6], [12]. */
     const NUMBER vd13_z = vd5_z - q13*ww1_zz;
     const NUMBER vd13_x = qd13*vd2_ya - (D13*ww1_zz - vd5_x);
-
-    /* Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [15]. */
-    const NUMBER f13_1 = 0.6*vd13_x;
-    const NUMBER f13_3 = 0.6*vd13_z;
-
-    /* Backward recursion: articulated inertias and wrenches, joint 11 (ram) [15]. */
-    const NUMBER f11_1 = 95.0*vd11_x;
-    const NUMBER f11_3 = 14.25*ww6_zz + 95.0*vd11_z;
-    const NUMBER f11_5 = -14.25*vd11_x;
+    const NUMBER Fb13_1 = 0.6*vd13_x;
+    const NUMBER Fb13_3 = 0.6*vd13_z;
 
     /* Backward recursion: articulated inertias and wrenches, joint 10 (y_chain_1) [15]. */
-    const NUMBER f10_5 = f11_5 + q11*f11_1;
-    const NUMBER f10_1 = 8.0*vd10_x + f11_1;
-    const NUMBER f10_3 = 8.0*vd10_z + f11_3;
+    const NUMBER f10_5 = Fb11_5 + q11*Fb11_1;
+    const NUMBER f10_1 = Fb10_1 + Fb11_1;
+    const NUMBER f10_3 = Fb10_3 + Fb11_3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 9 (motor_y) [15]. */
     const NUMBER f9_5 = f10_5 + q10*f10_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 8 (cart_y) [15]. */
-    const NUMBER f8_1 = f10_1 - (4.2*ww6_zz - 210.0*vd8_x);
-    const NUMBER f8_3 = f10_3 - (63.0*ww6_zz - 210.0*vd8_z);
-    const NUMBER f8_5 = f9_5 + q9*f10_1 - (4.2*vd8_z - 63.0*vd8_x);
+    const NUMBER f8_1 = Fb8_1 + f10_1;
+    const NUMBER f8_3 = Fb8_3 + f10_3;
+    const NUMBER f8_5 = Fb8_5 + f9_5 + q9*f10_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 7 (cart_x) [15]. */
     const NUMBER f7_4 = -(f8_5 + q8*f8_1);
@@ -1251,19 +1259,19 @@ INLINE void OF(two_axis_bias_forces_state)(size_t stride, const double *restrict
     const NUMBER f6_6 = f7_4 + q7*f8_3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [15]. */
-    const NUMBER f5_1 = 45.0*vd5_x + f13_1 + cos_q6*f8_3 + sin_q6*f8_1;
-    const NUMBER f5_3 = 45.0*vd5_z + f13_3 + cos_q6*f8_1 - sin_q6*f8_3;
-    const NUMBER f5_5 = q13*f13_1 - D13*f13_3 + f6_6;
+    const NUMBER f5_1 = Fb5_1 + Fb13_1 + cos_q6*f8_3 + sin_q6*f8_1;
+    const NUMBER f5_3 = Fb5_3 + Fb13_3 + cos_q6*f8_1 - sin_q6*f8_3;
+    const NUMBER f5_5 = q13*Fb13_1 - D13*Fb13_3 + f6_6;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (motor_secondary) [15]. */
     const NUMBER f4_5 = f5_5 + q5*f5_1;
-    const NUMBER f4_1 = 90.0*vd4_x + f5_1;
-    const NUMBER f4_3 = 90.0*vd4_z + f5_3;
+    const NUMBER f4_1 = Fb4_1 + f5_1;
+    const NUMBER f4_3 = Fb4_3 + f5_3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (bed_x) [15]. */
-    const NUMBER f3_1 = 500.0*ww1_zz + 2500.0*vd3_x + f4_1;
-    const NUMBER f3_3 = 2500.0*vd3_z + f4_3;
-    const NUMBER f3_5 = 500.0*vd3_z + f4_5 + q4*f4_1 - D4*f4_3;
+    const NUMBER f3_1 = Fb3_1 + f4_1;
+    const NUMBER f3_3 = Fb3_3 + f4_3;
+    const NUMBER f3_5 = Fb3_5 + f4_5 + q4*f4_1 - D4*f4_3;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (bed_y) [15]. */
     const NUMBER f2_4 = f3_5 + q3*f3_1;
@@ -1282,8 +1290,8 @@ INLINE void OF(two_axis_bias_forces_state)(size_t stride, const double *restrict
     STORE(H + 7*stride, f8_3);
     STORE(H + 8*stride, f10_3);
     STORE(H + 9*stride, f10_3);
-    STORE(H + 10*stride, f11_3);
-    STORE(H + 11*stride, f13_3);
+    STORE(H + 10*stride, Fb11_3);
+    STORE(H + 11*stride, Fb13_3);
 }
 
 WHOLE void OF(two_axis_bias_forces_at)(size_t stride, const double *q, const double *qd, const double *p, double *H)
