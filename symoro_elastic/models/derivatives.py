@@ -62,7 +62,7 @@ def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
     found = _direct(bound)
     by: Variables = {"dq": bound.q, "dqd": bound.qd, "dtau": bound.tau}
     by_q, by_qd, A = _asked_torques(bound, found)
-    moving, solve = bound.machine.moving, solving(bound.mechanism, A, found)
+    moving, solve = bound.machine.moving, solving(found.mechanism, A, found)
     solved = {"dqdd_dq": Entries(), "dqdd_dqd": Entries(), "dqdd_dtau": inverse(moving, solve)}
     for name, torques in (("dqdd_dq", by_q), ("dqdd_dqd", by_qd)):
         columns = {c: solve({j: -torques.get((j, c), 0) for j in moving}) for c in moving}
@@ -84,7 +84,7 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
     given = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     torques = {j: given.Gamma[j] - bound.exerted(j) for j in bound.machine.moving}
     symbols = {x.operands[0]: found.qdd[j] for j, x in bound.qdd.items()}
-    solve = solving(bound.mechanism, _asked_torques(bound, found)[2], found)
+    solve = solving(found.mechanism, _asked_torques(bound, found)[2], found)
     asking, solved = _of_graph({"torques": torques}, by).entries["dtorques_dp"], Entries()
     for c in by["dp"]:
         right = substituted(bound.graph, [-asking[j, c] for j in torques], symbols)
@@ -112,7 +112,7 @@ def _inverse_outputs(bound: Bound, found: Dynamics) -> Outputs:
 
 def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Entries]:
     """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included."""
-    made = torque_derivatives(bound.mechanism, bound.rates(), found)
+    made = torque_derivatives(found.mechanism, bound.rates(), found)
     name_torque_derivatives(bound, made)
     by_q, by_qd = dict(made.by_q), dict(made.by_qd)
     for j in bound.machine.moving:
