@@ -136,12 +136,14 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
     /* Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14]. */
     const double sin_q1 = sine[0*lanes];
     const double cos_q1 = cosine[0*lanes];
+    const double Vk1_1 = 9.81*sin_q1;
+    const double Vk1_2 = 9.81*cos_q1;
     const double ww1_zz = qd1*qd1;
 
     /* Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14]. */
-    const double g2_3 = -q2*ww1_zz;
     const double g2_1a = 2.0*qd1;
-    const double g2_1 = -qd2*g2_1a;
+    const double g2_1 = Vk1_1 - qd2*g2_1a;
+    const double g2_3 = Vk1_2 - q2*ww1_zz;
 
     /* Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14]. */
     const double g3_3 = -q3*ww1_zz;
@@ -187,13 +189,14 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
     const double b11_3 = -14.25*ww6_zz;
 
     /* Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14]. */
-    const double g13_3 = -q13*ww1_zz;
-    const double g13_1 = qd13*g2_1a - D13*ww1_zz;
+    const double Js5_15 = 0.6*q13;
+    const double b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6;
+    const double b13_3 = Js5_15*ww1_zz;
 
     /* Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [28]-[32]. */
     const double Gamma13 = -25000000.0*q13;
-    const double qdf13 = -41666666.666666664*q13;
-    const double al13_1 = 0.6*g13_1;
+    const double Gb13 = Gamma13 + b13_3;
+    const double qdf13 = 1.6666666666666667*Gb13;
 
     /* Backward recursion: articulated inertias and wrenches, joint 11 (ram) [28]-[32]. */
     const double Gamma11 = -250000000.0*q11;
@@ -255,13 +258,12 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
     const double qdf6 = Gb6/K7_55;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [28]-[32]. */
-    const double Js5_15 = 0.6*q13;
     const double Js5_55 = q13*Js5_15 + 3.001;
     const double bs5_3 = al6_2 - Gamma13;
     const double Gb5 = tau5 + bs5_3;
     const double qdf5 = 0.022222222222222223*Gb5;
-    const double bs5_1 = -(al6_1 + al13_1);
-    const double bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13);
+    const double bs5_1 = b13_1 - al6_1;
+    const double bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6;
     const double al5_1 = 45.6*g5_1 - bs5_1;
     const double al5_5 = Js5_15*g5_1 - bs5_5;
 
@@ -303,14 +305,10 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
     const double Gb1 = Gamma1 + bs1_6;
     const double qdf1 = Gb1/K2_55;
 
-    /* Forward recursion: accelerations and torques, joint 1 (bed_yaw) [33]-[36]. */
-    const double vd1_x = 9.81*sin_q1;
-    const double vd1_y = 9.81*cos_q1;
-
     /* Forward recursion: accelerations and torques, joint 2 (bed_y) [33]-[36]. */
-    const double vd2_y = g2_1 + vd1_x - q2*qdf1;
+    const double vd2_y = g2_1 - q2*qdf1;
     const double vd2_z = qdf2 - UH2_4*qdf1;
-    const double qdd2 = vd2_z - (vd1_y + g2_3);
+    const double qdd2 = vd2_z - g2_3;
 
     /* Forward recursion: accelerations and torques, joint 3 (bed_x) [33]-[36]. */
     const double vd3_x = vd2_z + q3*qdf1 - g3_2;
@@ -349,7 +347,7 @@ INLINE void two_axis_direct_dynamics_state(size_t stride, size_t lanes, const do
     const double qdd11 = qdf11 - (qdf10 + g11_3);
 
     /* Forward recursion: accelerations and torques, joint 13 (sensor_head) [33]-[36]. */
-    const double qdd13 = qdf13 - (g13_3 + qdf5 - D13*qdf1);
+    const double qdd13 = qdf13 - (qdf5 - D13*qdf1);
 
     /* Results. */
     qdd[0*lanes] = qdf1;
@@ -457,12 +455,14 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
     /* Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14]. */
     const double sin_q1 = sine[0*lanes];
     const double cos_q1 = cosine[0*lanes];
+    const double Vk1_1 = 9.81*sin_q1;
+    const double Vk1_2 = 9.81*cos_q1;
     const double ww1_zz = qd1*qd1;
 
     /* Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14]. */
-    const double g2_3 = -q2*ww1_zz;
     const double g2_1a = 2.0*qd1;
-    const double g2_1 = -qd2*g2_1a;
+    const double g2_1 = Vk1_1 - qd2*g2_1a;
+    const double g2_3 = Vk1_2 - q2*ww1_zz;
 
     /* Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14]. */
     const double g3_3 = -q3*ww1_zz;
@@ -508,13 +508,14 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
     const double b11_3 = -14.25*ww6_zz;
 
     /* Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14]. */
-    const double g13_3 = -q13*ww1_zz;
-    const double g13_1 = qd13*g2_1a - D13*ww1_zz;
+    const double Js5_15 = 0.6*q13;
+    const double b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6;
+    const double b13_3 = Js5_15*ww1_zz;
 
     /* Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [50]-[56]. */
     const double Gamma13 = -25000000.0*q13;
-    const double qdf13 = -41666666.666666664*q13;
-    const double al13_1 = 0.6*g13_1;
+    const double Gb13 = Gamma13 + b13_3;
+    const double qdf13 = 1.6666666666666667*Gb13;
 
     /* Backward recursion: articulated inertias and wrenches, joint 11 (ram) [50]-[56]. */
     const double Gamma11 = -250000000.0*q11;
@@ -574,11 +575,10 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
     const double qdf6 = Gb6/K7_55;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [50]-[56]. */
-    const double Js5_15 = 0.6*q13;
     const double Js5_55 = q13*Js5_15 + 3.001;
     const double bs5_3 = al6_2 - Gamma13;
-    const double bs5_1 = -(al6_1 + al13_1);
-    const double bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13);
+    const double bs5_1 = b13_1 - al6_1;
+    const double bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6;
     const double al5_1 = 45.6*g5_1 - bs5_1;
     const double al5_5 = Js5_15*g5_1 - bs5_5;
     const double al5_3 = (qdd5 + g5_3)*45.0 - bs5_3;
@@ -621,14 +621,10 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
     const double Gb1 = Gamma1 + bs1_6;
     const double qdf1 = Gb1/K2_55;
 
-    /* Forward recursion: accelerations and torques, joint 1 (bed_yaw) [57]-[61]. */
-    const double vd1_x = 9.81*sin_q1;
-    const double vd1_y = 9.81*cos_q1;
-
     /* Forward recursion: accelerations and torques, joint 2 (bed_y) [57]-[61]. */
-    const double vd2_y = g2_1 + vd1_x - q2*qdf1;
+    const double vd2_y = g2_1 - q2*qdf1;
     const double vd2_z = qdf2 - UH2_4*qdf1;
-    const double qdd2 = vd2_z - (vd1_y + g2_3);
+    const double qdd2 = vd2_z - g2_3;
 
     /* Forward recursion: accelerations and torques, joint 3 (bed_x) [57]-[61]. */
     const double vd3_x = vd2_z + q3*qdf1 - g3_2;
@@ -669,7 +665,7 @@ INLINE void two_axis_inverse_dynamics_state(size_t stride, size_t lanes, const d
     const double qdd11 = qdf11 - (qdf10 + g11_3);
 
     /* Forward recursion: accelerations and torques, joint 13 (sensor_head) [57]-[61]. */
-    const double qdd13 = qdf13 - (g13_3 + vd5_z - D13*qdf1);
+    const double qdd13 = qdf13 - (vd5_z - D13*qdf1);
 
     /* Results. */
     tau[0*lanes] = f5_3;
