@@ -57,7 +57,7 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    132x 114+, 4 sin/cos a call; 26x 11+, 0 sin/cos once for each parameter set.
+    119x 97+, 4 sin/cos a call; 9x 4+, 0 sin/cos once for each parameter set.
     q (4): joint variables, rad or m
     qd (4): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N
@@ -70,7 +70,7 @@ def direct_dynamics(q, qd, tau, p=DEFAULTS):
 def inverse_dynamics(q, qd, qdd_motor, p=DEFAULTS):
     """Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
 
-    142x 113+, 4 sin/cos a call; 14x 9+, 0 sin/cos once for each parameter set.
+    125x 98+, 4 sin/cos a call; 3x 2+, 0 sin/cos once for each parameter set.
     q (4): joint variables, rad or m
     qd (4): joint velocities, rad/s or m/s
     qdd_motor (2): motor accelerations, rad/s2 or m/s2

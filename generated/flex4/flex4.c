@@ -156,53 +156,29 @@ INLINE void flex4_direct_dynamics_constants(const double *restrict p, double *re
     const double XZ3 = p[FLEX4_P_XZ3];
     const double YZ3 = p[FLEX4_P_YZ3];
     const double ZZ3 = p[FLEX4_P_ZZ3];
-    const double MX3 = p[FLEX4_P_MX3];
-    const double MY3 = p[FLEX4_P_MY3];
     const double M3 = p[FLEX4_P_M3];
     const double IA3 = p[FLEX4_P_IA3];
     const double XX4 = p[FLEX4_P_XX4];
     const double XY4 = p[FLEX4_P_XY4];
-    const double XZ4 = p[FLEX4_P_XZ4];
     const double YY4 = p[FLEX4_P_YY4];
-    const double YZ4 = p[FLEX4_P_YZ4];
     const double ZZ4 = p[FLEX4_P_ZZ4];
-    const double MX4 = p[FLEX4_P_MX4];
-    const double MY4 = p[FLEX4_P_MY4];
-    const double MZ4 = p[FLEX4_P_MZ4];
     const double M4 = p[FLEX4_P_M4];
+
+    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
+    const double dJ4_xy = XX4 - YY4;
+    const double Js4_44a = 2.0*XY4;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
     const double Hinv4 = 1.0/ZZ4;
-    const double UH4_1 = -MY4*Hinv4;
-    const double UH4_2 = MX4*Hinv4;
-    const double UH4_4 = XZ4*Hinv4;
-    const double UH4_5 = YZ4*Hinv4;
-    const double K4_14a = MY4*UH4_4;
-    const double K4_44a = XX4 - XZ4*UH4_4;
-    const double K4_14b = MZ4 + MY4*UH4_5;
-    const double K4_44b = XY4 - XZ4*UH4_5;
-    const double K4_14c = MZ4 + MX4*UH4_4;
-    const double K4_14d = MX4*UH4_5;
-    const double K4_44c = YY4 - YZ4*UH4_5;
-    const double K4_14e = K4_14a + K4_14d;
-    const double K4_14f = K4_14b - K4_14c;
-    const double K4_44d = K4_44a - K4_44c;
-    const double K4_44e = 2.0*K4_44b;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
     const double Js3_33 = M3 + M4;
     const double H3 = ZZ3 + IA3;
     const double Hinv3 = 1.0/H3;
-    const double UH3_1 = -MY3*Hinv3;
-    const double UH3_2 = MX3*Hinv3;
     const double UH3_4 = XZ3*Hinv3;
     const double UH3_5 = YZ3*Hinv3;
-    const double K3_15a = MY3*UH3_4;
     const double K3_45a = XZ3*UH3_4;
-    const double K3_15b = MY3*UH3_5;
     const double K3_45b = XZ3*UH3_5;
-    const double K3_15c = MX3*UH3_4;
-    const double K3_15e = MX3*UH3_5;
     const double K3_45c = YZ3*UH3_5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
@@ -211,36 +187,17 @@ INLINE void flex4_direct_dynamics_constants(const double *restrict p, double *re
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
     const double H1 = ZZ1 + IA1;
 
-    c[0] = Hinv4;
-    c[1] = UH4_1;
-    c[2] = UH4_2;
-    c[3] = UH4_4;
-    c[4] = UH4_5;
-    c[5] = K4_14a;
-    c[6] = K4_44a;
-    c[7] = K4_14b;
-    c[8] = K4_44b;
-    c[9] = K4_14c;
-    c[10] = K4_14d;
-    c[11] = K4_44c;
-    c[12] = K4_14e;
-    c[13] = K4_14f;
-    c[14] = K4_44d;
-    c[15] = K4_44e;
-    c[16] = Hinv3;
-    c[17] = UH3_1;
-    c[18] = UH3_2;
-    c[19] = UH3_4;
-    c[20] = UH3_5;
-    c[21] = K3_15a;
-    c[22] = K3_45a;
-    c[23] = K3_15b;
-    c[24] = K3_45b;
-    c[25] = K3_15c;
-    c[26] = K3_15e;
-    c[27] = K3_45c;
-    c[28] = Js2_66a;
-    c[29] = H1;
+    c[0] = dJ4_xy;
+    c[1] = Js4_44a;
+    c[2] = Hinv4;
+    c[3] = Hinv3;
+    c[4] = UH3_4;
+    c[5] = UH3_5;
+    c[6] = K3_45a;
+    c[7] = K3_45b;
+    c[8] = K3_45c;
+    c[9] = Js2_66a;
+    c[10] = H1;
 }
 
 void flex4_direct_dynamics_prepare(const double *p, double *c)
@@ -287,32 +244,16 @@ INLINE void flex4_inverse_dynamics_constants(const double *restrict p, double *r
     const double M3 = p[FLEX4_P_M3];
     const double XX4 = p[FLEX4_P_XX4];
     const double XY4 = p[FLEX4_P_XY4];
-    const double XZ4 = p[FLEX4_P_XZ4];
     const double YY4 = p[FLEX4_P_YY4];
-    const double YZ4 = p[FLEX4_P_YZ4];
     const double ZZ4 = p[FLEX4_P_ZZ4];
-    const double MX4 = p[FLEX4_P_MX4];
-    const double MY4 = p[FLEX4_P_MY4];
-    const double MZ4 = p[FLEX4_P_MZ4];
     const double M4 = p[FLEX4_P_M4];
+
+    /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
+    const double dJ4_xy = XX4 - YY4;
+    const double Js4_44a = 2.0*XY4;
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
     const double Hinv4 = 1.0/ZZ4;
-    const double UH4_1 = -MY4*Hinv4;
-    const double UH4_2 = MX4*Hinv4;
-    const double UH4_4 = XZ4*Hinv4;
-    const double UH4_5 = YZ4*Hinv4;
-    const double K4_14a = MY4*UH4_4;
-    const double K4_44a = XX4 - XZ4*UH4_4;
-    const double K4_14b = MZ4 + MY4*UH4_5;
-    const double K4_44b = XY4 - XZ4*UH4_5;
-    const double K4_14c = MZ4 + MX4*UH4_4;
-    const double K4_14d = MX4*UH4_5;
-    const double K4_44c = YY4 - YZ4*UH4_5;
-    const double K4_14e = K4_14a + K4_14d;
-    const double K4_14f = K4_14b - K4_14c;
-    const double K4_44d = K4_44a - K4_44c;
-    const double K4_44e = 2.0*K4_44b;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
     const double Js3_33 = M3 + M4;
@@ -320,23 +261,10 @@ INLINE void flex4_inverse_dynamics_constants(const double *restrict p, double *r
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
     const double Js2_66a = L2*Js3_33;
 
-    c[0] = Hinv4;
-    c[1] = UH4_1;
-    c[2] = UH4_2;
-    c[3] = UH4_4;
-    c[4] = UH4_5;
-    c[5] = K4_14a;
-    c[6] = K4_44a;
-    c[7] = K4_14b;
-    c[8] = K4_44b;
-    c[9] = K4_14c;
-    c[10] = K4_14d;
-    c[11] = K4_44c;
-    c[12] = K4_14e;
-    c[13] = K4_14f;
-    c[14] = K4_44d;
-    c[15] = K4_44e;
-    c[16] = Js2_66a;
+    c[0] = dJ4_xy;
+    c[1] = Js4_44a;
+    c[2] = Hinv4;
+    c[3] = Js2_66a;
 }
 
 void flex4_inverse_dynamics_prepare(const double *p, double *c)
@@ -473,36 +401,17 @@ INLINE void OF(flex4_direct_dynamics_state)(size_t stride, const double *restric
     const double MZ4 = p[FLEX4_P_MZ4];
     const double k4 = p[FLEX4_P_k4];
     const double G3 = p[FLEX4_P_G3];
-    const double Hinv4 = c[0];
-    const double UH4_1 = c[1];
-    const double UH4_2 = c[2];
-    const double UH4_4 = c[3];
-    const double UH4_5 = c[4];
-    const double K4_14a = c[5];
-    const double K4_44a = c[6];
-    const double K4_14b = c[7];
-    const double K4_44b = c[8];
-    const double K4_14c = c[9];
-    const double K4_14d = c[10];
-    const double K4_44c = c[11];
-    const double K4_14e = c[12];
-    const double K4_14f = c[13];
-    const double K4_44d = c[14];
-    const double K4_44e = c[15];
-    const double Hinv3 = c[16];
-    const double UH3_1 = c[17];
-    const double UH3_2 = c[18];
-    const double UH3_4 = c[19];
-    const double UH3_5 = c[20];
-    const double K3_15a = c[21];
-    const double K3_45a = c[22];
-    const double K3_15b = c[23];
-    const double K3_45b = c[24];
-    const double K3_15c = c[25];
-    const double K3_15e = c[26];
-    const double K3_45c = c[27];
-    const double Js2_66a = c[28];
-    const double H1 = c[29];
+    const double dJ4_xy = c[0];
+    const double Js4_44a = c[1];
+    const double Hinv4 = c[2];
+    const double Hinv3 = c[3];
+    const double UH3_4 = c[4];
+    const double UH3_5 = c[5];
+    const double K3_45a = c[6];
+    const double K3_45b = c[7];
+    const double K3_45c = c[8];
+    const double Js2_66a = c[9];
+    const double H1 = c[10];
 
     /* Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14]. */
     const NUMBER w2_z = qd1 + qd2;
@@ -512,68 +421,58 @@ INLINE void OF(flex4_direct_dynamics_state)(size_t stride, const double *restric
     const NUMBER cos_th3 = cosine[0];
     const NUMBER w3_x = sin_th3*w2_z;
     const NUMBER w3_y = cos_th3*w2_z;
-    const NUMBER g3_1 = -w2_z*(L2*w2_z);
+    const NUMBER Vk3_1a = w2_z*(L2*w2_z);
     const NUMBER g3_4 = qd3*w2_z;
+    const NUMBER Vk3_1 = -(cos_th3*Vk3_1a + G3*sin_th3);
+    const NUMBER Vk3_2 = sin_th3*Vk3_1a - G3*cos_th3;
     const NUMBER b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
     const NUMBER b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
     const NUMBER b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
     const NUMBER b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
-    const NUMBER b3_4 = qd3*b3_4a - w3_y*b3_4b;
-    const NUMBER b3_5 = w3_x*b3_4b - qd3*b3_5a;
-    const NUMBER b3_6 = w3_y*b3_5a - w3_x*b3_4a;
+    const NUMBER b3_4 = MZ3*Vk3_2 - (w3_y*b3_4b - qd3*b3_4a);
+    const NUMBER b3_5 = -(qd3*b3_5a - w3_x*b3_4b + MZ3*Vk3_1);
+    const NUMBER b3_6 = -(w3_x*b3_4a - w3_y*b3_5a + MX3*Vk3_2 - MY3*Vk3_1);
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
     const NUMBER sin_th4 = sine[1];
     const NUMBER cos_th4 = cosine[1];
-    const NUMBER w4_x = cos_th4*w3_x + sin_th4*w3_y;
-    const NUMBER w4_y = cos_th4*w3_y - sin_th4*w3_x;
+    const NUMBER Js4_26 = MX4*cos_th4 - MY4*sin_th4;
+    const NUMBER Js4_16 = -(MX4*sin_th4 + MY4*cos_th4);
+    const NUMBER Js4_46 = XZ4*cos_th4 - YZ4*sin_th4;
+    const NUMBER Js4_56 = XZ4*sin_th4 + YZ4*cos_th4;
     const NUMBER w4_z = qd3 + qd4;
-    const NUMBER g4_4 = qd4*w3_y;
-    const NUMBER g4_5 = -qd4*w3_x;
-    const NUMBER b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
-    const NUMBER b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
-    const NUMBER b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
-    const NUMBER b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
-    const NUMBER b4_4 = w4_z*b4_4a - w4_y*b4_4b;
-    const NUMBER b4_5 = w4_x*b4_4b - w4_z*b4_5a;
-    const NUMBER b4_6 = w4_y*b4_5a - w4_x*b4_4a;
+    const NUMBER b4_3a = qd4*w3_y;
+    const NUMBER b4_3b = qd4*w3_x;
+    const NUMBER b4_4a = Js4_46*w3_x + Js4_56*w3_y + ZZ4*w4_z;
+    const NUMBER b4_3 = -(w3_x*(Js4_26*w4_z - MZ4*w3_x) - w3_y*(MZ4*w3_y + Js4_16*w4_z) + Js4_26*b4_3b - Js4_16*b4_3a);
+    const NUMBER Js4_44b = sin_th4*dJ4_xy + cos_th4*Js4_44a;
+    const NUMBER Js4_44c = sin_th4*Js4_44b;
+    const NUMBER Js4_44 = XX4 - Js4_44c;
+    const NUMBER Js4_45 = cos_th4*Js4_44b - XY4;
+    const NUMBER Js4_55 = YY4 + Js4_44c;
+    const NUMBER b4_5a = Js4_46*w4_z + w3_x*Js4_44 + w3_y*Js4_45;
+    const NUMBER b4_4b = Js4_56*w4_z + w3_x*Js4_45 + w3_y*Js4_55;
+    const NUMBER b4_4 = MZ4*Vk3_2 - (b4_3a*Js4_44 - b4_3b*Js4_45) - (w3_y*b4_4a - w4_z*b4_4b);
+    const NUMBER b4_5 = w3_x*b4_4a - w4_z*b4_5a + b4_3b*Js4_55 - b4_3a*Js4_45 - MZ4*Vk3_1;
+    const NUMBER b4_6 = -(Js4_16*Vk3_1 + Js4_26*Vk3_2 + Js4_46*b4_3a - Js4_56*b4_3b + w3_x*b4_4b - w3_y*b4_5a);
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32]. */
     const NUMBER Gamma4 = -k4*th4;
-    const NUMBER K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
-    const NUMBER K4_14h = sin_th4*K4_14g;
-    const NUMBER K4_14 = K4_14a - K4_14h;
-    const NUMBER K4_15a = cos_th4*K4_14g;
-    const NUMBER K4_15 = K4_14c + K4_15a;
-    const NUMBER K4_24 = K4_15a - K4_14b;
-    const NUMBER K4_25 = K4_14h - K4_14d;
-    const NUMBER K4_34 = MY4*cos_th4 + MX4*sin_th4;
-    const NUMBER K4_35 = MY4*sin_th4 - MX4*cos_th4;
+    const NUMBER UH4_4 = Js4_46*Hinv4;
+    const NUMBER UH4_5 = Js4_56*Hinv4;
+    const NUMBER K4_44 = Js4_44 - Js4_46*UH4_4;
+    const NUMBER K4_45 = Js4_45 - Js4_46*UH4_5;
+    const NUMBER K4_55 = Js4_55 - Js4_56*UH4_5;
     const NUMBER Gb4 = Gamma4 + b4_6;
     const NUMBER qdf4 = Hinv4*Gb4;
-    const NUMBER al4_4a = b4_4 - XZ4*qdf4;
-    const NUMBER al4_4b = YZ4*qdf4 - b4_5;
-    const NUMBER al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
-    const NUMBER K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
-    const NUMBER K4_44g = sin_th4*K4_44f;
-    const NUMBER K4_44 = K4_44a - K4_44g;
-    const NUMBER K4_45 = cos_th4*K4_44f - K4_44b;
-    const NUMBER K4_55 = K4_44c + K4_44g;
-    const NUMBER al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
-    const NUMBER al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
+    const NUMBER al4_4 = Js4_46*qdf4 - b4_4;
+    const NUMBER al4_5 = Js4_56*qdf4 - b4_5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32]. */
-    const NUMBER Js3_15 = MZ3 + K4_15;
-    const NUMBER Js3_24 = K4_24 - MZ3;
-    const NUMBER Js3_34 = MY3 + K4_34;
-    const NUMBER Js3_35 = K4_35 - MX3;
-    const NUMBER bs3_3 = b3_3 - al4_3;
+    const NUMBER Js3_34 = MY3 - Js4_16;
+    const NUMBER Js3_35 = -(MX3 + Js4_26);
+    const NUMBER bs3_3 = b3_3 + b4_3;
     const NUMBER bs3_6 = b3_6 - Gamma4;
-    const NUMBER K3_15d = K3_15c - Js3_24;
-    const NUMBER K3_15f = K3_15e - K4_25;
-    const NUMBER K3_15g = sin_th3*(K4_14 + K3_15a + K3_15f) + cos_th3*(Js3_15 + K3_15b - K3_15d);
-    const NUMBER K3_15 = K3_15d + cos_th3*K3_15g;
-    const NUMBER K3_25 = sin_th3*K3_15g - K3_15f;
     const NUMBER K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
     const NUMBER K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
     const NUMBER Gb3 = tau3 + bs3_6;
@@ -589,40 +488,29 @@ INLINE void OF(flex4_direct_dynamics_state)(size_t stride, const double *restric
     const NUMBER K3_45f = sin_th3*(K3_45a - Js3_44 - K3_45e) + 2.0*cos_th3*K3_45d;
     const NUMBER K3_45 = K3_45d - cos_th3*K3_45f;
     const NUMBER K3_55 = -(K3_45e + sin_th3*K3_45f);
-    const NUMBER al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdf3 - bs3_4) + cos_th3*(YZ3*qdf3 - bs3_5);
+    const NUMBER al3_5 = g3_4*K3_45 + sin_th3*(XZ3*qdf3 - bs3_4) + cos_th3*(YZ3*qdf3 - bs3_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32]. */
     const NUMBER Gamma2 = -k2*th2;
     const NUMBER Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
     const NUMBER bs2_6 = L2*al3_3 - al3_5;
-    const NUMBER Hinv2 = 1.0/Js2_66;
-    const NUMBER UH2_3 = K3_25*Hinv2;
     const NUMBER Gb2 = Gamma2 + bs2_6;
-    const NUMBER qdf2 = Hinv2*Gb2;
+    const NUMBER qdf2 = Gb2/Js2_66;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32]. */
     const NUMBER Gb1 = tau1 - Gamma2;
     const NUMBER qdf1 = Gb1/H1;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36]. */
-    const NUMBER wd2_z = qdf2 + G3*UH2_3;
-    const NUMBER qdd2 = wd2_z - qdf1;
+    const NUMBER qdd2 = qdf2 - qdf1;
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36]. */
-    const NUMBER vd3_x = cos_th3*g3_1 - G3*sin_th3;
-    const NUMBER vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
-    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
-    const NUMBER wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
-    const NUMBER qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y) - (UH3_4*wd3_x + UH3_5*wd3_y);
+    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*qdf2;
+    const NUMBER wd3_y = cos_th3*qdf2 - sin_th3*g3_4;
+    const NUMBER qdd3 = qdf3 - (UH3_4*wd3_x + UH3_5*wd3_y);
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36]. */
-    const NUMBER vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
-    const NUMBER vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const NUMBER wd4_xa = g4_4 + wd3_x;
-    const NUMBER wd4_xb = -(g4_5 + wd3_y);
-    const NUMBER wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
-    const NUMBER wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
-    const NUMBER wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const NUMBER wd4_z = qdf4 - (UH4_4*wd3_x + UH4_5*wd3_y);
     const NUMBER qdd4 = wd4_z - qdd3;
 
     /* Results. */
@@ -688,23 +576,10 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const double MZ4 = p[FLEX4_P_MZ4];
     const double k4 = p[FLEX4_P_k4];
     const double G3 = p[FLEX4_P_G3];
-    const double Hinv4 = c[0];
-    const double UH4_1 = c[1];
-    const double UH4_2 = c[2];
-    const double UH4_4 = c[3];
-    const double UH4_5 = c[4];
-    const double K4_14a = c[5];
-    const double K4_44a = c[6];
-    const double K4_14b = c[7];
-    const double K4_44b = c[8];
-    const double K4_14c = c[9];
-    const double K4_14d = c[10];
-    const double K4_44c = c[11];
-    const double K4_14e = c[12];
-    const double K4_14f = c[13];
-    const double K4_44d = c[14];
-    const double K4_44e = c[15];
-    const double Js2_66a = c[16];
+    const double dJ4_xy = c[0];
+    const double Js4_44a = c[1];
+    const double Hinv4 = c[2];
+    const double Js2_66a = c[3];
 
     /* Forward recursion: velocities, accelerations, wrenches, joint 1 (j1) [1], [3], [6], [12]. */
     const NUMBER Fb1_6 = ZZ1*qdd1;
@@ -717,74 +592,64 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const NUMBER cos_th3 = cosine[0];
     const NUMBER w3_x = sin_th3*w2_z;
     const NUMBER w3_y = cos_th3*w2_z;
-    const NUMBER g3_1 = -w2_z*(L2*w2_z);
+    const NUMBER Vk3_1a = w2_z*(L2*w2_z);
     const NUMBER g3_4 = qd3*w2_z;
+    const NUMBER Vk3_1 = -(cos_th3*Vk3_1a + G3*sin_th3);
+    const NUMBER Vk3_2 = sin_th3*Vk3_1a - G3*cos_th3;
     const NUMBER b3_3 = w3_y*(MZ3*w3_y - MY3*qd3) - w3_x*(MX3*qd3 - MZ3*w3_x);
     const NUMBER b3_5a = XX3*w3_x + XY3*w3_y + XZ3*qd3;
     const NUMBER b3_4a = XY3*w3_x + YY3*w3_y + YZ3*qd3;
     const NUMBER b3_4b = XZ3*w3_x + YZ3*w3_y + ZZ3*qd3;
-    const NUMBER b3_4 = qd3*b3_4a - w3_y*b3_4b;
-    const NUMBER b3_5 = w3_x*b3_4b - qd3*b3_5a;
-    const NUMBER b3_6 = w3_y*b3_5a - w3_x*b3_4a;
+    const NUMBER b3_4 = MZ3*Vk3_2 - (w3_y*b3_4b - qd3*b3_4a);
+    const NUMBER b3_5 = -(qd3*b3_5a - w3_x*b3_4b + MZ3*Vk3_1);
+    const NUMBER b3_6 = -(w3_x*b3_4a - w3_y*b3_5a + MX3*Vk3_2 - MY3*Vk3_1);
 
     /* Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14]. */
     const NUMBER sin_th4 = sine[1];
     const NUMBER cos_th4 = cosine[1];
-    const NUMBER w4_x = cos_th4*w3_x + sin_th4*w3_y;
-    const NUMBER w4_y = cos_th4*w3_y - sin_th4*w3_x;
+    const NUMBER Js4_26 = MX4*cos_th4 - MY4*sin_th4;
+    const NUMBER Js4_16 = -(MX4*sin_th4 + MY4*cos_th4);
+    const NUMBER Js4_46 = XZ4*cos_th4 - YZ4*sin_th4;
+    const NUMBER Js4_56 = XZ4*sin_th4 + YZ4*cos_th4;
     const NUMBER w4_z = qd3 + qd4;
-    const NUMBER g4_4 = qd4*w3_y;
-    const NUMBER g4_5 = -qd4*w3_x;
-    const NUMBER b4_3 = -(w4_x*(MX4*w4_z - MZ4*w4_x) + w4_y*(MY4*w4_z - MZ4*w4_y));
-    const NUMBER b4_5a = XX4*w4_x + XY4*w4_y + XZ4*w4_z;
-    const NUMBER b4_4a = XY4*w4_x + YY4*w4_y + YZ4*w4_z;
-    const NUMBER b4_4b = XZ4*w4_x + YZ4*w4_y + ZZ4*w4_z;
-    const NUMBER b4_4 = w4_z*b4_4a - w4_y*b4_4b;
-    const NUMBER b4_5 = w4_x*b4_4b - w4_z*b4_5a;
-    const NUMBER b4_6 = w4_y*b4_5a - w4_x*b4_4a;
+    const NUMBER b4_3a = qd4*w3_y;
+    const NUMBER b4_3b = qd4*w3_x;
+    const NUMBER b4_4a = Js4_46*w3_x + Js4_56*w3_y + ZZ4*w4_z;
+    const NUMBER b4_3 = -(w3_x*(Js4_26*w4_z - MZ4*w3_x) - w3_y*(MZ4*w3_y + Js4_16*w4_z) + Js4_26*b4_3b - Js4_16*b4_3a);
+    const NUMBER Js4_44b = sin_th4*dJ4_xy + cos_th4*Js4_44a;
+    const NUMBER Js4_44c = sin_th4*Js4_44b;
+    const NUMBER Js4_44 = XX4 - Js4_44c;
+    const NUMBER Js4_45 = cos_th4*Js4_44b - XY4;
+    const NUMBER Js4_55 = YY4 + Js4_44c;
+    const NUMBER b4_5a = Js4_46*w4_z + w3_x*Js4_44 + w3_y*Js4_45;
+    const NUMBER b4_4b = Js4_56*w4_z + w3_x*Js4_45 + w3_y*Js4_55;
+    const NUMBER b4_4 = MZ4*Vk3_2 - (b4_3a*Js4_44 - b4_3b*Js4_45) - (w3_y*b4_4a - w4_z*b4_4b);
+    const NUMBER b4_5 = w3_x*b4_4a - w4_z*b4_5a + b4_3b*Js4_55 - b4_3a*Js4_45 - MZ4*Vk3_1;
+    const NUMBER b4_6 = -(Js4_16*Vk3_1 + Js4_26*Vk3_2 + Js4_46*b4_3a - Js4_56*b4_3b + w3_x*b4_4b - w3_y*b4_5a);
 
     /* Backward recursion: articulated inertias and wrenches, joint 4 (j4) [50]-[56]. */
     const NUMBER Gamma4 = -k4*th4;
-    const NUMBER K4_14g = sin_th4*K4_14e + cos_th4*K4_14f;
-    const NUMBER K4_14h = sin_th4*K4_14g;
-    const NUMBER K4_14 = K4_14a - K4_14h;
-    const NUMBER K4_15a = cos_th4*K4_14g;
-    const NUMBER K4_15 = K4_14c + K4_15a;
-    const NUMBER K4_24 = K4_15a - K4_14b;
-    const NUMBER K4_25 = K4_14h - K4_14d;
-    const NUMBER K4_34 = MY4*cos_th4 + MX4*sin_th4;
-    const NUMBER K4_35 = MY4*sin_th4 - MX4*cos_th4;
+    const NUMBER UH4_4 = Js4_46*Hinv4;
+    const NUMBER UH4_5 = Js4_56*Hinv4;
+    const NUMBER K4_44 = Js4_44 - Js4_46*UH4_4;
+    const NUMBER K4_45 = Js4_45 - Js4_46*UH4_5;
+    const NUMBER K4_55 = Js4_55 - Js4_56*UH4_5;
     const NUMBER Gb4 = Gamma4 + b4_6;
     const NUMBER qdf4 = Hinv4*Gb4;
-    const NUMBER al4_4a = b4_4 - XZ4*qdf4;
-    const NUMBER al4_4b = YZ4*qdf4 - b4_5;
-    const NUMBER al4_3 = g4_4*K4_34 + g4_5*K4_35 - b4_3;
-    const NUMBER K4_44f = sin_th4*K4_44d + cos_th4*K4_44e;
-    const NUMBER K4_44g = sin_th4*K4_44f;
-    const NUMBER K4_44 = K4_44a - K4_44g;
-    const NUMBER K4_45 = cos_th4*K4_44f - K4_44b;
-    const NUMBER K4_55 = K4_44c + K4_44g;
-    const NUMBER al4_4 = g4_4*K4_44 + g4_5*K4_45 - (cos_th4*al4_4a + sin_th4*al4_4b);
-    const NUMBER al4_5 = g4_4*K4_45 + g4_5*K4_55 - (sin_th4*al4_4a - cos_th4*al4_4b);
+    const NUMBER al4_4 = Js4_46*qdf4 - b4_4;
+    const NUMBER al4_5 = Js4_56*qdf4 - b4_5;
 
     /* Backward recursion: articulated inertias and wrenches, joint 3 (j3) [50]-[56]. */
-    const NUMBER Js3_15 = MZ3 + K4_15;
-    const NUMBER Js3_24 = K4_24 - MZ3;
-    const NUMBER Js3_34 = MY3 + K4_34;
-    const NUMBER Js3_35 = K4_35 - MX3;
-    const NUMBER bs3_3 = b3_3 - al4_3;
+    const NUMBER Js3_34 = MY3 - Js4_16;
+    const NUMBER Js3_35 = -(MX3 + Js4_26);
+    const NUMBER bs3_3 = b3_3 + b4_3;
     const NUMBER bs3_6 = b3_6 - Gamma4;
-    const NUMBER K3_15a = sin_th3*(K4_14 - K4_25) + cos_th3*(Js3_15 + Js3_24);
-    const NUMBER K3_15 = cos_th3*K3_15a - Js3_24;
-    const NUMBER K3_25 = K4_25 + sin_th3*K3_15a;
-    const NUMBER K3_16 = -(MY3*cos_th3 + MX3*sin_th3);
-    const NUMBER K3_26 = MX3*cos_th3 - MY3*sin_th3;
     const NUMBER K3_34 = cos_th3*Js3_34 - sin_th3*Js3_35;
     const NUMBER K3_35 = sin_th3*Js3_34 + cos_th3*Js3_35;
     const NUMBER K3_46 = XZ3*cos_th3 - YZ3*sin_th3;
     const NUMBER K3_56 = XZ3*sin_th3 + YZ3*cos_th3;
     const NUMBER al3_3 = g3_4*K3_34 - bs3_3;
-    const NUMBER al3_6 = g3_1*K3_16 + g3_4*K3_46 - (bs3_6 - ZZ3*qdd3);
+    const NUMBER al3_6 = g3_4*K3_46 - (bs3_6 - ZZ3*qdd3);
     const NUMBER Js3_44 = XX3 + K4_44;
     const NUMBER Js3_45 = XY3 + K4_45;
     const NUMBER Js3_55 = YY3 + K4_55;
@@ -793,16 +658,14 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const NUMBER K3_45a = sin_th3*(Js3_44 - Js3_55) + 2.0*cos_th3*Js3_45;
     const NUMBER K3_45 = cos_th3*K3_45a - Js3_45;
     const NUMBER K3_55 = Js3_55 + sin_th3*K3_45a;
-    const NUMBER al3_5 = g3_1*K3_15 + g3_4*K3_45 + sin_th3*(XZ3*qdd3 - bs3_4) + cos_th3*(YZ3*qdd3 - bs3_5);
+    const NUMBER al3_5 = g3_4*K3_45 + sin_th3*(XZ3*qdd3 - bs3_4) + cos_th3*(YZ3*qdd3 - bs3_5);
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (j2) [50]-[56]. */
     const NUMBER Gamma2 = -k2*th2;
     const NUMBER Js2_66 = ZZ2 - (L2*(K3_35 + K3_35 - Js2_66a) - K3_55);
     const NUMBER bs2_6 = L2*al3_3 - al3_5;
-    const NUMBER Hinv2 = 1.0/Js2_66;
-    const NUMBER UH2_3 = K3_25*Hinv2;
     const NUMBER Gb2 = Gamma2 + bs2_6;
-    const NUMBER qdf2 = Hinv2*Gb2;
+    const NUMBER qdf2 = Gb2/Js2_66;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (j1) [50]-[56]. */
     const NUMBER f1_6 = Gamma2 + Fb1_6;
@@ -811,25 +674,16 @@ INLINE void OF(flex4_inverse_dynamics_state)(size_t stride, const double *restri
     const NUMBER Gamma1 = f1_6 + IA1*qdd1;
 
     /* Forward recursion: accelerations and torques, joint 2 (j2) [57]-[61]. */
-    const NUMBER wd2_z = qdf2 + G3*UH2_3;
-    const NUMBER qdd2 = wd2_z - qdd1;
+    const NUMBER qdd2 = qdf2 - qdd1;
 
     /* Forward recursion: accelerations and torques, joint 3 (j3) [57]-[61]. */
-    const NUMBER vd3_x = cos_th3*g3_1 - G3*sin_th3;
-    const NUMBER vd3_y = -(sin_th3*g3_1 + G3*cos_th3);
-    const NUMBER f3_6 = al3_6 + K3_56*wd2_z - G3*K3_26;
-    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*wd2_z;
-    const NUMBER wd3_y = cos_th3*wd2_z - sin_th3*g3_4;
+    const NUMBER f3_6 = al3_6 + K3_56*qdf2;
+    const NUMBER wd3_x = cos_th3*g3_4 + sin_th3*qdf2;
+    const NUMBER wd3_y = cos_th3*qdf2 - sin_th3*g3_4;
     const NUMBER Gamma3 = IA3*qdd3 + f3_6;
 
     /* Forward recursion: accelerations and torques, joint 4 (j4) [57]-[61]. */
-    const NUMBER vd4_x = cos_th4*vd3_x + sin_th4*vd3_y;
-    const NUMBER vd4_y = cos_th4*vd3_y - sin_th4*vd3_x;
-    const NUMBER wd4_xa = g4_4 + wd3_x;
-    const NUMBER wd4_xb = -(g4_5 + wd3_y);
-    const NUMBER wd4_x = cos_th4*wd4_xa - sin_th4*wd4_xb;
-    const NUMBER wd4_y = -(sin_th4*wd4_xa + cos_th4*wd4_xb);
-    const NUMBER wd4_z = -(UH4_1*vd4_x + UH4_2*vd4_y - qdf4 + UH4_4*wd4_x + UH4_5*wd4_y);
+    const NUMBER wd4_z = qdf4 - (UH4_4*wd3_x + UH4_5*wd3_y);
     const NUMBER qdd4 = wd4_z - qdd3;
 
     /* Results. */

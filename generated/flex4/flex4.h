@@ -78,7 +78,7 @@ enum {
 extern const double flex4_defaults[FLEX4_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 132x 114+, 4 sin/cos a call; 26x 11+, 0 sin/cos once for each parameter set.
+ * 119x 97+, 4 sin/cos a call; 9x 4+, 0 sin/cos once for each parameter set.
  *   q (4): joint variables, rad or m
  *   qd (4): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
@@ -89,12 +89,12 @@ void flex4_direct_dynamics(const double *q, const double *qd, const double *tau,
 void flex4_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define FLEX4_DIRECT_DYNAMICS_CONSTANTS 30
+#define FLEX4_DIRECT_DYNAMICS_CONSTANTS 11
 void flex4_direct_dynamics_prepare(const double *p, double *c);
 void flex4_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 
 /* Inverse dynamic model: motor torques and elastic accelerations [37]-[61].
- * 142x 113+, 4 sin/cos a call; 14x 9+, 0 sin/cos once for each parameter set.
+ * 125x 98+, 4 sin/cos a call; 3x 2+, 0 sin/cos once for each parameter set.
  *   q (4): joint variables, rad or m
  *   qd (4): joint velocities, rad/s or m/s
  *   qdd_motor (2): motor accelerations, rad/s2 or m/s2
@@ -106,7 +106,7 @@ void flex4_inverse_dynamics(const double *q, const double *qd, const double *qdd
 void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define FLEX4_INVERSE_DYNAMICS_CONSTANTS 17
+#define FLEX4_INVERSE_DYNAMICS_CONSTANTS 4
 void flex4_inverse_dynamics_prepare(const double *p, double *c);
 void flex4_inverse_dynamics_prepared(const double *q, const double *qd, const double *qdd_motor, const double *p, const double *c, double *tau, double *qdd);
 

@@ -46,7 +46,7 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    28x 15+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+    26x 15+, 4 sin/cos a call; 8x 4+, 0 sin/cos once for each parameter set.
     q (2): joint variables, rad or m
     qd (2): joint velocities, rad/s or m/s
     tau (2): motor torques or forces, N m or N

@@ -115,6 +115,7 @@ INLINE void planar_2r_direct_dynamics_constants(const double *restrict p, double
 {
     const double m1 = p[PLANAR_2R_P_m1];
     const double m2 = p[PLANAR_2R_P_m2];
+    const double l1 = p[PLANAR_2R_P_l1];
     const double lc1 = p[PLANAR_2R_P_lc1];
     const double lc2 = p[PLANAR_2R_P_lc2];
     const double I1 = p[PLANAR_2R_P_I1];
@@ -131,16 +132,20 @@ INLINE void planar_2r_direct_dynamics_constants(const double *restrict p, double
     /* Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [28]-[32]. */
     const double Hinv2 = 1.0/J2_yy;
     const double UH2_2 = MS2_x*Hinv2;
-    const double K2_12a = m2 - MS2_x*UH2_2;
-    const double K2_12b = m2 - K2_12a;
+    const double K2_22a = m2 - MS2_x*UH2_2;
+    const double K2_22b = m2 - K2_22a;
+
+    /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [28]-[32]. */
+    const double Js1_66a = l1*l1;
 
     c[0] = MS1_x;
     c[1] = J1_yy;
     c[2] = MS2_x;
     c[3] = Hinv2;
     c[4] = UH2_2;
-    c[5] = K2_12a;
-    c[6] = K2_12b;
+    c[5] = K2_22a;
+    c[6] = K2_22b;
+    c[7] = Js1_66a;
 }
 
 void planar_2r_direct_dynamics_prepare(const double *p, double *c)
@@ -312,57 +317,54 @@ INLINE void OF(planar_2r_direct_dynamics_state)(size_t stride, const double *res
     const NUMBER tau1 = LOAD(tau + 0*stride);
     const NUMBER tau2 = LOAD(tau + 1*stride);
     const double g0 = p[PLANAR_2R_P_g0];
+    const double m2 = p[PLANAR_2R_P_m2];
     const double l1 = p[PLANAR_2R_P_l1];
     const double MS1_x = c[0];
     const double J1_yy = c[1];
     const double MS2_x = c[2];
     const double Hinv2 = c[3];
     const double UH2_2 = c[4];
-    const double K2_12a = c[5];
-    const double K2_12b = c[6];
+    const double K2_22a = c[5];
+    const double K2_22b = c[6];
+    const double Js1_66a = c[7];
 
     /* Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14]. */
     const NUMBER sin_q1 = sine[0];
     const NUMBER cos_q1 = cosine[0];
+    const NUMBER Vk1_1 = g0*sin_q1;
+    const NUMBER Vk1_2 = g0*cos_q1;
+    const NUMBER b1_6 = -MS1_x*Vk1_2;
 
     /* Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14]. */
     const NUMBER sin_q2 = sine[1];
     const NUMBER cos_q2 = cosine[1];
     const NUMBER w2_z = qd1 + qd2;
-    const NUMBER g2_1 = -qd1*(l1*qd1);
-    const NUMBER b2_1 = w2_z*(MS2_x*w2_z);
+    const NUMBER Vk2_1a = qd1*(l1*qd1) - Vk1_1;
+    const NUMBER Vk2_1 = sin_q2*Vk1_2 - cos_q2*Vk2_1a;
+    const NUMBER Vk2_2 = sin_q2*Vk2_1a + cos_q2*Vk1_2;
+    const NUMBER b2_2 = -m2*Vk2_2;
+    const NUMBER b2_6 = -MS2_x*Vk2_2;
+    const NUMBER b2_1 = w2_z*(MS2_x*w2_z) - m2*Vk2_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [28]-[32]. */
-    const NUMBER K2_12c = sin_q2*K2_12b;
-    const NUMBER K2_12 = cos_q2*K2_12c;
-    const NUMBER K2_22 = K2_12a + sin_q2*K2_12c;
-    const NUMBER qdf2 = tau2*Hinv2;
-    const NUMBER al2_2 = g2_1*K2_12 - (sin_q2*b2_1 - cos_q2*(MS2_x*qdf2));
+    const NUMBER K2_22 = K2_22a + sin_q2*(sin_q2*K2_22b);
+    const NUMBER Gb2 = tau2 + b2_6;
+    const NUMBER qdf2 = Hinv2*Gb2;
+    const NUMBER al2_2 = cos_q2*(MS2_x*qdf2 - b2_2) - sin_q2*b2_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [28]-[32]. */
-    const NUMBER Js1_16 = l1*K2_12;
-    const NUMBER Js1_26a = l1*K2_22;
-    const NUMBER Js1_26 = MS1_x + Js1_26a;
-    const NUMBER Js1_66 = J1_yy + l1*Js1_26a;
-    const NUMBER bs1_6 = -(tau2 + l1*al2_2);
-    const NUMBER Hinv1 = 1.0/Js1_66;
-    const NUMBER UH1_1 = Js1_16*Hinv1;
-    const NUMBER UH1_2 = Js1_26*Hinv1;
+    const NUMBER bs1_6 = b1_6 - (tau2 + l1*al2_2);
     const NUMBER Gb1 = tau1 + bs1_6;
-    const NUMBER qdf1 = Hinv1*Gb1;
-
-    /* Forward recursion: accelerations and torques, joint 1 (shoulder) [33]-[36]. */
-    const NUMBER vd1_x = g0*sin_q1;
-    const NUMBER vd1_y = g0*cos_q1;
-    const NUMBER qdd1 = qdf1 - (UH1_1*vd1_x + UH1_2*vd1_y);
+    const NUMBER Js1_66 = J1_yy + K2_22*Js1_66a;
+    const NUMBER qdf1 = Gb1/Js1_66;
 
     /* Forward recursion: accelerations and torques, joint 2 (elbow) [33]-[36]. */
-    const NUMBER vd2_y = cos_q2*(vd1_y + l1*qdd1) - sin_q2*(g2_1 + vd1_x);
-    const NUMBER wd2_z = qdf2 - UH2_2*vd2_y;
-    const NUMBER qdd2 = wd2_z - qdd1;
+    const NUMBER Vr2_2 = cos_q2*(l1*qdf1);
+    const NUMBER wd2_z = qdf2 - UH2_2*Vr2_2;
+    const NUMBER qdd2 = wd2_z - qdf1;
 
     /* Results. */
-    STORE(qdd + 0*stride, qdd1);
+    STORE(qdd + 0*stride, qdf1);
     STORE(qdd + 1*stride, qdd2);
 }
 

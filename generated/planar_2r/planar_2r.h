@@ -39,7 +39,7 @@ enum {
 extern const double planar_2r_defaults[PLANAR_2R_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 28x 15+, 4 sin/cos a call; 7x 4+, 0 sin/cos once for each parameter set.
+ * 26x 15+, 4 sin/cos a call; 8x 4+, 0 sin/cos once for each parameter set.
  *   q (2): joint variables, rad or m
  *   qd (2): joint velocities, rad/s or m/s
  *   tau (2): motor torques or forces, N m or N
@@ -50,7 +50,7 @@ void planar_2r_direct_dynamics(const double *q, const double *qd, const double *
 void planar_2r_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS 7
+#define PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS 8
 void planar_2r_direct_dynamics_prepare(const double *p, double *c);
 void planar_2r_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 

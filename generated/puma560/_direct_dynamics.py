@@ -1,4 +1,4 @@
-"""Direct dynamic model of puma560 [12]-[36]: 711x 628+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
+"""Direct dynamic model of puma560 [12]-[36]: 680x 596+, 10 sin/cos a call; 5x 4+, 0 sin/cos once for each parameter set.
 
 Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sign and atan2, so
 the same lines serve plain floats and stacks of states.
@@ -15,34 +15,16 @@ def constants(_f, p):
         IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, G3,
     ) = p
 
+    # Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14].
+    dJ6_xy = XX6 - YY6
+    Js6_44a = 2.0*XY6
+
     # Backward recursion: articulated inertias and wrenches, joint 6 (j6) [28]-[32].
     H6 = ZZ6 + IA6
     Hinv6 = 1.0/H6
     rho6 = IA6*Hinv6
     UH6_6 = ZZ6*Hinv6
-    UH6_1 = -MY6*Hinv6
-    UH6_2 = MX6*Hinv6
-    UH6_4 = XZ6*Hinv6
-    UH6_5 = YZ6*Hinv6
-    K6_16a = MY6*rho6
-    K6_16b = MX6*rho6
-    K6_46a = XZ6*rho6
-    K6_46b = YZ6*rho6
     K6_66 = ZZ6*rho6
-    K6_14a = MY6*UH6_4
-    K6_11a = M6 + MY6*UH6_1
-    K6_44a = XX6 - XZ6*UH6_4
-    K6_14b = MZ6 + MY6*UH6_5
-    K6_11b = MY6*UH6_2
-    K6_44b = XY6 - XZ6*UH6_5
-    K6_14c = MZ6 + MX6*UH6_4
-    K6_14d = MX6*UH6_5
-    K6_11c = M6 - MX6*UH6_2
-    K6_44c = YY6 - YZ6*UH6_5
-    K6_11d = K6_11a - K6_11c
-    K6_14e = K6_14a + K6_14d
-    K6_14f = K6_14b - K6_14c
-    K6_44d = K6_44a - K6_44c
 
     # Backward recursion: articulated inertias and wrenches, joint 5 (j5) [28]-[32].
     Js5_22 = M5 + M6
@@ -51,9 +33,7 @@ def constants(_f, p):
         ZZ1, IA1, R2, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, D3, R3, XX3, XY3, XZ3,
         YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, D4, RL4, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4,
         MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6,
-        YZ6, ZZ6, MX6, MY6, MZ6, G3, Hinv6, rho6, UH6_6, UH6_1, UH6_2, UH6_4, UH6_5, K6_16a,
-        K6_16b, K6_46a, K6_46b, K6_14a, K6_11a, K6_44a, K6_14b, K6_11b, K6_44b, K6_14c, K6_14d,
-        K6_11c, K6_44c, K6_11d, K6_14e, K6_14f, K6_44d, Js5_22, Js5_55,
+        YZ6, ZZ6, MX6, MY6, MZ6, M6, G3, dJ6_xy, Js6_44a, Hinv6, rho6, UH6_6, Js5_22, Js5_55,
     )
 
 
@@ -65,9 +45,7 @@ def program(_f, q, qd, tau, c):
         ZZ1, IA1, R2, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, D3, R3, XX3, XY3, XZ3,
         YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, D4, RL4, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4,
         MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6,
-        YZ6, ZZ6, MX6, MY6, MZ6, G3, Hinv6, rho6, UH6_6, UH6_1, UH6_2, UH6_4, UH6_5, K6_16a,
-        K6_16b, K6_46a, K6_46b, K6_14a, K6_11a, K6_44a, K6_14b, K6_11b, K6_44b, K6_14c, K6_14d,
-        K6_11c, K6_44c, K6_11d, K6_14e, K6_14f, K6_44d, Js5_22, Js5_55,
+        YZ6, ZZ6, MX6, MY6, MZ6, M6, G3, dJ6_xy, Js6_44a, Hinv6, rho6, UH6_6, Js5_22, Js5_55,
     ) = c
 
     # Forward recursion: velocities, joint 2 (j2) [1], [3], [7], [14].
@@ -75,17 +53,19 @@ def program(_f, q, qd, tau, c):
     cos_th2 = _f.cos(th2)
     w2_x = -qd1*sin_th2
     w2_y = -qd1*cos_th2
-    g2_3 = -qd1*(R2*qd1)
+    Vk2_3 = -qd1*(R2*qd1)
     g2_4 = -qd1*qd2
+    Vk2_1 = G3*sin_th2
+    Vk2_2 = G3*cos_th2
     b2_1a = MX2*w2_y - MY2*w2_x
-    b2_1 = w2_y*b2_1a + qd2*(MX2*qd2 - MZ2*w2_x)
-    b2_2 = qd2*(MY2*qd2 - MZ2*w2_y) - w2_x*b2_1a
     b2_5a = -(XX2*w2_x + XY2*w2_y + XZ2*qd2)
     b2_4a = -(XY2*w2_x + YY2*w2_y + YZ2*qd2)
     b2_4b = -(XZ2*w2_x + YZ2*w2_y + ZZ2*qd2)
-    b2_4 = w2_y*b2_4b - qd2*b2_4a
-    b2_5 = qd2*b2_5a - w2_x*b2_4b
-    b2_6 = w2_x*b2_4a - w2_y*b2_5a
+    b2_1 = w2_y*b2_1a + qd2*(MX2*qd2 - MZ2*w2_x) - M2*Vk2_1
+    b2_2 = qd2*(MY2*qd2 - MZ2*w2_y) - w2_x*b2_1a - M2*Vk2_2
+    b2_4 = MZ2*Vk2_2 - MY2*Vk2_3 - (qd2*b2_4a - w2_y*b2_4b)
+    b2_5 = qd2*b2_5a - w2_x*b2_4b - (MZ2*Vk2_1 - MX2*Vk2_3)
+    b2_6 = MY2*Vk2_1 - MX2*Vk2_2 - (w2_y*b2_5a - w2_x*b2_4a)
 
     # Forward recursion: velocities, joint 3 (j3) [1], [3], [7], [14].
     sin_th3 = _f.sin(th3)
@@ -93,26 +73,28 @@ def program(_f, q, qd, tau, c):
     w3_x = cos_th3*w2_x + sin_th3*w2_y
     w3_y = cos_th3*w2_y - sin_th3*w2_x
     w3_z = qd2 + qd3
-    g3_2a = -R3*w2_y
-    g3_1a = D3*qd2 - R3*w2_x
-    g3_1b = -D3*w2_y
-    g3_1 = w2_y*g3_1b - qd2*g3_1a
-    g3_2 = -(qd2*g3_2a + w2_x*g3_1b)
-    g3_3 = w2_x*g3_1a + w2_y*g3_2a
+    Vk3_3a = -R3*w2_y
+    Vk3_3b = D3*qd2 - R3*w2_x
+    Vk3_1a = -D3*w2_y
     g3_4 = qd3*w2_y
     g3_5 = -qd3*w2_x
+    Vk3_1b = qd2*Vk3_3b - w2_y*Vk3_1a - Vk2_1
+    Vk3_1c = qd2*Vk3_3a + w2_x*Vk3_1a - Vk2_2
+    Vk3_3 = Vk2_3 + w2_x*Vk3_3b + w2_y*Vk3_3a
+    Vk3_1 = -(cos_th3*Vk3_1b + sin_th3*Vk3_1c)
+    Vk3_2 = sin_th3*Vk3_1b - cos_th3*Vk3_1c
     b3_2a = MZ3*w3_y - MY3*w3_z
     b3_1a = MX3*w3_z - MZ3*w3_x
     b3_1b = MX3*w3_y - MY3*w3_x
-    b3_1 = w3_y*b3_1b + w3_z*b3_1a
-    b3_2 = -(w3_z*b3_2a + w3_x*b3_1b)
-    b3_3 = w3_y*b3_2a - w3_x*b3_1a
     b3_5a = -(XX3*w3_x + XY3*w3_y + XZ3*w3_z)
     b3_4a = -(XY3*w3_x + YY3*w3_y + YZ3*w3_z)
     b3_4b = -(XZ3*w3_x + YZ3*w3_y + ZZ3*w3_z)
-    b3_4 = w3_y*b3_4b - w3_z*b3_4a
-    b3_5 = w3_z*b3_5a - w3_x*b3_4b
-    b3_6 = w3_x*b3_4a - w3_y*b3_5a
+    b3_1 = w3_y*b3_1b + w3_z*b3_1a - M3*Vk3_1
+    b3_2 = -(w3_z*b3_2a + w3_x*b3_1b + M3*Vk3_2)
+    b3_3 = w3_y*b3_2a - w3_x*b3_1a - M3*Vk3_3
+    b3_4 = w3_y*b3_4b - w3_z*b3_4a + MZ3*Vk3_2 - MY3*Vk3_3
+    b3_5 = w3_z*b3_5a - w3_x*b3_4b + MX3*Vk3_3 - MZ3*Vk3_1
+    b3_6 = -(w3_y*b3_5a - w3_x*b3_4a + MX3*Vk3_2 - MY3*Vk3_1)
 
     # Forward recursion: velocities, joint 4 (j4) [1], [3], [7], [14].
     sin_th4 = _f.sin(th4)
@@ -123,11 +105,11 @@ def program(_f, q, qd, tau, c):
     g4_2a = RL4*w3_z
     g4_1a = D4*w3_y - RL4*w3_x
     g4_1b = D4*w3_z
-    g4_1 = -(w3_z*g4_1b + w3_y*g4_1a)
-    g4_2 = -(w3_y*g4_2a + w3_x*g4_1b)
-    g4_3 = w3_x*g4_1a - w3_z*g4_2a
     g4_4 = -qd4*w3_z
     g4_5 = -qd4*w3_x
+    g4_1 = Vk3_1 - (w3_z*g4_1b + w3_y*g4_1a)
+    g4_2 = -(w3_y*g4_2a + w3_x*g4_1b + Vk3_3)
+    g4_3 = Vk3_2 - (w3_z*g4_2a - w3_x*g4_1a)
     b4_2a = MZ4*w4_y - MY4*w4_z
     b4_1a = MX4*w4_z - MZ4*w4_x
     b4_1b = MX4*w4_y - MY4*w4_x
@@ -165,78 +147,75 @@ def program(_f, q, qd, tau, c):
     # Forward recursion: velocities, joint 6 (j6) [1], [3], [7], [14].
     sin_th6 = _f.sin(th6)
     cos_th6 = _f.cos(th6)
-    w6_x = cos_th6*w5_x - sin_th6*w5_z
-    w6_y = -(sin_th6*w5_x + cos_th6*w5_z)
+    Js6_26 = MX6*cos_th6 - MY6*sin_th6
+    Js6_16 = -(MX6*sin_th6 + MY6*cos_th6)
+    Js6_46 = XZ6*cos_th6 - YZ6*sin_th6
+    Js6_56 = XZ6*sin_th6 + YZ6*cos_th6
     w6_z = qd6 + w5_y
-    g6_4 = -qd6*w5_z
-    g6_5 = -qd6*w5_x
-    b6_2a = MZ6*w6_y - MY6*w6_z
-    b6_1a = MX6*w6_z - MZ6*w6_x
-    b6_1b = MX6*w6_y - MY6*w6_x
-    b6_1 = w6_y*b6_1b + w6_z*b6_1a
-    b6_2 = -(w6_z*b6_2a + w6_x*b6_1b)
-    b6_3 = w6_y*b6_2a - w6_x*b6_1a
-    b6_5a = -(XX6*w6_x + XY6*w6_y + XZ6*w6_z)
-    b6_4a = -(XY6*w6_x + YY6*w6_y + YZ6*w6_z)
-    b6_4b = -(XZ6*w6_x + YZ6*w6_y + ZZ6*w6_z)
-    b6_4 = w6_y*b6_4b - w6_z*b6_4a
-    b6_5 = w6_z*b6_5a - w6_x*b6_4b
-    b6_6 = w6_x*b6_4a - w6_y*b6_5a
+    b6_2a = qd6*w5_z
+    b6_1a = -qd6*w5_x
+    b6_2b = MZ6*w5_z - Js6_16*w6_z
+    b6_1b = Js6_26*w6_z - MZ6*w5_x
+    b6_1c = Js6_16*w5_x - Js6_26*w5_z
+    b6_4a = Js6_56*w5_z - Js6_46*w5_x - ZZ6*w6_z
+    b6_1 = -(w5_z*b6_1c - w6_z*b6_1b + MZ6*b6_1a)
+    b6_2 = w6_z*b6_2b - w5_x*b6_1c - MZ6*b6_2a
+    b6_3 = w5_z*b6_2b - w5_x*b6_1b + Js6_26*b6_1a - Js6_16*b6_2a
+    Js6_44b = sin_th6*dJ6_xy + cos_th6*Js6_44a
+    Js6_44c = sin_th6*Js6_44b
+    Js6_44 = XX6 - Js6_44c
+    Js6_45 = cos_th6*Js6_44b - XY6
+    Js6_55 = YY6 + Js6_44c
+    b6_5a = Js6_46*w6_z - (w5_z*Js6_45 - w5_x*Js6_44)
+    b6_4b = Js6_56*w6_z + w5_x*Js6_45 - w5_z*Js6_55
+    b6_4 = b6_2a*Js6_44 - b6_1a*Js6_45 - (w5_z*b6_4a - w6_z*b6_4b)
+    b6_5 = -(w5_x*b6_4a + w6_z*b6_5a + b6_1a*Js6_55 - b6_2a*Js6_45)
+    b6_6 = Js6_46*b6_2a - Js6_56*b6_1a - (w5_x*b6_4b + w5_z*b6_5a)
 
     # Backward recursion: articulated inertias and wrenches, joint 6 (j6) [28]-[32].
-    K6_11e = 2.0*cos_th6
-    K6_11f = sin_th6*K6_11d + K6_11b*K6_11e
-    K6_11g = sin_th6*K6_11f
-    K6_11 = K6_11a - K6_11g
-    K6_12 = cos_th6*K6_11f - K6_11b
-    K6_22 = K6_11c + K6_11g
-    K6_14g = sin_th6*K6_14e + cos_th6*K6_14f
-    K6_14h = sin_th6*K6_14g
-    K6_14 = K6_14a - K6_14h
-    K6_15a = cos_th6*K6_14g
-    K6_15 = K6_14c + K6_15a
-    K6_24 = K6_15a - K6_14b
-    K6_25 = K6_14h - K6_14d
-    K6_16 = -(cos_th6*K6_16a + sin_th6*K6_16b)
-    K6_26 = cos_th6*K6_16b - sin_th6*K6_16a
-    K6_34 = MY6*cos_th6 + MX6*sin_th6
-    K6_35 = MY6*sin_th6 - MX6*cos_th6
-    K6_44e = sin_th6*K6_44d + K6_44b*K6_11e
-    K6_44f = sin_th6*K6_44e
-    K6_44 = K6_44a - K6_44f
-    K6_45 = cos_th6*K6_44e - K6_44b
-    K6_55 = K6_44c + K6_44f
-    K6_46 = cos_th6*K6_46a - sin_th6*K6_46b
-    K6_56 = sin_th6*K6_46a + cos_th6*K6_46b
+    UH6_1 = Js6_16*Hinv6
+    UH6_2 = Js6_26*Hinv6
+    UH6_4 = Js6_46*Hinv6
+    UH6_5 = Js6_56*Hinv6
+    K6_16 = Js6_16*rho6
+    K6_26 = Js6_26*rho6
+    K6_46 = Js6_46*rho6
+    K6_56 = Js6_56*rho6
+    K6_14 = -Js6_16*UH6_4
+    K6_11 = M6 - Js6_16*UH6_1
+    K6_15 = MZ6 - Js6_16*UH6_5
+    K6_12 = -Js6_16*UH6_2
+    K6_24 = -(MZ6 + Js6_26*UH6_4)
+    K6_25 = -Js6_26*UH6_5
+    K6_22 = M6 - Js6_26*UH6_2
+    K6_44 = Js6_44 - Js6_46*UH6_4
+    K6_45 = Js6_45 - Js6_46*UH6_5
+    K6_55 = Js6_55 - Js6_56*UH6_5
     Gb6 = tau6 + b6_6
     qdf6 = Hinv6*Gb6
-    al6_1a = b6_1 + MY6*qdf6
-    al6_1b = MX6*qdf6 - b6_2
-    al6_4a = b6_4 - XZ6*qdf6
-    al6_4b = b6_5 - YZ6*qdf6
-    al6_1 = g6_4*K6_14 + g6_5*K6_15 - (cos_th6*al6_1a + sin_th6*al6_1b)
-    al6_2 = g6_4*K6_24 + g6_5*K6_25 - (sin_th6*al6_1a - cos_th6*al6_1b)
-    al6_3 = g6_4*K6_34 + g6_5*K6_35 - b6_3
-    al6_4 = g6_4*K6_44 + g6_5*K6_45 - (cos_th6*al6_4a - sin_th6*al6_4b)
-    al6_5 = g6_4*K6_45 + g6_5*K6_55 - (sin_th6*al6_4a + cos_th6*al6_4b)
-    al6_6 = g6_4*K6_46 + g6_5*K6_56 + tau6*UH6_6 - b6_6*rho6
+    al6_1 = Js6_16*qdf6 - b6_1
+    al6_2 = Js6_26*qdf6 - b6_2
+    al6_4 = Js6_46*qdf6 - b6_4
+    al6_5 = Js6_56*qdf6 - b6_5
+    al6_6 = tau6*UH6_6 - rho6*b6_6
 
     # Backward recursion: articulated inertias and wrenches, joint 5 (j5) [28]-[32].
     Js5_11 = M5 + K6_11
     Js5_33 = M5 + K6_22
     Js5_15 = MZ5 + K6_16
     Js5_16 = -(MY5 + K6_15)
-    Js5_24 = K6_34 - MZ5
-    Js5_26 = MX5 - K6_35
+    Js5_24 = -(MZ5 + Js6_16)
+    Js5_26 = MX5 + Js6_26
     Js5_34 = MY5 - K6_24
     Js5_35 = -(MX5 + K6_26)
-    Js5_44 = XX5 + K6_44
     Js5_45 = XY5 + K6_46
-    Js5_46 = XZ5 - K6_45
     Js5_56 = YZ5 - K6_56
+    bs5_2 = b5_2 + b6_3
+    K5_11a = 2.0*cos_th5
+    Js5_44 = XX5 + K6_44
+    Js5_46 = XZ5 - K6_45
     Js5_66 = ZZ5 + K6_55
     bs5_1 = b5_1 - al6_1
-    bs5_2 = b5_2 - al6_3
     bs5_3 = b5_3 + al6_2
     bs5_4 = b5_4 - al6_4
     bs5_5 = b5_5 - al6_6
@@ -257,28 +236,27 @@ def program(_f, q, qd, tau, c):
     K5_46b = Js5_56*rho5
     K5_66 = Js5_66*rho5
     K5_14a = K6_14 - Js5_16*UH5_4
-    K5_11a = Js5_11 - Js5_16*UH5_1
+    K5_11b = Js5_11 - Js5_16*UH5_1
     K5_44a = Js5_44 - Js5_46*UH5_4
     K5_14b = Js5_15 - Js5_16*UH5_5
-    K5_11b = -Js5_16*UH5_2
+    K5_11c = -Js5_16*UH5_2
     K5_44b = Js5_45 - Js5_46*UH5_5
-    K5_13a = -(K6_12 + Js5_16*UH5_3)
+    K5_13a = K6_12 + Js5_16*UH5_3
     K5_14c = Js5_26*UH5_4 - Js5_24
     K5_14d = Js5_26*UH5_5
-    K5_11c = Js5_22 - Js5_26*UH5_2
+    K5_11d = Js5_22 - Js5_26*UH5_2
     K5_44c = Js5_55 - Js5_56*UH5_5
     K5_13b = -Js5_26*UH5_3
     K5_34a = Js5_34 - K6_25*UH5_4
     K5_34b = K6_25*UH5_5 - Js5_35
     K5_33 = Js5_33 - K6_25*UH5_3
-    K5_11d = 2.0*cos_th5
-    K5_11e = sin_th5*(K5_11a - K5_11c) + K5_11b*K5_11d
+    K5_11e = sin_th5*(K5_11b - K5_11d) + K5_11a*K5_11c
     K5_11f = sin_th5*K5_11e
-    K5_11 = K5_11a - K5_11f
-    K5_12 = cos_th5*K5_11e - K5_11b
-    K5_22 = K5_11c + K5_11f
-    K5_13 = cos_th5*K5_13a - sin_th5*K5_13b
-    K5_23 = sin_th5*K5_13a + cos_th5*K5_13b
+    K5_11 = K5_11b - K5_11f
+    K5_12 = cos_th5*K5_11e - K5_11c
+    K5_22 = K5_11d + K5_11f
+    K5_13 = -(cos_th5*K5_13a + sin_th5*K5_13b)
+    K5_23 = cos_th5*K5_13b - sin_th5*K5_13a
     K5_14e = sin_th5*(K5_14a + K5_14d) + cos_th5*(K5_14b - K5_14c)
     K5_14f = sin_th5*K5_14e
     K5_14 = K5_14a - K5_14f
@@ -290,7 +268,7 @@ def program(_f, q, qd, tau, c):
     K5_26 = cos_th5*K5_16b - sin_th5*K5_16a
     K5_34 = cos_th5*K5_34a + sin_th5*K5_34b
     K5_35 = sin_th5*K5_34a - cos_th5*K5_34b
-    K5_44d = sin_th5*(K5_44a - K5_44c) + K5_44b*K5_11d
+    K5_44d = sin_th5*(K5_44a - K5_44c) + K5_11a*K5_44b
     K5_44e = sin_th5*K5_44d
     K5_44 = K5_44a - K5_44e
     K5_45 = cos_th5*K5_44d - K5_44b
@@ -311,6 +289,7 @@ def program(_f, q, qd, tau, c):
     al5_6 = g5_4*K5_46 + g5_5*K5_56 + tau5*UH5_6 - bs5_6*rho5
 
     # Backward recursion: articulated inertias and wrenches, joint 4 (j4) [28]-[32].
+    K4_11a = 2.0*cos_th4
     Js4_11 = M4 + K5_11
     Js4_22 = M4 + K5_33
     Js4_33 = M4 + K5_22
@@ -348,28 +327,27 @@ def program(_f, q, qd, tau, c):
     K4_46b = Js4_56*rho4
     K4_66 = Js4_66*rho4
     K4_14a = K5_14 - Js4_16*UH4_4
-    K4_11a = Js4_11 - Js4_16*UH4_1
+    K4_11b = Js4_11 - Js4_16*UH4_1
     K4_44a = Js4_44 - Js4_46*UH4_4
     K4_14b = Js4_15 - Js4_16*UH4_5
-    K4_11b = K5_13 + Js4_16*UH4_2
+    K4_11c = -(K5_13 + Js4_16*UH4_2)
     K4_44b = Js4_45 - Js4_46*UH4_5
     K4_13a = Js4_16*UH4_3 - K5_12
     K4_14c = Js4_26*UH4_4 - Js4_24
     K4_14d = Js4_26*UH4_5 - K5_36
-    K4_11c = Js4_22 - Js4_26*UH4_2
+    K4_11d = Js4_22 - Js4_26*UH4_2
     K4_44c = Js4_55 - Js4_56*UH4_5
-    K4_13b = K5_23 + Js4_26*UH4_3
+    K4_13b = -(K5_23 + Js4_26*UH4_3)
     K4_34a = Js4_34 - K5_25*UH4_4
     K4_34b = K5_25*UH4_5 - Js4_35
     K4_33 = Js4_33 - K5_25*UH4_3
-    K4_11d = 2.0*cos_th4
-    K4_11e = sin_th4*(K4_11a - K4_11c) - K4_11b*K4_11d
+    K4_11e = sin_th4*(K4_11b - K4_11d) + K4_11a*K4_11c
     K4_11f = sin_th4*K4_11e
-    K4_11 = K4_11a - K4_11f
-    K4_12 = K4_11b + cos_th4*K4_11e
-    K4_22 = K4_11c + K4_11f
-    K4_13 = sin_th4*K4_13b - cos_th4*K4_13a
-    K4_23 = -(sin_th4*K4_13a + cos_th4*K4_13b)
+    K4_11 = K4_11b - K4_11f
+    K4_12 = cos_th4*K4_11e - K4_11c
+    K4_22 = K4_11d + K4_11f
+    K4_13 = -(cos_th4*K4_13a + sin_th4*K4_13b)
+    K4_23 = cos_th4*K4_13b - sin_th4*K4_13a
     K4_14e = sin_th4*(K4_14a + K4_14d) + cos_th4*(K4_14b - K4_14c)
     K4_14f = sin_th4*K4_14e
     K4_14 = K4_14a - K4_14f
@@ -381,7 +359,7 @@ def program(_f, q, qd, tau, c):
     K4_26 = cos_th4*K4_16b - sin_th4*K4_16a
     K4_34 = cos_th4*K4_34a + sin_th4*K4_34b
     K4_35 = sin_th4*K4_34a - cos_th4*K4_34b
-    K4_44d = sin_th4*(K4_44a - K4_44c) + K4_44b*K4_11d
+    K4_44d = sin_th4*(K4_44a - K4_44c) + K4_11a*K4_44b
     K4_44e = sin_th4*K4_44d
     K4_44 = K4_44a - K4_44e
     K4_45 = cos_th4*K4_44d - K4_44b
@@ -402,18 +380,19 @@ def program(_f, q, qd, tau, c):
     al4_6 = g4_1*K4_16 + g4_2*K4_26 + g4_3*K4_36 + g4_4*K4_46 + g4_5*K4_56 + tau4*UH4_6 - bs4_6*rho4
 
     # Backward recursion: articulated inertias and wrenches, joint 3 (j3) [28]-[32].
-    Js3_14a = RL4*K4_12
-    Js3_14 = K4_14 - Js3_14a
+    K3_11a = 2.0*cos_th3
+    Js3_14a = -RL4*K4_12
+    Js3_14 = K4_14 + Js3_14a
     Js3_16a = K4_15 + RL4*K4_11
     Js3_34a = RL4*K4_22 - K4_24
-    Js3_36a = -(K4_25 + Js3_14a)
+    Js3_36a = Js3_14a - K4_25
     Js3_24a = K4_34 - RL4*K4_23
     Js3_26a = K4_35 + RL4*K4_13
-    Js3_36b = -D4*K4_23
-    Js3_36 = Js3_36b - Js3_36a
-    Js3_35a = -(K4_26 + D4*K4_22)
+    Js3_25a = -D4*K4_23
+    Js3_25 = K4_36 - Js3_25a
     Js3_26b = Js3_26a - D4*K4_33
-    Js3_25 = K4_36 - Js3_36b
+    Js3_35a = -(K4_26 + D4*K4_22)
+    Js3_36 = Js3_25a - Js3_36a
     Js3_11 = M3 + K4_11
     Js3_22 = M3 + K4_33
     Js3_33 = M3 + K4_22
@@ -427,7 +406,7 @@ def program(_f, q, qd, tau, c):
     Js3_45 = XY3 + K4_46 - RL4*K4_26 - D4*Js3_34a
     Js3_46 = XZ3 + D4*Js3_24a - (K4_45 + RL4*(K4_14 + Js3_36a))
     Js3_55 = YY3 + K4_66 - D4*(Js3_35a - K4_26)
-    Js3_56 = YZ3 - (K4_56 + RL4*K4_16 - D4*(Js3_36a + Js3_25))
+    Js3_56 = YZ3 - (K4_56 + RL4*K4_16 + D4*(Js3_36 - K4_36))
     Js3_66 = ZZ3 + K4_55 + RL4*(K4_15 + Js3_16a) - D4*(Js3_26a + Js3_26b)
     bs3_1 = b3_1 - al4_1
     bs3_2 = b3_2 - al4_3
@@ -451,28 +430,27 @@ def program(_f, q, qd, tau, c):
     K3_46b = Js3_56*rho3
     K3_66 = Js3_66*rho3
     K3_14a = Js3_14 - Js3_16*UH3_4
-    K3_11a = Js3_11 - Js3_16*UH3_1
+    K3_11b = Js3_11 - Js3_16*UH3_1
     K3_44a = Js3_44 - Js3_46*UH3_4
     K3_14b = Js3_15 - Js3_16*UH3_5
-    K3_11b = Js3_16*UH3_2 - K4_13
+    K3_11c = Js3_16*UH3_2 - K4_13
     K3_44b = Js3_45 - Js3_46*UH3_5
-    K3_13a = K4_12 + Js3_16*UH3_3
+    K3_13a = -(K4_12 + Js3_16*UH3_3)
     K3_14c = Js3_26*UH3_4 - Js3_24
     K3_14d = Js3_26*UH3_5 - Js3_25
-    K3_11c = Js3_22 - Js3_26*UH3_2
+    K3_11d = Js3_22 - Js3_26*UH3_2
     K3_44c = Js3_55 - Js3_56*UH3_5
     K3_13b = -(K4_23 + Js3_26*UH3_3)
     K3_34a = Js3_34 - Js3_36*UH3_4
     K3_34b = Js3_36*UH3_5 - Js3_35
     K3_33 = Js3_33 - Js3_36*UH3_3
-    K3_11d = 2.0*cos_th3
-    K3_11e = sin_th3*(K3_11a - K3_11c) - K3_11b*K3_11d
+    K3_11e = sin_th3*(K3_11b - K3_11d) - K3_11a*K3_11c
     K3_11f = sin_th3*K3_11e
-    K3_11 = K3_11a - K3_11f
-    K3_12 = K3_11b + cos_th3*K3_11e
-    K3_22 = K3_11c + K3_11f
-    K3_13 = -(cos_th3*K3_13a + sin_th3*K3_13b)
-    K3_23 = cos_th3*K3_13b - sin_th3*K3_13a
+    K3_11 = K3_11b - K3_11f
+    K3_12 = K3_11c + cos_th3*K3_11e
+    K3_22 = K3_11d + K3_11f
+    K3_13 = cos_th3*K3_13a - sin_th3*K3_13b
+    K3_23 = sin_th3*K3_13a + cos_th3*K3_13b
     K3_14e = sin_th3*(K3_14a + K3_14d) + cos_th3*(K3_14b - K3_14c)
     K3_14f = sin_th3*K3_14e
     K3_14 = K3_14a - K3_14f
@@ -484,7 +462,7 @@ def program(_f, q, qd, tau, c):
     K3_26 = cos_th3*K3_16b - sin_th3*K3_16a
     K3_34 = cos_th3*K3_34a + sin_th3*K3_34b
     K3_35 = sin_th3*K3_34a - cos_th3*K3_34b
-    K3_44d = sin_th3*(K3_44a - K3_44c) + K3_44b*K3_11d
+    K3_44d = sin_th3*(K3_44a - K3_44c) + K3_11a*K3_44b
     K3_44e = sin_th3*K3_44d
     K3_44 = K3_44a - K3_44e
     K3_45 = cos_th3*K3_44d - K3_44b
@@ -497,116 +475,97 @@ def program(_f, q, qd, tau, c):
     al3_1b = Js3_26*qdf3 - bs3_2
     al3_4a = bs3_4 - Js3_46*qdf3
     al3_4b = bs3_5 - Js3_56*qdf3
-    al3_1 = g3_1*K3_11 + g3_2*K3_12 + g3_3*K3_13 + g3_4*K3_14 + g3_5*K3_15 - (cos_th3*al3_1a + sin_th3*al3_1b)
-    al3_2 = g3_1*K3_12 + g3_2*K3_22 + g3_3*K3_23 + g3_4*K3_24 + g3_5*K3_25 - (sin_th3*al3_1a - cos_th3*al3_1b)
-    al3_3 = g3_1*K3_13 + g3_2*K3_23 + g3_3*K3_33 + g3_4*K3_34 + g3_5*K3_35 - (bs3_3 - Js3_36*qdf3)
-    al3_4 = g3_1*K3_14 + g3_2*K3_24 + g3_3*K3_34 + g3_4*K3_44 + g3_5*K3_45 - (cos_th3*al3_4a - sin_th3*al3_4b)
-    al3_5 = g3_1*K3_15 + g3_2*K3_25 + g3_3*K3_35 + g3_4*K3_45 + g3_5*K3_55 - (sin_th3*al3_4a + cos_th3*al3_4b)
-    al3_6 = g3_1*K3_16 + g3_2*K3_26 + g3_3*K3_36 + g3_4*K3_46 + g3_5*K3_56 + tau3*UH3_6 - bs3_6*rho3
+    al3_1 = g3_4*K3_14 + g3_5*K3_15 - (cos_th3*al3_1a + sin_th3*al3_1b)
+    al3_2 = g3_4*K3_24 + g3_5*K3_25 - (sin_th3*al3_1a - cos_th3*al3_1b)
+    al3_3 = g3_4*K3_34 + g3_5*K3_35 - (bs3_3 - Js3_36*qdf3)
+    al3_4 = g3_4*K3_44 + g3_5*K3_45 - (cos_th3*al3_4a - sin_th3*al3_4b)
+    al3_5 = g3_4*K3_45 + g3_5*K3_55 - (sin_th3*al3_4a + cos_th3*al3_4b)
+    al3_6 = g3_4*K3_46 + g3_5*K3_56 + tau3*UH3_6 - bs3_6*rho3
 
     # Backward recursion: articulated inertias and wrenches, joint 2 (j2) [28]-[32].
+    K2_11a = 2.0*cos_th2
     Js2_14a = R3*K3_12
     Js2_14 = K3_14 - Js2_14a
     Js2_15a = K3_15 + R3*K3_11
     Js2_24a = R3*K3_22 - K3_24
     Js2_25a = -(K3_25 + Js2_14a)
-    Js2_34a = K3_34 - R3*K3_23
-    Js2_35a = K3_35 + R3*K3_13
-    Js2_25b = -D3*K3_23
-    Js2_25 = Js2_25b - Js2_25a
+    Js2_55a = K3_35 + R3*K3_13
+    Js2_25b = D3*K3_23
+    Js2_25 = -(Js2_25a + Js2_25b)
     Js2_26a = -(K3_26 + D3*K3_22)
-    Js2_35b = Js2_35a - D3*K3_33
-    Js2_36 = K3_36 - Js2_25b
+    Js2_36 = K3_36 + Js2_25b
     Js2_11 = M2 + K3_11
     Js2_22 = M2 + K3_22
     Js2_15 = MZ2 + Js2_15a - D3*K3_13
     Js2_16 = K3_16 + D3*K3_12 - MY2
     Js2_24 = -(MZ2 + Js2_24a)
     Js2_26 = MX2 - Js2_26a
-    Js2_34 = MY2 + Js2_34a
-    Js2_35 = Js2_35b - MX2
     Js2_44 = XX2 + K3_44 + R3*(Js2_24a - K3_24)
-    Js2_45 = XY2 - (D3*Js2_34a - (K3_45 + R3*(K3_14 + Js2_25a)))
+    Js2_45 = XY2 - (D3*(K3_34 - R3*K3_23) - (K3_45 + R3*(K3_14 + Js2_25a)))
     Js2_46 = XZ2 + K3_46 - R3*K3_26 - D3*Js2_24a
-    Js2_55 = YY2 + K3_55 + R3*(K3_15 + Js2_15a) - D3*(Js2_35a + Js2_35b)
+    Js2_55 = YY2 + K3_55 + R3*(K3_15 + Js2_15a) - D3*(Js2_55a + Js2_55a - D3*K3_33)
     Js2_56 = YZ2 + K3_56 + R3*K3_16 - D3*(Js2_25a + Js2_36)
     Js2_66 = ZZ2 + K3_66 - D3*(Js2_26a - K3_26)
     bs2_1 = b2_1 - al3_1
     bs2_2 = b2_2 - al3_2
     bs2_4 = b2_4 + R3*al3_2 - al3_4
-    bs2_5 = b2_5 + D3*al3_3 - (al3_5 + R3*al3_1)
+    bs2_5 = b2_5 - (al3_5 + R3*al3_1 - D3*al3_3)
     bs2_6 = b2_6 - (al3_6 + D3*al3_2)
     H2 = IA2 + Js2_66
     Hinv2 = 1.0/H2
     UH2_1 = Js2_16*Hinv2
     UH2_2 = Js2_26*Hinv2
-    UH2_3 = Js2_36*Hinv2
     UH2_4 = Js2_46*Hinv2
     UH2_5 = Js2_56*Hinv2
     K2_14a = Js2_14 - Js2_16*UH2_4
-    K2_11a = Js2_11 - Js2_16*UH2_1
-    K2_11b = K3_12 - Js2_16*UH2_2
+    K2_11b = Js2_11 - Js2_16*UH2_1
     K2_45a = Js2_45 - Js2_46*UH2_5
     K2_14b = Js2_26*UH2_4 - Js2_24
-    K2_14c = Js2_26*UH2_5 - Js2_25
     K2_45b = Js2_55 - Js2_56*UH2_5
-    K2_11c = 2.0*cos_th2
-    K2_11d = sin_th2*(K2_11a - (Js2_22 - Js2_26*UH2_2)) + K2_11b*K2_11c
-    K2_11 = K2_11a - sin_th2*K2_11d
-    K2_12 = cos_th2*K2_11d - K2_11b
-    K2_13 = sin_th2*(Js2_26*UH2_3 - K3_23) - cos_th2*(Js2_16*UH2_3 - K3_13)
-    K2_14d = sin_th2*(K2_14a + K2_14c) + cos_th2*(Js2_15 - Js2_16*UH2_5 - K2_14b)
-    K2_14e = sin_th2*K2_14d
-    K2_14 = K2_14a - K2_14e
-    K2_15 = K2_14b + cos_th2*K2_14d
-    K2_25 = K2_14e - K2_14c
-    K2_35 = sin_th2*(Js2_34 - Js2_36*UH2_4) - cos_th2*(Js2_36*UH2_5 - Js2_35)
-    K2_45c = sin_th2*(Js2_44 - Js2_46*UH2_4 - K2_45b) + K2_45a*K2_11c
+    K2_11 = K2_11b - sin_th2*(sin_th2*(K2_11b - (Js2_22 - Js2_26*UH2_2)) + K2_11a*(K3_12 - Js2_16*UH2_2))
+    K2_14c = sin_th2*(K2_14a + Js2_26*UH2_5 - Js2_25) + cos_th2*(Js2_15 - Js2_16*UH2_5 - K2_14b)
+    K2_14 = K2_14a - sin_th2*K2_14c
+    K2_15 = K2_14b + cos_th2*K2_14c
+    K2_45c = sin_th2*(Js2_44 - Js2_46*UH2_4 - K2_45b) + K2_11a*K2_45a
     K2_45 = cos_th2*K2_45c - K2_45a
     K2_55 = K2_45b + sin_th2*K2_45c
     Gb2 = tau2 + bs2_6
     qdf2 = Hinv2*Gb2
-    al2_1 = g2_3*K2_13 + g2_4*K2_14 + cos_th2*(Js2_16*qdf2 - bs2_1) + sin_th2*(bs2_2 - Js2_26*qdf2)
-    al2_5 = g2_3*K2_35 + g2_4*K2_45 + sin_th2*(Js2_46*qdf2 - bs2_4) - cos_th2*(bs2_5 - Js2_56*qdf2)
+    al2_1 = g2_4*K2_14 + cos_th2*(Js2_16*qdf2 - bs2_1) + sin_th2*(bs2_2 - Js2_26*qdf2)
+    al2_5 = g2_4*K2_45 + sin_th2*(Js2_46*qdf2 - bs2_4) - cos_th2*(bs2_5 - Js2_56*qdf2)
 
     # Backward recursion: articulated inertias and wrenches, joint 1 (j1) [28]-[32].
-    Js1_36 = K2_25 + R2*K2_12
     Js1_66 = ZZ1 + K2_55 + R2*(K2_15 + K2_15 + R2*K2_11)
     bs1_6 = al2_5 + R2*al2_1
     H1 = IA1 + Js1_66
-    Hinv1 = 1.0/H1
-    UH1_3 = Js1_36*Hinv1
     Gb1 = tau1 + bs1_6
-    qdf1 = Hinv1*Gb1
-
-    # Forward recursion: accelerations and torques, joint 1 (j1) [33]-[36].
-    qdd1 = qdf1 + G3*UH1_3
+    qdf1 = Gb1/H1
 
     # Forward recursion: accelerations and torques, joint 2 (j2) [33]-[36].
-    vd2_xa = R2*qdd1
-    vd2_x = G3*sin_th2 - cos_th2*vd2_xa
-    vd2_y = sin_th2*vd2_xa + G3*cos_th2
-    wd2_x = cos_th2*g2_4 - sin_th2*qdd1
-    wd2_y = -(sin_th2*g2_4 + cos_th2*qdd1)
-    qdd2 = qdf2 - (UH2_1*vd2_x + UH2_2*vd2_y + g2_3*UH2_3) - (UH2_4*wd2_x + UH2_5*wd2_y)
+    Vr2_1a = R2*qdf1
+    Vr2_1 = -cos_th2*Vr2_1a
+    Vr2_2 = sin_th2*Vr2_1a
+    wd2_x = cos_th2*g2_4 - sin_th2*qdf1
+    wd2_y = -(sin_th2*g2_4 + cos_th2*qdf1)
+    qdd2 = qdf2 - (UH2_1*Vr2_1 + UH2_2*Vr2_2) - (UH2_4*wd2_x + UH2_5*wd2_y)
 
     # Forward recursion: accelerations and torques, joint 3 (j3) [33]-[36].
-    vd3_xa = -(g3_1 + vd2_x + R3*wd2_y)
-    vd3_xb = -(g3_2 + vd2_y + D3*qdd2 - R3*wd2_x)
-    vd3_z = g3_3 - (D3*wd2_y - g2_3)
+    Vr3_3 = -D3*wd2_y
+    Vr3_1a = -(Vr2_1 + R3*wd2_y)
+    Vr3_1b = Vr2_2 + D3*qdd2 - R3*wd2_x
     wd3_xa = -(g3_4 + wd2_x)
     wd3_xb = g3_5 + wd2_y
-    vd3_x = -(cos_th3*vd3_xa + sin_th3*vd3_xb)
-    vd3_y = sin_th3*vd3_xa - cos_th3*vd3_xb
+    Vr3_1 = sin_th3*Vr3_1b - cos_th3*Vr3_1a
+    Vr3_2 = sin_th3*Vr3_1a + cos_th3*Vr3_1b
     wd3_x = sin_th3*wd3_xb - cos_th3*wd3_xa
     wd3_y = sin_th3*wd3_xa + cos_th3*wd3_xb
-    qdd3 = qdf3 - (UH3_1*vd3_x + UH3_2*vd3_y + UH3_3*vd3_z) - (UH3_4*wd3_x + UH3_5*wd3_y) - UH3_6*qdd2
+    qdd3 = qdf3 - (UH3_1*Vr3_1 + UH3_2*Vr3_2 + UH3_3*Vr3_3) - (UH3_4*wd3_x + UH3_5*wd3_y) - UH3_6*qdd2
     wd3_z = qdd2 + qdd3
 
     # Forward recursion: accelerations and torques, joint 4 (j4) [33]-[36].
-    vd4_xa = RL4*wd3_z - vd3_x - g4_1
-    vd4_xb = -(g4_2 + D4*wd3_y - vd3_z - RL4*wd3_x)
-    vd4_z = g4_3 + vd3_y + D4*wd3_z
+    vd4_xa = RL4*wd3_z - Vr3_1 - g4_1
+    vd4_xb = -(g4_2 + D4*wd3_y - Vr3_3 - RL4*wd3_x)
+    vd4_z = g4_3 + Vr3_2 + D4*wd3_z
     wd4_xa = -(g4_4 + wd3_x)
     wd4_xb = g4_5 - wd3_z
     vd4_x = -(cos_th4*vd4_xa + sin_th4*vd4_xb)
@@ -627,17 +586,11 @@ def program(_f, q, qd, tau, c):
     wd5_z = qdd5 - wd4_y
 
     # Forward recursion: accelerations and torques, joint 6 (j6) [33]-[36].
-    wd6_xa = -(g6_4 + wd5_x)
-    wd6_xb = g6_5 - wd5_z
-    vd6_x = cos_th6*vd5_x + sin_th6*vd4_y
-    vd6_y = cos_th6*vd4_y - sin_th6*vd5_x
-    wd6_x = sin_th6*wd6_xb - cos_th6*wd6_xa
-    wd6_y = sin_th6*wd6_xa + cos_th6*wd6_xb
-    qdd6 = qdf6 - (UH6_1*vd6_x + UH6_2*vd6_y) - (UH6_4*wd6_x + UH6_5*wd6_y) - UH6_6*wd5_y
+    qdd6 = qdf6 - (UH6_1*vd5_x + UH6_2*vd4_y) - (UH6_4*wd5_x - UH6_5*wd5_z) - UH6_6*wd5_y
 
     # Results.
     return (
-        (qdd1, qdd2, qdd3, qdd4, qdd5, qdd6),
+        (qdf1, qdd2, qdd3, qdd4, qdd5, qdd6),
     )
 
 

@@ -106,7 +106,7 @@ enum {
 extern const double puma560_defaults[PUMA560_PARAMETERS];
 
 /* Direct dynamic model [12]-[36].
- * 711x 628+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
+ * 680x 596+, 10 sin/cos a call; 5x 4+, 0 sin/cos once for each parameter set.
  *   q (6): joint variables, rad or m
  *   qd (6): joint velocities, rad/s or m/s
  *   tau (6): motor torques or forces, N m or N
@@ -117,7 +117,7 @@ void puma560_direct_dynamics(const double *q, const double *qd, const double *ta
 void puma560_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 /* The same in two steps: work that depends on p only, once for each parameter set, then the rest. */
-#define PUMA560_DIRECT_DYNAMICS_CONSTANTS 27
+#define PUMA560_DIRECT_DYNAMICS_CONSTANTS 7
 void puma560_direct_dynamics_prepare(const double *p, double *c);
 void puma560_direct_dynamics_prepared(const double *q, const double *qd, const double *tau, const double *p, const double *c, double *qdd);
 

@@ -61,7 +61,7 @@ def parameters(**values):
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
-    624x 538+, 10 sin/cos a call; 22x 14+, 0 sin/cos once for each parameter set.
+    586x 496+, 10 sin/cos a call; 5x 4+, 0 sin/cos once for each parameter set.
     q (6): joint variables, rad or m
     qd (6): joint velocities, rad/s or m/s
     tau (6): motor torques or forces, N m or N

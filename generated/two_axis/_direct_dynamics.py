@@ -21,12 +21,14 @@ def program(_f, q, qd, tau, c):
     # Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14].
     sin_q1 = _f.sin(q1)
     cos_q1 = _f.cos(q1)
+    Vk1_1 = 9.81*sin_q1
+    Vk1_2 = 9.81*cos_q1
     ww1_zz = qd1*qd1
 
     # Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14].
-    g2_3 = -q2*ww1_zz
     g2_1a = 2.0*qd1
-    g2_1 = -qd2*g2_1a
+    g2_1 = Vk1_1 - qd2*g2_1a
+    g2_3 = Vk1_2 - q2*ww1_zz
 
     # Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14].
     g3_3 = -q3*ww1_zz
@@ -72,13 +74,14 @@ def program(_f, q, qd, tau, c):
     b11_3 = -14.25*ww6_zz
 
     # Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14].
-    g13_3 = -q13*ww1_zz
-    g13_1 = qd13*g2_1a - D13*ww1_zz
+    Js5_15 = 0.6*q13
+    b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6
+    b13_3 = Js5_15*ww1_zz
 
     # Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [28]-[32].
     Gamma13 = -25000000.0*q13
-    qdf13 = -41666666.666666664*q13
-    al13_1 = 0.6*g13_1
+    Gb13 = Gamma13 + b13_3
+    qdf13 = 1.6666666666666667*Gb13
 
     # Backward recursion: articulated inertias and wrenches, joint 11 (ram) [28]-[32].
     Gamma11 = -250000000.0*q11
@@ -140,13 +143,12 @@ def program(_f, q, qd, tau, c):
     qdf6 = Gb6/K7_55
 
     # Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [28]-[32].
-    Js5_15 = 0.6*q13
     Js5_55 = q13*Js5_15 + 3.001
     bs5_3 = al6_2 - Gamma13
     Gb5 = tau5 + bs5_3
     qdf5 = 0.022222222222222223*Gb5
-    bs5_1 = -(al6_1 + al13_1)
-    bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13)
+    bs5_1 = b13_1 - al6_1
+    bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6
     al5_1 = 45.6*g5_1 - bs5_1
     al5_5 = Js5_15*g5_1 - bs5_5
 
@@ -188,14 +190,10 @@ def program(_f, q, qd, tau, c):
     Gb1 = Gamma1 + bs1_6
     qdf1 = Gb1/K2_55
 
-    # Forward recursion: accelerations and torques, joint 1 (bed_yaw) [33]-[36].
-    vd1_x = 9.81*sin_q1
-    vd1_y = 9.81*cos_q1
-
     # Forward recursion: accelerations and torques, joint 2 (bed_y) [33]-[36].
-    vd2_y = g2_1 + vd1_x - q2*qdf1
+    vd2_y = g2_1 - q2*qdf1
     vd2_z = qdf2 - UH2_4*qdf1
-    qdd2 = vd2_z - (vd1_y + g2_3)
+    qdd2 = vd2_z - g2_3
 
     # Forward recursion: accelerations and torques, joint 3 (bed_x) [33]-[36].
     vd3_x = vd2_z + q3*qdf1 - g3_2
@@ -234,7 +232,7 @@ def program(_f, q, qd, tau, c):
     qdd11 = qdf11 - (qdf10 + g11_3)
 
     # Forward recursion: accelerations and torques, joint 13 (sensor_head) [33]-[36].
-    qdd13 = qdf13 - (g13_3 + qdf5 - D13*qdf1)
+    qdd13 = qdf13 - (qdf5 - D13*qdf1)
 
     # Results.
     return (

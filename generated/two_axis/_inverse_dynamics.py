@@ -21,12 +21,14 @@ def program(_f, q, qd, qdd_motor, c):
     # Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14].
     sin_q1 = _f.sin(q1)
     cos_q1 = _f.cos(q1)
+    Vk1_1 = 9.81*sin_q1
+    Vk1_2 = 9.81*cos_q1
     ww1_zz = qd1*qd1
 
     # Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14].
-    g2_3 = -q2*ww1_zz
     g2_1a = 2.0*qd1
-    g2_1 = -qd2*g2_1a
+    g2_1 = Vk1_1 - qd2*g2_1a
+    g2_3 = Vk1_2 - q2*ww1_zz
 
     # Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14].
     g3_3 = -q3*ww1_zz
@@ -72,13 +74,14 @@ def program(_f, q, qd, qdd_motor, c):
     b11_3 = -14.25*ww6_zz
 
     # Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14].
-    g13_3 = -q13*ww1_zz
-    g13_1 = qd13*g2_1a - D13*ww1_zz
+    Js5_15 = 0.6*q13
+    b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6
+    b13_3 = Js5_15*ww1_zz
 
     # Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [50]-[56].
     Gamma13 = -25000000.0*q13
-    qdf13 = -41666666.666666664*q13
-    al13_1 = 0.6*g13_1
+    Gb13 = Gamma13 + b13_3
+    qdf13 = 1.6666666666666667*Gb13
 
     # Backward recursion: articulated inertias and wrenches, joint 11 (ram) [50]-[56].
     Gamma11 = -250000000.0*q11
@@ -138,11 +141,10 @@ def program(_f, q, qd, qdd_motor, c):
     qdf6 = Gb6/K7_55
 
     # Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [50]-[56].
-    Js5_15 = 0.6*q13
     Js5_55 = q13*Js5_15 + 3.001
     bs5_3 = al6_2 - Gamma13
-    bs5_1 = -(al6_1 + al13_1)
-    bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13)
+    bs5_1 = b13_1 - al6_1
+    bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6
     al5_1 = 45.6*g5_1 - bs5_1
     al5_5 = Js5_15*g5_1 - bs5_5
     al5_3 = (qdd5 + g5_3)*45.0 - bs5_3
@@ -185,14 +187,10 @@ def program(_f, q, qd, qdd_motor, c):
     Gb1 = Gamma1 + bs1_6
     qdf1 = Gb1/K2_55
 
-    # Forward recursion: accelerations and torques, joint 1 (bed_yaw) [57]-[61].
-    vd1_x = 9.81*sin_q1
-    vd1_y = 9.81*cos_q1
-
     # Forward recursion: accelerations and torques, joint 2 (bed_y) [57]-[61].
-    vd2_y = g2_1 + vd1_x - q2*qdf1
+    vd2_y = g2_1 - q2*qdf1
     vd2_z = qdf2 - UH2_4*qdf1
-    qdd2 = vd2_z - (vd1_y + g2_3)
+    qdd2 = vd2_z - g2_3
 
     # Forward recursion: accelerations and torques, joint 3 (bed_x) [57]-[61].
     vd3_x = vd2_z + q3*qdf1 - g3_2
@@ -233,7 +231,7 @@ def program(_f, q, qd, qdd_motor, c):
     qdd11 = qdf11 - (qdf10 + g11_3)
 
     # Forward recursion: accelerations and torques, joint 13 (sensor_head) [57]-[61].
-    qdd13 = qdf13 - (g13_3 + vd5_z - D13*qdf1)
+    qdd13 = qdf13 - (vd5_z - D13*qdf1)
 
     # Results.
     return (

@@ -251,12 +251,14 @@ INLINE void OF(two_axis_direct_dynamics_state)(size_t stride, const double *rest
     /* Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14]. */
     const NUMBER sin_q1 = sine[0];
     const NUMBER cos_q1 = cosine[0];
+    const NUMBER Vk1_1 = 9.81*sin_q1;
+    const NUMBER Vk1_2 = 9.81*cos_q1;
     const NUMBER ww1_zz = qd1*qd1;
 
     /* Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14]. */
-    const NUMBER g2_3 = -q2*ww1_zz;
     const NUMBER g2_1a = 2.0*qd1;
-    const NUMBER g2_1 = -qd2*g2_1a;
+    const NUMBER g2_1 = Vk1_1 - qd2*g2_1a;
+    const NUMBER g2_3 = Vk1_2 - q2*ww1_zz;
 
     /* Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14]. */
     const NUMBER g3_3 = -q3*ww1_zz;
@@ -302,13 +304,14 @@ INLINE void OF(two_axis_direct_dynamics_state)(size_t stride, const double *rest
     const NUMBER b11_3 = -14.25*ww6_zz;
 
     /* Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14]. */
-    const NUMBER g13_3 = -q13*ww1_zz;
-    const NUMBER g13_1 = qd13*g2_1a - D13*ww1_zz;
+    const NUMBER Js5_15 = 0.6*q13;
+    const NUMBER b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6;
+    const NUMBER b13_3 = Js5_15*ww1_zz;
 
     /* Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [28]-[32]. */
     const NUMBER Gamma13 = -25000000.0*q13;
-    const NUMBER qdf13 = -41666666.666666664*q13;
-    const NUMBER al13_1 = 0.6*g13_1;
+    const NUMBER Gb13 = Gamma13 + b13_3;
+    const NUMBER qdf13 = 1.6666666666666667*Gb13;
 
     /* Backward recursion: articulated inertias and wrenches, joint 11 (ram) [28]-[32]. */
     const NUMBER Gamma11 = -250000000.0*q11;
@@ -370,13 +373,12 @@ INLINE void OF(two_axis_direct_dynamics_state)(size_t stride, const double *rest
     const NUMBER qdf6 = Gb6/K7_55;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [28]-[32]. */
-    const NUMBER Js5_15 = 0.6*q13;
     const NUMBER Js5_55 = q13*Js5_15 + 3.001;
     const NUMBER bs5_3 = al6_2 - Gamma13;
     const NUMBER Gb5 = tau5 + bs5_3;
     const NUMBER qdf5 = 0.022222222222222223*Gb5;
-    const NUMBER bs5_1 = -(al6_1 + al13_1);
-    const NUMBER bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13);
+    const NUMBER bs5_1 = b13_1 - al6_1;
+    const NUMBER bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6;
     const NUMBER al5_1 = 45.6*g5_1 - bs5_1;
     const NUMBER al5_5 = Js5_15*g5_1 - bs5_5;
 
@@ -418,14 +420,10 @@ INLINE void OF(two_axis_direct_dynamics_state)(size_t stride, const double *rest
     const NUMBER Gb1 = Gamma1 + bs1_6;
     const NUMBER qdf1 = Gb1/K2_55;
 
-    /* Forward recursion: accelerations and torques, joint 1 (bed_yaw) [33]-[36]. */
-    const NUMBER vd1_x = 9.81*sin_q1;
-    const NUMBER vd1_y = 9.81*cos_q1;
-
     /* Forward recursion: accelerations and torques, joint 2 (bed_y) [33]-[36]. */
-    const NUMBER vd2_y = g2_1 + vd1_x - q2*qdf1;
+    const NUMBER vd2_y = g2_1 - q2*qdf1;
     const NUMBER vd2_z = qdf2 - UH2_4*qdf1;
-    const NUMBER qdd2 = vd2_z - (vd1_y + g2_3);
+    const NUMBER qdd2 = vd2_z - g2_3;
 
     /* Forward recursion: accelerations and torques, joint 3 (bed_x) [33]-[36]. */
     const NUMBER vd3_x = vd2_z + q3*qdf1 - g3_2;
@@ -464,7 +462,7 @@ INLINE void OF(two_axis_direct_dynamics_state)(size_t stride, const double *rest
     const NUMBER qdd11 = qdf11 - (qdf10 + g11_3);
 
     /* Forward recursion: accelerations and torques, joint 13 (sensor_head) [33]-[36]. */
-    const NUMBER qdd13 = qdf13 - (g13_3 + qdf5 - D13*qdf1);
+    const NUMBER qdd13 = qdf13 - (qdf5 - D13*qdf1);
 
     /* Results. */
     STORE(qdd + 0*stride, qdf1);
@@ -535,12 +533,14 @@ INLINE void OF(two_axis_inverse_dynamics_state)(size_t stride, const double *res
     /* Forward recursion: velocities, joint 1 (bed_yaw) [1], [3], [7], [14]. */
     const NUMBER sin_q1 = sine[0];
     const NUMBER cos_q1 = cosine[0];
+    const NUMBER Vk1_1 = 9.81*sin_q1;
+    const NUMBER Vk1_2 = 9.81*cos_q1;
     const NUMBER ww1_zz = qd1*qd1;
 
     /* Forward recursion: velocities, joint 2 (bed_y) [1], [3], [7], [14]. */
-    const NUMBER g2_3 = -q2*ww1_zz;
     const NUMBER g2_1a = 2.0*qd1;
-    const NUMBER g2_1 = -qd2*g2_1a;
+    const NUMBER g2_1 = Vk1_1 - qd2*g2_1a;
+    const NUMBER g2_3 = Vk1_2 - q2*ww1_zz;
 
     /* Forward recursion: velocities, joint 3 (bed_x) [1], [3], [7], [14]. */
     const NUMBER g3_3 = -q3*ww1_zz;
@@ -586,13 +586,14 @@ INLINE void OF(two_axis_inverse_dynamics_state)(size_t stride, const double *res
     const NUMBER b11_3 = -14.25*ww6_zz;
 
     /* Forward recursion: velocities, joint 13 (sensor_head) [1], [3], [7], [14]. */
-    const NUMBER g13_3 = -q13*ww1_zz;
-    const NUMBER g13_1 = qd13*g2_1a - D13*ww1_zz;
+    const NUMBER Js5_15 = 0.6*q13;
+    const NUMBER b13_1 = (D13*ww1_zz - qd13*g2_1a)*0.6;
+    const NUMBER b13_3 = Js5_15*ww1_zz;
 
     /* Backward recursion: articulated inertias and wrenches, joint 13 (sensor_head) [50]-[56]. */
     const NUMBER Gamma13 = -25000000.0*q13;
-    const NUMBER qdf13 = -41666666.666666664*q13;
-    const NUMBER al13_1 = 0.6*g13_1;
+    const NUMBER Gb13 = Gamma13 + b13_3;
+    const NUMBER qdf13 = 1.6666666666666667*Gb13;
 
     /* Backward recursion: articulated inertias and wrenches, joint 11 (ram) [50]-[56]. */
     const NUMBER Gamma11 = -250000000.0*q11;
@@ -652,11 +653,10 @@ INLINE void OF(two_axis_inverse_dynamics_state)(size_t stride, const double *res
     const NUMBER qdf6 = Gb6/K7_55;
 
     /* Backward recursion: articulated inertias and wrenches, joint 5 (motor_x) [50]-[56]. */
-    const NUMBER Js5_15 = 0.6*q13;
     const NUMBER Js5_55 = q13*Js5_15 + 3.001;
     const NUMBER bs5_3 = al6_2 - Gamma13;
-    const NUMBER bs5_1 = -(al6_1 + al13_1);
-    const NUMBER bs5_5 = -(Gamma6 + q13*al13_1 - D13*Gamma13);
+    const NUMBER bs5_1 = b13_1 - al6_1;
+    const NUMBER bs5_5 = D13*Gamma13 + q13*b13_1 - Gamma6;
     const NUMBER al5_1 = 45.6*g5_1 - bs5_1;
     const NUMBER al5_5 = Js5_15*g5_1 - bs5_5;
     const NUMBER al5_3 = (qdd5 + g5_3)*45.0 - bs5_3;
@@ -699,14 +699,10 @@ INLINE void OF(two_axis_inverse_dynamics_state)(size_t stride, const double *res
     const NUMBER Gb1 = Gamma1 + bs1_6;
     const NUMBER qdf1 = Gb1/K2_55;
 
-    /* Forward recursion: accelerations and torques, joint 1 (bed_yaw) [57]-[61]. */
-    const NUMBER vd1_x = 9.81*sin_q1;
-    const NUMBER vd1_y = 9.81*cos_q1;
-
     /* Forward recursion: accelerations and torques, joint 2 (bed_y) [57]-[61]. */
-    const NUMBER vd2_y = g2_1 + vd1_x - q2*qdf1;
+    const NUMBER vd2_y = g2_1 - q2*qdf1;
     const NUMBER vd2_z = qdf2 - UH2_4*qdf1;
-    const NUMBER qdd2 = vd2_z - (vd1_y + g2_3);
+    const NUMBER qdd2 = vd2_z - g2_3;
 
     /* Forward recursion: accelerations and torques, joint 3 (bed_x) [57]-[61]. */
     const NUMBER vd3_x = vd2_z + q3*qdf1 - g3_2;
@@ -747,7 +743,7 @@ INLINE void OF(two_axis_inverse_dynamics_state)(size_t stride, const double *res
     const NUMBER qdd11 = qdf11 - (qdf10 + g11_3);
 
     /* Forward recursion: accelerations and torques, joint 13 (sensor_head) [57]-[61]. */
-    const NUMBER qdd13 = qdf13 - (g13_3 + vd5_z - D13*qdf1);
+    const NUMBER qdd13 = qdf13 - (vd5_z - D13*qdf1);
 
     /* Results. */
     STORE(tau + 0*stride, f5_3);

@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from symoro_elastic.equations.derivatives import Entries
-from symoro_elastic.equations.dynamics import NOTHING, Dynamics, Elimination
+from symoro_elastic.equations.dynamics import Dynamics, Elimination
 from symoro_elastic.equations.floating_base import DEGREES, six_rows, solve_symmetric
 from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.lagrange import factorization, solution
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    NOTHING,
     Pair,
     Scalar,
     SpatialInertia,

@@ -5,6 +5,8 @@ always) or its acceleration known (a motor in the inverse model). A body reached
 through known accelerations only has its own acceleration known before the backward recursion,
 and needs no articulated inertia: there the recursion is Newton and Euler's. So it is with the base,
 unless it floats under a known wrench.
+
+Of the other bodies the recursion finds what `known_accelerations` leave of V'_j.
 """
 
 from __future__ import annotations
@@ -22,9 +24,11 @@ from symoro_elastic.equations.kinematics import (
     turning,
     velocity_terms,
 )
+from symoro_elastic.equations.known_accelerations import anticipate, with_unturned_tips
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
 from symoro_elastic.equations.spatial import (
     ENTRY,
+    NOTHING,
     ZERO,
     Matrix,
     Pair,
@@ -68,7 +72,6 @@ class AccelerationKnown:
 
 
 Rule: TypeAlias = TorqueKnown | AccelerationKnown
-NOTHING: Pair = (ZERO, ZERO)
 
 
 class SingularPivot(ZeroDivisionError):
@@ -102,10 +105,13 @@ class Elimination:
 class Dynamics:
     """All quantities of a dynamic model, by joint number; entry 0 is the base, where it is part of the machine.
 
-    `F` holds the wrenches that give bodies their own acceleration where it is known beforehand, `solved` the
-    accelerations of a base under a known wrench.
+    `mechanism` is the given one, but for released bodies at the tips: they are seen from frames that lack the last
+    turn. `known` and `rest` are the parts of V'_j, and g_j is what the rest has of it. `F` holds the wrenches that
+    give bodies their own acceleration where it is known beforehand, `solved` the accelerations of a base under a
+    known wrench.
     """
 
+    mechanism: Mechanism
     w: list[Vector]
     wd: dict[int, Vector]
     vd: dict[int, Vector]
@@ -119,6 +125,8 @@ class Dynamics:
     qdd: dict[int, Scalar]
     Gamma: dict[int, Scalar]
     F: dict[int, Pair] = field(default_factory=dict)
+    known: dict[int, Pair] = field(default_factory=dict)
+    rest: dict[int, Pair] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
 
 
@@ -131,16 +139,20 @@ def dynamics(
     The mechanism holds the acceleration of the base, unless `base` says that the wrench on it is known.
     Torques in N m or N, accelerations in rad/s2 or m/s2. Raises `SingularPivot`.
     """
+    released = _released(mechanism, rules, base)
+    mechanism = with_unturned_tips(mechanism, released)
     w = angular_velocities(mechanism, qd)
     g = velocity_terms(mechanism, qd, w)
-    state = Dynamics(w, {}, {}, {}, g, {}, {}, {}, {}, {}, {}, {})
+    state = Dynamics(mechanism, w, {}, {}, {}, g, {}, {}, {}, {}, {}, {}, {})
     if base is None:
         _accelerate_base(mechanism, state)
     else:
+        state.known[0] = NOTHING
         _release(0, mechanism.body or RigidInertia(), NOTHING, state)
     _accelerate_known(mechanism, qd, rules, state)
+    anticipate(mechanism, released, state.g, state.known)
     for j, link in mechanism.numbered():
-        if j not in state.vd:
+        if j in released:
             _release(j, link.body, link.wrench, state)
     _backward(mechanism, rules, state)
     if base is not None:
@@ -149,9 +161,19 @@ def dynamics(
     return state
 
 
+def _released(mechanism: Mechanism, rules: Sequence[Rule | None], base: WrenchKnown | None) -> set[int]:
+    """The bodies whose acceleration only the recursion finds: those beyond a joint whose torque is known."""
+    released = set() if base is None else {0}
+    for j, link in mechanism.numbered():
+        if link.antecedent in released or isinstance(rules[j], TorqueKnown):
+            released.add(j)
+    return released
+
+
 def _accelerate_base(mechanism: Mechanism, state: Dynamics) -> None:
     """The base whose acceleration is known, and the wrench that its own body needs [12]."""
     state.vd[0], state.wd[0] = mechanism.acceleration
+    state.known[0], state.rest[0] = (state.vd[0], ZERO), (ZERO, state.wd[0])
     state.U[0] = hat_plus_hat_squared(state.w[0], state.wd[0])
     if mechanism.body is not None:
         state.f[0] = newton_euler(mechanism.body, state.w[0], state.wd[0], state.vd[0], state.U[0])
@@ -164,12 +186,12 @@ def _accelerate_free_base(base: WrenchKnown, state: Dynamics) -> None:
         state.solved[0] = found = base_acceleration(state.Js[0], _plus(base.wrench, state.bs[0]))
     except ZeroDivisionError:
         raise SingularPivot(0) from None
-    state.vd[0], state.wd[0] = found.pair
+    state.vd[0], state.wd[0] = state.rest[0] = found.pair
 
 
 def _release(j: int, body: RigidInertia, wrench: Pair, state: Dynamics) -> None:
     """The start of J*_j and b*_j of a body whose acceleration is not known."""
-    state.b[j] = state.bs[j] = _bias(body, wrench, state.w[j])
+    state.b[j] = state.bs[j] = _bias(body, wrench, state.w[j], state.known[j])
     state.Js[j] = SpatialInertia.of_body(body)
 
 
@@ -190,6 +212,7 @@ def _accelerate_known(mechanism: Mechanism, qd: Scalars, rules: Sequence[Rule | 
         carried = to_child(link.placement, add(state.vd[i], times(state.U[i], origin(link.placement[:-1]))))
         along = scale(link.placement[-1].shift, transpose(state.U[j])[Z])
         state.vd[j] = add(add(carried, along), add(linear, moved))
+        state.known[j], state.rest[j] = (state.vd[j], ZERO), (ZERO, state.wd[j])
         state.F[j] = newton_euler(link.body, state.w[j], state.wd[j], state.vd[j], state.U[j])
         state.f[j] = _plus(state.F[j], link.wrench)
 
@@ -220,11 +243,12 @@ def _euler(inertia: Symmetric, w: Vector, u: Matrix) -> Vector:
     )
 
 
-def _bias(body: RigidInertia, wrench: Pair, w: Vector) -> Pair:
-    """b_j = -[w x (w x MS); w x (J w)] - external wrench [14]."""
+def _bias(body: RigidInertia, wrench: Pair, w: Vector, known: Pair) -> Pair:
+    """b_j = -[w x (w x MS); w x (J w)] - external wrench [14] - JJ_j known_j."""
     force = cross(w, cross(w, body.moments))
     moment = cross(w, times_symmetric(body.inertia, w))
-    return _minus(_plus((force, moment), wrench))
+    turning = _plus((force, moment), SpatialInertia.of_body(body).times(known))
+    return _minus(_plus(turning, wrench))
 
 
 def _backward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamics) -> None:
@@ -304,30 +328,36 @@ def _forward(mechanism: Mechanism, rules: Sequence[Rule | None], state: Dynamics
 
 
 def _accelerate_found(j: int, link: Link, rule: Rule | None, state: Dynamics) -> None:
-    """qdd_j [34], f_j [35] and V'_j [36] of a body beyond a joint whose torque is known.
-
-    Without rotor inertia U / H is 1 along the joint, and V'_j there does not depend on V'_i there.
-    """
+    """qdd_j [34], f_j [35] and V'_j [36] of a body beyond a joint whose torque is known."""
     found = state.eliminated[j]
     carried = _carried(link, link.antecedent, state)
     if j not in state.f:
         state.f[j] = _turned_back(link, _plus(found.K.times(carried), found.al))
     motion = _turned_back(link, _plus(carried, state.g[j]))
-    if not isinstance(rule, TorqueKnown):
-        state.vd[j], state.wd[j] = _plus(motion, link.axis.screw(rule.qdd if rule else 0))
-        return
+    if isinstance(rule, TorqueKnown):
+        state.rest[j], state.qdd[j] = _moved(link, found, motion)
+        state.Gamma[j] = rule.torque
+    else:
+        state.rest[j] = _plus(motion, link.axis.screw(rule.qdd if rule else 0))
+    state.vd[j], state.wd[j] = _plus(state.known[j], state.rest[j])
+
+
+def _moved(link: Link, found: Elimination, motion: Pair) -> tuple[Pair, Scalar]:
+    """rest_j from what it is without the joint, and qdd_j.
+
+    Without rotor inertia U / H is 1 along the joint, and V'_j there does not depend on V'_i there.
+    """
     linear, angular = link.axis.with_along(found.UH, 0)
     left = found.free - dot(linear, motion[0]) - dot(angular, motion[1])
     before = link.axis.project(motion)
     qdd = left - link.axis.project(found.UH) * before
     after = left if is_zero(link.rotor_inertia) else before + qdd
-    state.qdd[j], state.Gamma[j] = qdd, rule.torque
-    state.vd[j], state.wd[j] = link.axis.with_along(motion, after)
+    return link.axis.with_along(motion, after), qdd
 
 
 def _carried(link: Link, i: int, state: Dynamics) -> Pair:
-    """jTi V'_i [33]."""
-    return screw_to_child(link.unturned, (state.vd[i], state.wd[i]))
+    """jTi rest_i [33]."""
+    return screw_to_child(link.unturned, state.rest[i])
 
 
 def _turned(link: Link, p: Pair) -> Pair:

@@ -15,6 +15,7 @@ from symoro_elastic.equations.spatial import (
     Screw,
     SpatialInertia,
     Vector,
+    to_antecedent,
 )
 
 
@@ -66,6 +67,12 @@ class Link:
     def unturned(self) -> Placement:
         """Placement of the frame that lacks the last turn: origin and axis z are those of frame j."""
         return (*self.placement[:-1], self.placement[-1]._replace(cosine=1, sine=0))
+
+    def seen_unturned(self) -> Link:
+        """The same body on the same joint, seen from the frame that lacks the last turn."""
+        last = (self.last_turn,)
+        wrench = to_antecedent(last, self.wrench[0]), to_antecedent(last, self.wrench[1])
+        return replace(self, placement=self.unturned, body=self.body.to_antecedent(last), wrench=wrench)
 
 
 @dataclass(frozen=True)

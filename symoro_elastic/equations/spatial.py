@@ -21,6 +21,7 @@ Pair = tuple[Vector, Vector]
 Symmetric = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 
 ZERO: Vector = (0, 0, 0)
+NOTHING: Pair = (ZERO, ZERO)
 ENTRY = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
 X, Z = 0, 2
 
@@ -319,10 +320,10 @@ class SpatialInertia:
         return transpose(self.B)[Z], full(self.D)[Z]
 
     def to_antecedent(self, placement: Placement) -> SpatialInertia:
-        """jTi^T K jTi, screw by screw [32]."""
+        """jTi^T K jTi, screw by screw [32]; turned before it is shifted, K keeps its zeros longer."""
         moved = self
         for screw in reversed(placement):
-            moved = moved._shifted(screw).turned(screw)
+            moved = moved.turned(screw)._shifted(screw)
         return moved
 
     def turned(self, screw: Screw) -> SpatialInertia:

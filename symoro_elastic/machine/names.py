@@ -55,8 +55,8 @@ QUANTITIES: dict[str, Collection[str]] = {
     "scalars": _words("H Hinv Gamma Gb qd qdd qdf tau rho"),
     "components": _words(
         """
-        A Jc P w ww wd W v vd g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root length
-        Pc Qc Q Lb Db fb Fa Fb Fh Fq Fv Gq Gv qddq qddv qddt y
+        A Jc P w ww wd W v vd Vk Vr g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root
+        length Pc Qc Q Lb Db fb Fa Fb Fh Fq Fv Gq Gv qddq qddv qddt y
         """
     ),
     "prefixes": ("sin_", "cos_", "sign_", "result_", "pair_", "by_", "rate_"),

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.equations.dynamics import NOTHING, AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
+from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
 from symoro_elastic.equations.floating_base import WrenchKnown
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import ZERO
+from symoro_elastic.equations.spatial import NOTHING, ZERO
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.arithmetic import ModularAngles

@@ -147,7 +147,7 @@ def _by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables
 
 def _free(bound: Bound, A: Entries, found: Dynamics, joints: Joints) -> tuple[Joints, Solve]:
     """Numbers of the accelerations that are to be found, and what solves for them."""
-    solve: Solve = solving(bound.mechanism, A, found) if joints else lambda right: {}
+    solve: Solve = solving(found.mechanism, A, found) if joints else lambda right: {}
     if bound.base_rule is None:
         return joints, solve
     return (*DEGREES, *joints), solving_with_base(A, found.Js[0], joints, solve)
@@ -209,7 +209,7 @@ def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
 
     Rows and columns of a floating base are those of its wrench, its velocity and its acceleration.
     """
-    made = torque_derivatives(bound.mechanism, bound.rates(), found)
+    made = torque_derivatives(found.mechanism, bound.rates(), found)
     if bound.machine.floating:
         add_base(made, found.w[0])
     name_torque_derivatives(bound, made)

@@ -110,6 +110,7 @@ def _name_solution(names: Names, solved: Solution, section: Section) -> None:
 def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) -> None:
     _name_vector(names, found.vd[j], f"vd{j}", section)
     _name_vector(names, found.wd[j], f"wd{j}", section)
+    _name_pair(names, found.rest[j], f"Vr{j}", section)
 
 
 def _name_forward(bound: Bound, found: Dynamics) -> None:
@@ -121,12 +122,15 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
     for j, _ in bound.mechanism.numbered():
         bound.names.reserve(section(j))
     _name_geometry(bound, section)
+    carrying = {link.antecedent for link in bound.mechanism.links}
     for j, link in bound.mechanism.numbered():
         here = section(j)
         _name_vector(bound.names, found.w[j], f"w{j}", here)
         _name_products(bound.names, found.w[j], f"ww{j}", here)
         _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
         if j in found.eliminated:
+            if j in carrying:
+                _name_pair(bound.names, found.known[j], f"Vk{j}", here)
             _name_pair(bound.names, found.g[j], f"g{j}", here)
             _name_pair(bound.names, found.b[j], f"b{j}", here)
         else:
