@@ -3,15 +3,18 @@
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math. Not with -ffast-math, which
  * costs accuracy.
  * The equations stand at the end, once, and are compiled twice: NUMBER is a number, or in a batch a vector of WIDTH numbers.
- * Entry k of an input or result is at k*stride. A number of states that is a large power of two makes caches slow.
+ * For that the file includes itself and keeps its name. Entry k of an input or result is at k*stride. A number of
+ * states that is a large power of two makes caches slow.
  */
 #ifndef NUMBER
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "flex4.h"
 
+#define EQUATIONS 3658434138
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
@@ -19,6 +22,7 @@
 #define INLINE static inline
 #define APART static
 #endif
+#define EXCESS (FLT_EVAL_METHOD%16 != 0) /* whether numbers are kept longer than their type */
 
 const double flex4_defaults[FLEX4_PARAMETERS] = {
     NAN, /* XX1 */
@@ -70,7 +74,7 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
 };
 
 /* Angles up to this size, in rad, take the branch-free way; larger ones, infinities and NaN the library's. */
-#ifdef __FAST_MATH__ /* takes the rounding of k apart */
+#if EXCESS || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) /* would spoil the rounding of k */
 #undef LARGEST_ANGLE
 #define LARGEST_ANGLE -1.0
 #endif
@@ -78,8 +82,19 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
 #define LARGEST_ANGLE 1048576.0
 #endif
 
+/* The library's sines and cosines of the angles that are too large, infinite or NaN. */
+APART void far_circles(size_t n, const double *x, double *sine, double *cosine)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (!(fabs(x[i]) <= LARGEST_ANGLE)) {
+            sine[i] = sin(x[i]);
+            cosine[i] = cos(x[i]);
+        }
+    }
+}
+
 /* For a batch: vectors of WIDTH numbers, as long as the processor's (-DVECTOR_BYTES=32: no longer than that). */
-#if defined(__clang__) || __GNUC__ >= 9
+#if !EXCESS && (defined(__clang__) || __GNUC__ >= 9)
 #ifdef VECTOR_BYTES
 #elif defined(__AVX512F__)
 #define VECTOR_BYTES 64
@@ -88,6 +103,7 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
 #else
 #define VECTOR_BYTES 16
 #endif
+#pragma GCC diagnostic ignored "-Wpsabi" /* on vectors longer than the processor's: no other file is handed any */
 #define WIDTH (VECTOR_BYTES/sizeof(double))
 #define LANES(name) name##_lanes
 #define VECTOR(type) type __attribute__((vector_size(WIDTH*sizeof(type)), may_alias))
@@ -131,22 +147,6 @@ INLINE angles lanes_at(const double *x)
 #define LOAD(x) (*(x))
 #define STORE(x, value) (*(x) = (value))
 #include "flex4.c"
-
-/* The last states of a batch, fewer than WIDTH, the last one repeated. */
-INLINE void spread(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
-{
-    for (size_t k = 0; k < entries; k++)
-        for (size_t l = 0; l < WIDTH; l++)
-            to[k*WIDTH + l] = from[k*states + (l < count ? l : count - 1)];
-}
-
-/* Results of the last states, put in their places. */
-INLINE void gather(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
-{
-    for (size_t k = 0; k < entries; k++)
-        for (size_t l = 0; l < count; l++)
-            to[k*states + l] = from[k*WIDTH + l];
-}
 
 INLINE void flex4_direct_dynamics_constants(const double *restrict p, double *restrict c)
 {
@@ -221,20 +221,13 @@ void flex4_direct_dynamics_batch(size_t states, const double *q, const double *q
 {
     double c[FLEX4_DIRECT_DYNAMICS_CONSTANTS];
     flex4_direct_dynamics_prepare(p, c);
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        flex4_direct_dynamics_at(states, q + first, qd + first, tau + first, p, c, qdd + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(flex4_direct_dynamics_at)(states, q + first, qd + first, tau + first, p, c, qdd + first);
-    if (count) {
-        double last_q[4*WIDTH];
-        double last_qd[4*WIDTH];
-        double last_tau[2*WIDTH];
-        double last_qdd[4*WIDTH];
-        spread(4, states, count, q + first, last_q);
-        spread(4, states, count, qd + first, last_qd);
-        spread(2, states, count, tau + first, last_tau);
-        LANES(flex4_direct_dynamics_at)(WIDTH, last_q, last_qd, last_tau, p, c, last_qdd);
-        gather(4, states, count, last_qdd, qdd + first);
     }
 }
 
@@ -288,26 +281,20 @@ void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *
 {
     double c[FLEX4_INVERSE_DYNAMICS_CONSTANTS];
     flex4_inverse_dynamics_prepare(p, c);
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        flex4_inverse_dynamics_at(states, q + first, qd + first, qdd_motor + first, p, c, tau + first, qdd + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(flex4_inverse_dynamics_at)(states, q + first, qd + first, qdd_motor + first, p, c, tau + first, qdd + first);
-    if (count) {
-        double last_q[4*WIDTH];
-        double last_qd[4*WIDTH];
-        double last_qdd_motor[2*WIDTH];
-        double last_tau[2*WIDTH];
-        double last_qdd[4*WIDTH];
-        spread(4, states, count, q + first, last_q);
-        spread(4, states, count, qd + first, last_qd);
-        spread(2, states, count, qdd_motor + first, last_qdd_motor);
-        LANES(flex4_inverse_dynamics_at)(WIDTH, last_q, last_qd, last_qdd_motor, p, c, last_tau, last_qdd);
-        gather(2, states, count, last_tau, tau + first);
-        gather(4, states, count, last_qdd, qdd + first);
     }
 }
 
 #else /* The equations. */
+#if EQUATIONS != 3658434138
+#error "this flex4.c is not the file that includes it: a generated file keeps its name"
+#endif
 
 /* Sine and cosine, within 1.5 units in the last place up to LARGEST_ANGLE.
  *
@@ -316,6 +303,9 @@ void flex4_inverse_dynamics_batch(size_t states, const double *q, const double *
  */
 INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
+#ifdef __clang__
+#pragma clang fp reassociate(off)
+#endif
     const ANGLE x = *angle;
     const double rounder = 0x1.8p52;
     const ANGLE rounded = x*0x1.45f306dc9c883p-1 + rounder;
@@ -338,7 +328,7 @@ INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE 
     memcpy(cosine, &bits_c, sizeof bits_c);
 }
 
-/* Sines and cosines of n angles; the library's where one of them is too large, infinite or NaN. */
+/* Sines and cosines of n angles. */
 INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
     const double *x = (const double *)angle;
@@ -347,15 +337,10 @@ INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict s
     uint64_t large = 0;
     for (size_t i = 0; i < count; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
-    if (large) {
-        for (size_t i = 0; i < count; i++) {
-            s[i] = sin(x[i]);
-            c[i] = cos(x[i]);
-        }
-        return;
-    }
     for (size_t k = 0; k < n; k++)
         OF(circle)(&angle[k], &sine[k], &cosine[k]);
+    if (large)
+        far_circles(count, x, s, c);
 }
 
 INLINE void OF(flex4_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)

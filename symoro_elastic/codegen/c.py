@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -33,6 +34,7 @@ def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
         "parameters": [
             {"name": p.name, "unit": in_comment(p.unit), "c_value": _number(p.value)} for p in package.parameters
         ],
+        "mark": zlib.crc32(text.encode()),
         "functions_of_one": [name for name in FUNCTIONS if f"OF({precision.functions.get(name, name)})" in text],
         "uses_circles": any(f["angles"] for f in functions),
         "advances": precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
@@ -129,8 +131,7 @@ class _CFunction:
         """Work arrays of one call and of a batch in kB, where they are large; empty elsewhere."""
         sizes = {"double": 8, "float": 4, "double_double": 16}
         one = places * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.circle]
-        arguments = 2 * sum(array.size for array in (*self.inputs, *self.results)) * sizes[self.precision.state]
-        batch = (one + arguments) * self.precision.widest
+        batch = one * self.precision.widest
         return f"{max(1, one // 1000)} kB of stack, {batch // 1000} kB in a batch" if batch > LARGE_STACK else ""
 
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:

@@ -85,8 +85,8 @@ KEYWORDS = _words(
 
 LIBRARY = _words(
     """
-    NUMBER ANGLE BITS OF WHOLE LOAD LOAD_ANGLE STORE NARROW WIDTH LANES VECTOR VECTOR_BYTES INLINE APART LARGEST_ANGLE
-    numbers angles bits lanes_at put spread gather circle circles double_double pair
+    NUMBER ANGLE BITS OF WHOLE EXCESS EQUATIONS LOAD LOAD_ANGLE STORE NARROW WIDTH LANES VECTOR VECTOR_BYTES INLINE
+    APART LARGEST_ANGLE numbers angles bits lanes_at put circle circles far_circles double_double pair
     I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify

@@ -3,15 +3,18 @@
  * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math. Not with -ffast-math, which
  * costs accuracy.
  * The equations stand at the end, once, and are compiled twice: NUMBER is a number, or in a batch a vector of WIDTH numbers.
- * Entry k of an input or result is at k*stride. A number of states that is a large power of two makes caches slow.
+ * For that the file includes itself and keeps its name. Entry k of an input or result is at k*stride. A number of
+ * states that is a large power of two makes caches slow.
  */
 #ifndef NUMBER
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "two_axis.h"
 
+#define EQUATIONS 1405933682
 #ifdef __GNUC__
 #define INLINE static inline __attribute__((always_inline, unused))
 #define APART static __attribute__((noinline, unused))
@@ -19,6 +22,7 @@
 #define INLINE static inline
 #define APART static
 #endif
+#define EXCESS (FLT_EVAL_METHOD%16 != 0) /* whether numbers are kept longer than their type */
 
 const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
     0.35, /* D4 [m] */
@@ -28,7 +32,7 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
 };
 
 /* Angles up to this size, in rad, take the branch-free way; larger ones, infinities and NaN the library's. */
-#ifdef __FAST_MATH__ /* takes the rounding of k apart */
+#if EXCESS || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) /* would spoil the rounding of k */
 #undef LARGEST_ANGLE
 #define LARGEST_ANGLE -1.0
 #endif
@@ -36,8 +40,19 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
 #define LARGEST_ANGLE 1048576.0
 #endif
 
+/* The library's sines and cosines of the angles that are too large, infinite or NaN. */
+APART void far_circles(size_t n, const double *x, double *sine, double *cosine)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (!(fabs(x[i]) <= LARGEST_ANGLE)) {
+            sine[i] = sin(x[i]);
+            cosine[i] = cos(x[i]);
+        }
+    }
+}
+
 /* For a batch: vectors of WIDTH numbers, as long as the processor's (-DVECTOR_BYTES=32: no longer than that). */
-#if defined(__clang__) || __GNUC__ >= 9
+#if !EXCESS && (defined(__clang__) || __GNUC__ >= 9)
 #ifdef VECTOR_BYTES
 #elif defined(__AVX512F__)
 #define VECTOR_BYTES 64
@@ -46,6 +61,7 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
 #else
 #define VECTOR_BYTES 16
 #endif
+#pragma GCC diagnostic ignored "-Wpsabi" /* on vectors longer than the processor's: no other file is handed any */
 #define WIDTH (VECTOR_BYTES/sizeof(double))
 #define LANES(name) name##_lanes
 #define VECTOR(type) type __attribute__((vector_size(WIDTH*sizeof(type)), may_alias))
@@ -90,22 +106,6 @@ INLINE angles lanes_at(const double *x)
 #define STORE(x, value) (*(x) = (value))
 #include "two_axis.c"
 
-/* The last states of a batch, fewer than WIDTH, the last one repeated. */
-INLINE void spread(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
-{
-    for (size_t k = 0; k < entries; k++)
-        for (size_t l = 0; l < WIDTH; l++)
-            to[k*WIDTH + l] = from[k*states + (l < count ? l : count - 1)];
-}
-
-/* Results of the last states, put in their places. */
-INLINE void gather(size_t entries, size_t states, size_t count, const double *restrict from, double *restrict to)
-{
-    for (size_t k = 0; k < entries; k++)
-        for (size_t l = 0; l < count; l++)
-            to[k*states + l] = from[k*WIDTH + l];
-}
-
 void two_axis_direct_dynamics(const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
     two_axis_direct_dynamics_at(1, q, qd, tau, p, qdd);
@@ -113,20 +113,13 @@ void two_axis_direct_dynamics(const double *q, const double *qd, const double *t
 
 void two_axis_direct_dynamics_batch(size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
 {
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        two_axis_direct_dynamics_at(states, q + first, qd + first, tau + first, p, qdd + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(two_axis_direct_dynamics_at)(states, q + first, qd + first, tau + first, p, qdd + first);
-    if (count) {
-        double last_q[12*WIDTH];
-        double last_qd[12*WIDTH];
-        double last_tau[2*WIDTH];
-        double last_qdd[12*WIDTH];
-        spread(12, states, count, q + first, last_q);
-        spread(12, states, count, qd + first, last_qd);
-        spread(2, states, count, tau + first, last_tau);
-        LANES(two_axis_direct_dynamics_at)(WIDTH, last_q, last_qd, last_tau, p, last_qdd);
-        gather(12, states, count, last_qdd, qdd + first);
     }
 }
 
@@ -137,22 +130,13 @@ void two_axis_inverse_dynamics(const double *q, const double *qd, const double *
 
 void two_axis_inverse_dynamics_batch(size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau, double *qdd)
 {
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        two_axis_inverse_dynamics_at(states, q + first, qd + first, qdd_motor + first, p, tau + first, qdd + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(two_axis_inverse_dynamics_at)(states, q + first, qd + first, qdd_motor + first, p, tau + first, qdd + first);
-    if (count) {
-        double last_q[12*WIDTH];
-        double last_qd[12*WIDTH];
-        double last_qdd_motor[2*WIDTH];
-        double last_tau[2*WIDTH];
-        double last_qdd[12*WIDTH];
-        spread(12, states, count, q + first, last_q);
-        spread(12, states, count, qd + first, last_qd);
-        spread(2, states, count, qdd_motor + first, last_qdd_motor);
-        LANES(two_axis_inverse_dynamics_at)(WIDTH, last_q, last_qd, last_qdd_motor, p, last_tau, last_qdd);
-        gather(2, states, count, last_tau, tau + first);
-        gather(12, states, count, last_qdd, qdd + first);
     }
 }
 
@@ -196,16 +180,13 @@ void two_axis_inertia_matrix_batch(size_t states, const double *q, const double 
 {
     double c[TWO_AXIS_INERTIA_MATRIX_CONSTANTS];
     two_axis_inertia_matrix_prepare(p, c);
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        two_axis_inertia_matrix_at(states, q + first, p, c, A + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(two_axis_inertia_matrix_at)(states, q + first, p, c, A + first);
-    if (count) {
-        double last_q[12*WIDTH];
-        double last_A[144*WIDTH];
-        spread(12, states, count, q + first, last_q);
-        LANES(two_axis_inertia_matrix_at)(WIDTH, last_q, p, c, last_A);
-        gather(144, states, count, last_A, A + first);
     }
 }
 
@@ -216,18 +197,13 @@ void two_axis_bias_forces(const double *q, const double *qd, const double *p, do
 
 void two_axis_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H)
 {
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        two_axis_bias_forces_at(states, q + first, qd + first, p, H + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(two_axis_bias_forces_at)(states, q + first, qd + first, p, H + first);
-    if (count) {
-        double last_q[12*WIDTH];
-        double last_qd[12*WIDTH];
-        double last_H[12*WIDTH];
-        spread(12, states, count, q + first, last_q);
-        spread(12, states, count, qd + first, last_qd);
-        LANES(two_axis_bias_forces_at)(WIDTH, last_q, last_qd, p, last_H);
-        gather(12, states, count, last_H, H + first);
     }
 }
 
@@ -238,20 +214,20 @@ void two_axis_geometric_model(const double *q, const double *p, double *T)
 
 void two_axis_geometric_model_batch(size_t states, const double *q, const double *p, double *T)
 {
-    const size_t count = states%WIDTH;
     size_t first = 0;
-    for (; first + WIDTH <= states; first += WIDTH)
+    for (; states < WIDTH && first < states; first++)
+        two_axis_geometric_model_at(states, q + first, p, T + first);
+    for (; first < states; first += WIDTH) {
+        if (first + WIDTH > states)
+            first = states - WIDTH; /* The last ones overlap with those before. */
         LANES(two_axis_geometric_model_at)(states, q + first, p, T + first);
-    if (count) {
-        double last_q[12*WIDTH];
-        double last_T[208*WIDTH];
-        spread(12, states, count, q + first, last_q);
-        LANES(two_axis_geometric_model_at)(WIDTH, last_q, p, last_T);
-        gather(208, states, count, last_T, T + first);
     }
 }
 
 #else /* The equations. */
+#if EQUATIONS != 1405933682
+#error "this two_axis.c is not the file that includes it: a generated file keeps its name"
+#endif
 
 /* Sine and cosine, within 1.5 units in the last place up to LARGEST_ANGLE.
  *
@@ -260,6 +236,9 @@ void two_axis_geometric_model_batch(size_t states, const double *q, const double
  */
 INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
+#ifdef __clang__
+#pragma clang fp reassociate(off)
+#endif
     const ANGLE x = *angle;
     const double rounder = 0x1.8p52;
     const ANGLE rounded = x*0x1.45f306dc9c883p-1 + rounder;
@@ -282,7 +261,7 @@ INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE 
     memcpy(cosine, &bits_c, sizeof bits_c);
 }
 
-/* Sines and cosines of n angles; the library's where one of them is too large, infinite or NaN. */
+/* Sines and cosines of n angles. */
 INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
     const double *x = (const double *)angle;
@@ -291,15 +270,10 @@ INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict s
     uint64_t large = 0;
     for (size_t i = 0; i < count; i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
-    if (large) {
-        for (size_t i = 0; i < count; i++) {
-            s[i] = sin(x[i]);
-            c[i] = cos(x[i]);
-        }
-        return;
-    }
     for (size_t k = 0; k < n; k++)
         OF(circle)(&angle[k], &sine[k], &cosine[k]);
+    if (large)
+        far_circles(count, x, s, c);
 }
 
 INLINE void OF(two_axis_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
