@@ -17,6 +17,7 @@ from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
 from symoro_elastic.models.feed_forward import MEANINGS as MOTION_WANTED
+from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.output_folder import write_files
 
@@ -146,12 +147,22 @@ def described(machine: Machine, scene: Scene) -> Package:
 def render(
     described: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)
 ) -> dict[str, str]:
-    """File names and texts; raises `InputError` for constants that no double holds."""
+    """File names and texts; raises `InputError` for constants that no double holds and for too low a precision."""
+    _refuse_low_precision(described, source, precisions)
     try:
         return render_targets(described, targets, precisions)
     except OverflowError:
         what = "their products are out of the range of double precision: check the units"
         raise InputError(source or described.name, "numbers of the table", what) from None
+
+
+def _refuse_low_precision(described: Package, source: str, precisions: Sequence[Precision]) -> None:
+    """Inverse geometry tells reachable places from others by bounds that are the rounding errors of doubles."""
+    deciding = [f.name for f in described.functions if f.name in {model.name for model in INVERSE_GEOMETRIC}]
+    low = [precision.name for precision in precisions if precision.bits < DOUBLE.bits]
+    if deciding and low:
+        what = f"{deciding[0]} finds no solution in {low[0]} precision: --precision double, or leave the model out"
+        raise InputError(source or described.name, "--precision", what)
 
 
 def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:

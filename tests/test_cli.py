@@ -246,6 +246,10 @@ def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) ->
         (["show", "none.par"], "none.par: file: there is no such file"),
         (("generate", TWO_R, "--precision", "half"), "there is no 'half': choose from double, single, mixed"),
         (("generate", TWO_R, "--precision", "single", "--target", "numpy"), "--precision: is of the C code"),
+        (
+            ("generate", TWO_R, "--precision", "mixed", "--model", "inverse_geometric_model"),
+            "--precision double, or leave",
+        ),
         (("trade", TWO_R, "--tolerance", "nan"), "--tolerance: nan is no relative error"),
         (
             (
