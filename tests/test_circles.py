@@ -64,9 +64,11 @@ def circles(
     count = -(-len(x) // lanes)
     given, sine, cosine = (aligned(count * lanes, DTYPE[kind]) for _ in range(3))
     given[:] = np.resize(x, count * lanes)
-    run = library(kind, folder, flags).circles
-    run.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
-    run(count, given.ctypes.data, sine.ctypes.data, cosine.ctypes.data)
+    made = library(kind, folder, flags)
+    arrays = [array.ctypes.data for array in (given, sine, cosine)]
+    made.circles.argtypes = made.far_circles.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
+    if made.circles(count, *arrays):
+        made.far_circles(count * lanes, *arrays)
     return sine[: len(x)], cosine[: len(x)]
 
 

@@ -365,19 +365,16 @@ INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE 
     memcpy(cosine, &bits_c, sizeof bits_c);
 }
 
-/* Sines and cosines of n angles. */
-INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
+/* Sines and cosines of n angles; whether some are left to `far_circles`. */
+INLINE int OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
     const double *x = (const double *)angle;
-    double *s = (double *)sine, *c = (double *)cosine;
-    const size_t count = n*(sizeof(ANGLE)/sizeof(double));
     uint64_t large = 0;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < n*(sizeof(ANGLE)/sizeof(double)); i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     for (size_t k = 0; k < n; k++)
         OF(circle)(&angle[k], &sine[k], &cosine[k]);
-    if (large)
-        far_circles(count, x, s, c);
+    return large != 0;
 }
 
 INLINE void OF(rx90_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
@@ -964,7 +961,12 @@ WHOLE void OF(rx90_direct_dynamics_at)(size_t stride, const double *q, const dou
     ANGLE sine[5];
     ANGLE cosine[5];
     OF(rx90_direct_dynamics_angles)(stride, q, angle);
-    OF(circles)(5, angle, sine, cosine);
+    if (OF(circles)(5, angle, sine, cosine)) {
+        ANGLE far[5]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 5; k++)
+            far[k] = angle[k];
+        far_circles(5*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(rx90_direct_dynamics_state)(stride, qd, tau, p, c, sine, cosine, qdd);
 }
 
@@ -1314,7 +1316,12 @@ WHOLE void OF(rx90_inverse_dynamics_at)(size_t stride, const double *q, const do
     ANGLE sine[5];
     ANGLE cosine[5];
     OF(rx90_inverse_dynamics_angles)(stride, q, angle);
-    OF(circles)(5, angle, sine, cosine);
+    if (OF(circles)(5, angle, sine, cosine)) {
+        ANGLE far[5]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 5; k++)
+            far[k] = angle[k];
+        far_circles(5*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(rx90_inverse_dynamics_state)(stride, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
 }
 

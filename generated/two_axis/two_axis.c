@@ -177,19 +177,16 @@ INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE 
     memcpy(cosine, &bits_c, sizeof bits_c);
 }
 
-/* Sines and cosines of n angles. */
-INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
+/* Sines and cosines of n angles; whether some are left to `far_circles`. */
+INLINE int OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
     const double *x = (const double *)angle;
-    double *s = (double *)sine, *c = (double *)cosine;
-    const size_t count = n*(sizeof(ANGLE)/sizeof(double));
     uint64_t large = 0;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < n*(sizeof(ANGLE)/sizeof(double)); i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     for (size_t k = 0; k < n; k++)
         OF(circle)(&angle[k], &sine[k], &cosine[k]);
-    if (large)
-        far_circles(count, x, s, c);
+    return large != 0;
 }
 
 INLINE void OF(two_axis_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
@@ -470,7 +467,12 @@ WHOLE void OF(two_axis_direct_dynamics_at)(size_t stride, const double *q, const
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(two_axis_direct_dynamics_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(two_axis_direct_dynamics_state)(stride, q, qd, tau, p, sine, cosine, qdd);
 }
 
@@ -753,7 +755,12 @@ WHOLE void OF(two_axis_inverse_dynamics_at)(size_t stride, const double *q, cons
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(two_axis_inverse_dynamics_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(two_axis_inverse_dynamics_state)(stride, q, qd, qdd_motor, p, sine, cosine, tau, qdd);
 }
 

@@ -393,19 +393,16 @@ INLINE void OF(circle)(const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE 
     memcpy(cosine, &bits_c, sizeof bits_c);
 }
 
-/* Sines and cosines of n angles. */
-INLINE void OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
+/* Sines and cosines of n angles; whether some are left to `far_circles`. */
+INLINE int OF(circles)(size_t n, const ANGLE *restrict angle, ANGLE *restrict sine, ANGLE *restrict cosine)
 {
     const double *x = (const double *)angle;
-    double *s = (double *)sine, *c = (double *)cosine;
-    const size_t count = n*(sizeof(ANGLE)/sizeof(double));
     uint64_t large = 0;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < n*(sizeof(ANGLE)/sizeof(double)); i++)
         large |= !(fabs(x[i]) <= LARGEST_ANGLE);
     for (size_t k = 0; k < n; k++)
         OF(circle)(&angle[k], &sine[k], &cosine[k]);
-    if (large)
-        far_circles(count, x, s, c);
+    return large != 0;
 }
 
 INLINE void OF(planar_2r_direct_dynamics_angles)(size_t stride, const double *restrict q, ANGLE *restrict angle)
@@ -482,7 +479,12 @@ WHOLE void OF(planar_2r_direct_dynamics_at)(size_t stride, const double *q, cons
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(planar_2r_direct_dynamics_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(planar_2r_direct_dynamics_state)(stride, qd, tau, p, c, sine, cosine, qdd);
 }
 
@@ -548,7 +550,12 @@ WHOLE void OF(planar_2r_inverse_dynamics_at)(size_t stride, const double *q, con
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(planar_2r_inverse_dynamics_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(planar_2r_inverse_dynamics_state)(stride, qd, qdd_motor, p, c, sine, cosine, tau, qdd);
 }
 
@@ -591,7 +598,12 @@ WHOLE void OF(planar_2r_inertia_matrix_at)(size_t stride, const double *q, const
     ANGLE sine[1];
     ANGLE cosine[1];
     OF(planar_2r_inertia_matrix_angles)(stride, q, angle);
-    OF(circles)(1, angle, sine, cosine);
+    if (OF(circles)(1, angle, sine, cosine)) {
+        ANGLE far[1]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 1; k++)
+            far[k] = angle[k];
+        far_circles(1*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(planar_2r_inertia_matrix_state)(stride, p, c, cosine, A);
 }
 
@@ -649,7 +661,12 @@ WHOLE void OF(planar_2r_bias_forces_at)(size_t stride, const double *q, const do
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(planar_2r_bias_forces_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(planar_2r_bias_forces_state)(stride, qd, p, c, sine, cosine, H);
 }
 
@@ -741,7 +758,12 @@ WHOLE void OF(planar_2r_geometric_model_at)(size_t stride, const double *q, cons
     ANGLE sine[2];
     ANGLE cosine[2];
     OF(planar_2r_geometric_model_angles)(stride, q, angle);
-    OF(circles)(2, angle, sine, cosine);
+    if (OF(circles)(2, angle, sine, cosine)) {
+        ANGLE far[2]; /* a copy, so that the angles themselves stay in registers */
+        for (size_t k = 0; k < 2; k++)
+            far[k] = angle[k];
+        far_circles(2*(sizeof(ANGLE)/sizeof(double)), (const double *)far, (double *)sine, (double *)cosine);
+    }
     OF(planar_2r_geometric_model_state)(stride, p, sine, cosine, T);
 }
 
