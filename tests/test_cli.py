@@ -107,6 +107,18 @@ def test_generate_writes_both_targets_and_says_so(run: Run) -> None:
     assert json.loads((folder / MANIFEST).read_text())["files"] == sorted(expected - {MANIFEST})
 
 
+def test_single_precision_has_a_name_of_its_own(run: Run) -> None:
+    ran = run("generate", TWO_R, "--precision", "single", "--precision", "double")
+    assert ran.code == 0
+    for header, function, number in (
+        ("planar_2r_single.h", "direct_dynamics_f32", "float"),
+        ("planar_2r.h", "direct_dynamics", "double"),
+    ):
+        text = Path("generated/planar_2r", header).read_text()
+        assert f"void planar_2r_{function}(const {number} *q, " in text
+        assert f"void planar_2r_{function}_batch(size_t states, const {number} *q, " in text
+
+
 def test_generate_json(run: Run) -> None:
     found = run("generate", FLEX4, "--json").figures
     assert found.keys() == {"written", "models"}

@@ -24,8 +24,12 @@ LARGE_STACK = 64_000
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
     """`<name>.h` and `<name>.c`, the precision in their names unless it is double."""
+    names = [precision.function(package.name, function.name) for function in package.functions]
     package = replace(package, name=package.name + precision.suffix)
-    functions = [_CFunction(package, function, precision).described() for function in package.functions]
+    functions = [
+        _CFunction(package, function, precision, name).described()
+        for function, name in zip(package.functions, names, strict=True)
+    ]
     text = "\n".join(line for f in functions for part in (*f["prepare_parts"], *f["parts"]) for line in part["lines"])
     context = shared(package) | {
         "precision": precision,
@@ -69,9 +73,8 @@ class Array:
 class _CFunction:
     """One model: its arrays, its parts, and what the templates are told."""
 
-    def __init__(self, package: Package, function: Function, precision: Precision) -> None:
-        self.package, self.function, self.precision = package, function, precision
-        self.name = f"{package.name}_{function.name}"
+    def __init__(self, package: Package, function: Function, precision: Precision, name: str) -> None:
+        self.package, self.function, self.precision, self.name = package, function, precision, name
         self.angles = angles_of(function.program)
         self.printer = printer_of(function.program, precision, self.angles)
         self.writer = Writer(self.printer, _declaring("NUMBER"), package.joint_names)

@@ -104,7 +104,7 @@ class CompiledPackage:
         loaded = ctypes.CDLL(str(library.resolve()))
         self._entries, self._batches = {}, {}
         for name, function in self._functions.items():
-            in_c = f"{package.name}{precision.suffix}_{name}"
+            in_c = precision.function(package.name, name)
             arrays = len(function.arguments) + bool(package.parameters) + len(function.results)
             self._entries[name] = _entry(loaded, in_c, arrays)
             if function.arguments:

@@ -29,6 +29,10 @@ class Precision:
         """What the names of files and functions end with."""
         return "" if self is DOUBLE else "_" + self.name.replace("-", "_")
 
+    def function(self, package: str, model: str) -> str:
+        """The name in C of a model of a package."""
+        return f"{package}_{model}_f32" if self is SINGLE else f"{package}{self.suffix}_{model}"
+
     @property
     def is_pair(self) -> bool:
         """Whether a number is the sum of two doubles, and operators are functions."""

@@ -184,6 +184,7 @@ def _mover(package: Package, precision: Precision, folder: Path) -> Any:
         "c/motion.c.j2",
         name=name,
         macro=name.upper(),
+        direct_dynamics=precision.function(package.name, "direct_dynamics"),
         precision=precision,
         has_parameters=bool(package.parameters),
     )

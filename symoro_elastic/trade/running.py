@@ -89,22 +89,22 @@ def compiled_points(
 def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
     files = render_c(package, precision)
     name = package.name + precision.suffix
-    functions = [_repeated(name, function, files[f"{name}.h"], precision) for function in package.functions]
+    functions = [_repeated(package, function, files[f"{name}.h"], precision) for function in package.functions]
     return files | {f"{name}_repeat.c": render("c/repeat.c.j2", name=name, precision=precision, functions=functions)}
 
 
-def _repeated(package: str, function: Function, header: str, precision: Precision) -> dict[str, Any]:
+def _repeated(package: Package, function: Function, header: str, precision: Precision) -> dict[str, Any]:
     """What the template is told of a function."""
-    name, has_parameters = f"{package}_{function.name}", f"{package}_defaults" in header
+    has_parameters = bool(package.parameters)
     inputs = [(a.name, a.size) for a in function.arguments]
     results = [(r.name, math.prod(r.shape)) for r in function.results]
     p = ["p"] * has_parameters
     declared = [f"const {precision.state} *{x}" for x in (*(x for x, _ in inputs), *p)]
-    macro = f"{package.upper()}_{function.name.upper()}_CONSTANTS"
+    macro = f"{package.name}{precision.suffix}_{function.name}_CONSTANTS".upper()
     has_constants = f"#define {macro} " in header
     rows = [[f"{x} + {size}*k" for x, size in arrays] for arrays in (inputs, results)]
     return {
-        "name": name,
+        "name": precision.function(package.name, function.name),
         "arguments": ", ".join([*declared, *(f"{precision.state} *{x}" for x, _ in results)]),
         "constants": macro if has_constants else "",
         "call": ", ".join([*rows[0], *p, *(["c"] * has_constants), *rows[1]]),
@@ -137,7 +137,7 @@ def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], sta
     traced, precision = point.form.traced[point.model], point.precision
     function = next(f for f in functions if f.name == traced.model.name)
     batch = point.call == BATCH
-    entry = loaded[f"{point.form.package.name}{precision.suffix}_{function.name}_repeat{'_batch' * batch}"]
+    entry = loaded[f"{precision.function(point.form.package.name, function.name)}_repeat{'_batch' * batch}"]
     dtype = TYPES[precision.state]
     some = states.part(slice(0, _timed_states(function)))
     inputs = [getattr(some, argument.name).astype(dtype) for argument in function.arguments]

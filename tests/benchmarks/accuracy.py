@@ -28,7 +28,7 @@ from symoro_elastic.numerics.states import States, extreme_states, moderate_stat
 from symoro_elastic.numerics.values import given_values
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
-from tests.extremes.code import BOTH, WELL, compiled
+from tests.extremes.code import AS_RECOMMENDED, BOTH, compiled
 from tests.extremes.corpus import DIRECT, REFUSED, corpus
 from tests.extremes.machines import EXAMPLES, MASSES, QUARTER_TURNS, elastic_arm, general_alphas, links, six_axes
 from tests.references.random_machines import random_machine
@@ -58,7 +58,7 @@ def arm(asked: argparse.Namespace) -> list[Row]:
     rows = []
     for name, machine in (("base parameters", six_axes()), ("all parameters", six_axes(base_parameters=False))):
         for precision in (DOUBLE, SINGLE):
-            with compiled(machine, WELL, precision=precision) as code:
+            with compiled(machine, AS_RECOMMENDED, precision=precision) as code:
                 rows += [
                     row(
                         f"RX90, {name}, {kind}, {precision.name}: {model}",

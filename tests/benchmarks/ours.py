@@ -33,7 +33,7 @@ class Code:
 
     @property
     def name(self) -> str:
-        return f"{self.package.name}{self.precision.suffix}_{self.function.name}"
+        return self.precision.function(self.package.name, self.function.name)
 
     @property
     def files(self) -> dict[str, str]:

@@ -21,6 +21,8 @@ from symoro_elastic.numerics.values import parameter_values
 from tests.extremes.corpus import DIRECT, INVERSE
 
 QUICKLY, WELL = ("-O0",), ("-O2",)
+AS_RECOMMENDED = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
+"""By the generated source."""
 BOTH = (DIRECT, INVERSE)
 
 
