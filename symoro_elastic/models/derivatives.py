@@ -119,6 +119,16 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
     return _results(bound, _shorter(bound, Derivatives(solved), outputs, by), asked, by)
 
 
+def _linearization(bound: Bound, asked: Joints) -> Results:
+    """M dqdd + D dqd + K dq = dtau along any motion: derivatives of what it asks of motors, springs included."""
+    found, moving = dynamics(bound.mechanism, bound.rates(), bound.given_rules()), bound.machine.moving
+    by_q, by_qd, by_qdd = _asked_torques(bound, found)
+    return {
+        name: Result(asked, tuple(entries.get((i, c), 0) for i in asked for c in moving), (len(moving),))
+        for name, entries in (("M", by_qdd), ("D", by_qd), ("K", by_q))
+    }
+
+
 def _variables(bound: Bound, driving: Variables) -> Variables:
     """What the dynamic models are differentiated by."""
     on_base = {
@@ -301,6 +311,14 @@ def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> R
 _INVERSE, _DIRECT = ("q", "qd", "qdd_motor"), ("q", "qd", "tau")
 
 DERIVATIVES = (
+    Model(
+        "linearization",
+        "linear model of small motions about a given one: M dqdd + D dqd + K dq = dtau",
+        "[8], [12]-[15]",
+        ("q", "qd", "qdd"),
+        ("M", "D", "K"),
+        _linearization,
+    ),
     Model(
         "inverse_dynamics_derivatives",
         "derivatives of the inverse dynamic model",

@@ -169,6 +169,7 @@ def catalogue_table() -> Any:
 SHAPES = {"tau": "m", "qdd_motor": "m", "T": "16", "P": "3"} | dict.fromkeys(MOTION, "m")
 RESULT_SHAPES = {
     "A": "n x n",
+    **dict.fromkeys("MDK", "n x n"),
     "T": "frames x 4 x 4",
     "V": "frames x 6",
     "Vd": "frames x 6",
