@@ -36,7 +36,7 @@ from tests.generated_code import COMPILERS, compiled, rendered
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, random_state
 
-INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P = (model.name for model in DERIVATIVES)
+INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P, _ = (model.name for model in DERIVATIVES)
 ARGUMENTS = {"dq": 0, "dqd": 1, "dqdd_motor": 2, "dtau": 2}
 STEP, EXACT, ROUNDED = "1e-16", 1e-24, 2e-13
 Array = np.ndarray[Any, Any]

@@ -25,7 +25,7 @@ from tests.references.random_machines import chain, planar_2r, random_machine, t
 from tests.test_derivatives import assert_close, nodes
 from tests.test_floating_base import BOTH, base_state, exact_state, joint_state, on, quaternion_product
 
-INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P = (model.name for model in DERIVATIVES)
+INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P, _ = (model.name for model in DERIVATIVES)
 STEP, CLOSE = mpmath.mpf("1e-16"), 1e-24
 State = dict[str, list[Any]]
 

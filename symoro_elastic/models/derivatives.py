@@ -312,14 +312,6 @@ _INVERSE, _DIRECT = ("q", "qd", "qdd_motor"), ("q", "qd", "tau")
 
 DERIVATIVES = (
     Model(
-        "linearization",
-        "linear model of small motions about a given one: M dqdd + D dqd + K dq = dtau",
-        "[8], [12]-[15]",
-        ("q", "qd", "qdd"),
-        ("M", "D", "K"),
-        _linearization,
-    ),
-    Model(
         "inverse_dynamics_derivatives",
         "derivatives of the inverse dynamic model",
         "[37]-[61]",
@@ -350,5 +342,13 @@ DERIVATIVES = (
         _DIRECT,
         ("dqdd_dp",),
         _direct_dynamics_parameter_derivatives,
+    ),
+    Model(
+        "linearization",
+        "linear model of small motions about a given one: M dqdd + D dqd + K dq = dtau",
+        "[8], [12]-[15]",
+        ("q", "qd", "qdd"),
+        ("M", "D", "K"),
+        _linearization,
     ),
 )
