@@ -106,11 +106,9 @@ class _CFunction:
         return described(self.function) | {
             "c_name": self.name,
             "signature": _signature([*self.inputs, *self.parameters, *self.results]),
-            "prepared_signature": _signature([*self.inputs, *self.parameters, self.constants_array, *self.results]),
             "at_signature": _signature(at),
             "at_arrays": at,
             "inputs": self.inputs,
-            "results": self.results,
             "constants": constants,
             "constants_macro": f"{self.package.name.upper()}_{self.function.name.upper()}_CONSTANTS",
             "angles": len(self.angles),

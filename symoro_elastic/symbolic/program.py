@@ -10,16 +10,11 @@ from string import ascii_lowercase
 
 from symoro_elastic.symbolic.expression import (
     ADD,
-    ATAN2,
     COS,
-    COSPI,
     DIVIDE,
     MULTIPLY,
     NEGATE,
-    PI,
-    SIGN,
     SIN,
-    SQRT,
     SUBTRACT,
     SYMBOL,
     Expression,
@@ -32,7 +27,6 @@ from symoro_elastic.symbolic.factoring import factored
 MAX_INLINE_DEPTH = 8
 
 _COUNTED = {ADD: "add", SUBTRACT: "add", MULTIPLY: "mul", DIVIDE: "div", SIN: "sincos", COS: "sincos"}
-_FREE = {NEGATE, SYMBOL, PI, COSPI, SIGN, SQRT, ATAN2}
 
 
 @dataclass(frozen=True)

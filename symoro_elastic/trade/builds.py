@@ -14,7 +14,6 @@ from symoro_elastic.codegen.compile import CompilationFailed, compile_library, f
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, PRECISIONS, SINGLE, Precision
 
 QUICK, USUAL, ALL = "quick", "usual", "all"
-EFFORTS = (QUICK, USUAL, ALL)
 
 Flags = tuple[str, ...]
 PLAIN: Flags = ("-O2",)
