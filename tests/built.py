@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
-from symoro_elastic.codegen.python import render_numpy
-from symoro_elastic.generate import package
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Vector3
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.packaging import package
 
 Array = NDArray[np.float64]
 

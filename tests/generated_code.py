@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.codegen.targets import render_targets
-from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
@@ -27,6 +26,7 @@ from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(

@@ -12,9 +12,9 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from symoro_elastic.generate import generate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "generated"

@@ -10,9 +10,9 @@ from click.testing import CliRunner, Result
 
 from symoro_elastic.cli import cli
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import generate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate
 from tests.generated_code import imported
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

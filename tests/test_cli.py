@@ -540,5 +540,5 @@ def test_a_model_too_large_for_memory_is_one_line(run: Run, monkeypatch: pytest.
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("symoro_elastic.generate.generate", exhausted)
+    monkeypatch.setattr("symoro_elastic.pipeline.generate", exhausted)
     assert "not enough memory for so large a model" in refused(run, "generate", TWO_R)

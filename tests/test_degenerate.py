@@ -11,12 +11,12 @@ import mpmath
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import found_degeneracies, generate, refuse_degenerate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.degenerate import degeneracies
+from symoro_elastic.pipeline import found_degeneracies, generate, refuse_degenerate
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 

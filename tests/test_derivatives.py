@@ -15,7 +15,6 @@ from mpmath import mp, mpf, workdps
 from symoro_elastic.codegen.latex import solution
 from symoro_elastic.equations import acceleration_derivatives
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import described, refuse_degenerate
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
@@ -25,6 +24,7 @@ from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.model import Result
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.output_folder import write_files
+from symoro_elastic.pipeline import described, refuse_degenerate
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.differentiation import Differentiation, substituted

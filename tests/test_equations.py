@@ -15,10 +15,10 @@ from symoro_elastic.codegen.closed_form import closed_equations, closed_forms
 from symoro_elastic.codegen.latex import arrays, number, solution
 from symoro_elastic.codegen.notation import TABLE, Notation
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine, toml
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.packaging import package
 from symoro_elastic.report.mathml import mathml, pieces
 from symoro_elastic.report.page import html_page, latex_document
 from symoro_elastic.report.pdf import ENGINES, pdf

@@ -16,11 +16,11 @@ pytest.importorskip("scipy")
 from symoro_elastic.cli import cli
 from symoro_elastic.cli.identification import neutral_positions
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import generate
 from symoro_elastic.identification.excitation import Limits, random_motion
 from symoro_elastic.identification.trajectory import limits_of, trajectory
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate
 from tests.generated_code import imported
 from tests.references.random_machines import chain
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import refuse_degenerate
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.balls import NoEnclosure, enclosures
+from symoro_elastic.pipeline import refuse_degenerate
 from tests.extremes import states as at
 from tests.extremes.code import compiled
 from tests.extremes.corpus import DIRECT, INVERSE, NOT_FINITE, REFUSED, WARNED, Extreme, corpus, locked_gimbal

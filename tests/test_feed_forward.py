@@ -14,7 +14,6 @@ from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import described, generate, render
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Parameter, Spring
@@ -23,6 +22,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.output_folder import write_files
+from symoro_elastic.pipeline import described, generate, render
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT, Graph

@@ -14,7 +14,6 @@ import pytest
 
 from symoro_elastic.equations.floating_base import rotation_of
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import found_degeneracies
 from symoro_elastic.machine.arguments import DIFFERENTIATED
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
@@ -24,6 +23,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.models.floating_base import ADDED
 from symoro_elastic.numerics.verify import verify
+from symoro_elastic.pipeline import found_degeneracies
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.built import Array, Built, built, cell, vector, worst
 from tests.references.random_machines import ALL_KINDS, chain, random_machine, random_state, two_children

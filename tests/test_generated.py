@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.generate import generate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate
 from tests.generated_code import COMPILERS, RESULTS, STRICT, Array, call, compiled, imported
 from tests.golden import FIVE, GENERATED, GOLDEN, ROOT, Golden, differences, left_over, make
 from tests.references import multiprecision as reference

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.python import render_numpy
-from symoro_elastic.generate import package
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Spring
@@ -25,6 +24,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC, InverseRefused, first_dependent
 from symoro_elastic.models.model import Frame, TracedModel
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.program import Input, Output, build
 from tests.generated_code import COMPILERS, imported

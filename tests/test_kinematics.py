@@ -14,9 +14,8 @@ import pytest
 
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
-from symoro_elastic.codegen.python import render_numpy
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Friction, Joint, Kind, Machine, Wrench
 from symoro_elastic.machine.resolve import resolve
@@ -26,6 +25,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.built import Array, Built, cell, vector, worst

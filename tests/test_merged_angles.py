@@ -13,11 +13,11 @@ from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import described
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.pipeline import described
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import SYMBOL, Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine

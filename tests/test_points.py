@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import described
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.names import AT_POINTS
@@ -20,6 +19,7 @@ from symoro_elastic.machine.scene import ALL, Asked, Point, Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.verify import verify
+from symoro_elastic.pipeline import described
 from symoro_elastic.report.page import html_page, latex_document
 from tests.built import cell, vector
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state

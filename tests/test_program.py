@@ -18,13 +18,13 @@ from symoro_elastic.codegen.body import C, Writer
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import COSPI, Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import describe, generate, is_part
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
@@ -23,6 +22,7 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
+from symoro_elastic.pipeline import describe, generate, is_part
 from symoro_elastic.report.tables import models_json
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression

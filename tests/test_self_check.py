@@ -13,12 +13,12 @@ from click.testing import CliRunner
 from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.rounding import ULP, RoundingModes
 from symoro_elastic.numerics.self_check import self_check
+from symoro_elastic.packaging import package
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
 from tests.extremes.machines import EXAMPLES, elastic_arm, nearly_parallel, six_axes

@@ -16,8 +16,7 @@ from symoro_elastic.codegen import compile as compiling
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_package, find_compiler
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.python import render_numpy
-from symoro_elastic.generate import package
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
@@ -29,6 +28,7 @@ from symoro_elastic.numerics import verify as verifying
 from symoro_elastic.numerics.states import extreme_states, moderate_states
 from symoro_elastic.numerics.values import NoValues, parameter_values
 from symoro_elastic.numerics.verify import Verification, verify
+from symoro_elastic.packaging import package
 from tests.references import multiprecision
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 

@@ -51,7 +51,7 @@ def generate(
     """Write the models of MACHINE as code to OUT/<machine name>/."""
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import TARGETS
-    from symoro_elastic.generate import generate
+    from symoro_elastic.pipeline import generate
     from symoro_elastic.report.tables import models_json, models_table
 
     chosen = among(targets, TARGETS, "--target") or TARGETS
@@ -99,9 +99,9 @@ def check(
     At random and at extreme states; exit code 1 where an error is out of bounds.
     """
     from symoro_elastic.codegen.compile import CompilationFailed
-    from symoro_elastic.generate import refuse_degenerate
     from symoro_elastic.numerics.values import NoValues
     from symoro_elastic.numerics.verify import refuse_unverifiable, verify
+    from symoro_elastic.pipeline import refuse_degenerate
     from symoro_elastic.report.tables import verification_json, verification_table
 
     found = read(machine, base)
@@ -168,7 +168,7 @@ def equations(
     scene: str | None,
 ) -> None:
     """Write the equations of a model with their intermediate variables, in order."""
-    from symoro_elastic.generate import described
+    from symoro_elastic.pipeline import described
     from symoro_elastic.report.page import html_page, latex_document
     from symoro_elastic.report.pdf import pdf
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 @JSON
 def show(machine: str, scene: str | None, as_json: bool) -> None:
     """Print the table of MACHINE, its parameters, and what is degenerate."""
-    from symoro_elastic.generate import found_degeneracies
     from symoro_elastic.grouping import base_parameters
     from symoro_elastic.machine.machine import Kind
     from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.pipeline import found_degeneracies
     from symoro_elastic.report.tables import machine_table
 
     found = read(machine)

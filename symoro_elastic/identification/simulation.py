@@ -11,13 +11,13 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.codegen.python import render_numpy
-from symoro_elastic.generate import package
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.packaging import package
 
 Array = NDArray[np.float64]
 Reference = Callable[[float], tuple[Array, Array, Array]]

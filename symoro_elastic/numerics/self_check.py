@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
@@ -18,6 +17,7 @@ from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.numerics.rounding import RoundingModes, Spread
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.packaging import package
 
 Progress = Callable[[int, int], None]
 STATES = 1000

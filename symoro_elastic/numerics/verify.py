@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.python import render_numpy
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
@@ -40,6 +39,7 @@ from symoro_elastic.numerics.followed import torques, unfollowed
 from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
 from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.packaging import package
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]

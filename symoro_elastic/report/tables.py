@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.described import SINGULAR
-from symoro_elastic.generate import ARGUMENTS, PARTICULAR, RESULTS
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.feed_forward import MOTION
+from symoro_elastic.quantities import ARGUMENTS, PARTICULAR, RESULTS
 from symoro_elastic.symbolic.program import OperationCount, saved
 
 if TYPE_CHECKING:

@@ -24,12 +24,12 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import package
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.states import States, moderate_states
+from symoro_elastic.packaging import package
 
 Array = NDArray[Any]
 Progress = Callable[[int, int], None]

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.errors import InputError
-from symoro_elastic.generate import describe, package, refuse_degenerate
 from symoro_elastic.grouping import checked_grouping
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
@@ -16,6 +15,8 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
 from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.states import ARGUMENTS
+from symoro_elastic.packaging import package
+from symoro_elastic.pipeline import describe, refuse_degenerate
 from symoro_elastic.symbolic.program import OperationCount
 
 Values = Mapping[str, float]

@@ -19,7 +19,7 @@ from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
-from symoro_elastic.codegen.python import render_numpy
+from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.accuracy import rounded, rounded_values

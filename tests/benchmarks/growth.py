@@ -19,8 +19,8 @@ import numpy as np
 
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.generate import described
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import described
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code
 from tests.benchmarks.tables import print_table, progress, save_json

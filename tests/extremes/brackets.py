@@ -9,13 +9,13 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.generate import package
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.rounding import RoundingModes, Spread
 from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.values import Values, parameter_values
+from symoro_elastic.packaging import package
 from tests.extremes.corpus import DIRECT, INVERSE
 
 AT_ONCE = 2000

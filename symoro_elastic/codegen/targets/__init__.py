@@ -8,7 +8,7 @@ from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.codegen.python import render_numpy
+from symoro_elastic.codegen.targets.numpy import render_numpy
 
 TARGETS = ("numpy", "c")
 
