@@ -13,7 +13,7 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.equations import acceleration_derivatives
+from symoro_elastic.equations.derivatives import accelerations as acceleration_derivatives
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine

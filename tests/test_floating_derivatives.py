@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.equations import acceleration_derivatives
+from symoro_elastic.equations.derivatives import accelerations as acceleration_derivatives
 from symoro_elastic.equations.floating_base import rotation_of
 from symoro_elastic.machine.machine import Given, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene

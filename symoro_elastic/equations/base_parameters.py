@@ -17,23 +17,21 @@ from functools import cached_property
 from typing import TypeAlias
 
 from symoro_elastic.equations.kinematics import path
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.regressor import INERTIA, MOMENTS, body_of, parameters_of
 from symoro_elastic.equations.spatial import (
-    ZERO,
-    Pair,
+    AT_REST,
+    AxialTransform,
+    Axis,
     RigidInertia,
     Scalar,
-    Screw,
+    Transform,
+    Twist,
     Vector,
     X,
     Z,
-    add,
     cross,
     is_zero,
-    screw_to_child,
-    subtract,
-    to_child,
 )
 
 ROTOR = "IA"
@@ -41,6 +39,7 @@ Draw: TypeAlias = Callable[[], Scalar]
 Settle: TypeAlias = Callable[[int, str, Scalar], Scalar]
 LINEAR, ANGULAR = 0, 1
 RATIO = "L"
+TWIST = ("VX", "VY", "VZ", "WX", "WY", "WZ")
 
 
 def as_is(_j: int, _name: str, x: Scalar) -> Scalar:
@@ -90,7 +89,7 @@ class Carried:
     In frame j, at a random position. What holds here always holds.
     """
 
-    twists: tuple[Pair, ...]
+    twists: tuple[Twist, ...]
     gravity: Vector
 
     @cached_property
@@ -150,36 +149,35 @@ def carried(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, Carr
     """
 
     def anything() -> Vector:
-        return draw(), draw(), draw()
+        return Vector(draw(), draw(), draw())
 
-    still = (ZERO, ZERO)
-    fields = [anything() if free_base else subtract(ZERO, mechanism.acceleration[0])]
-    twists: list[tuple[Pair, ...]] = [
-        ((anything(), anything()), (anything(), anything())) if free_base else (still, still)
+    fields = [anything() if free_base else -mechanism.acceleration.linear]
+    twists: list[tuple[Twist, ...]] = [
+        (Twist(anything(), anything()), Twist(anything(), anything())) if free_base else (AT_REST, AT_REST)
     ]
     found = {}
-    for j, link in mechanism.numbered():
-        before = tuple(screw_to_child(link.placement, twist) for twist in twists[link.antecedent])
-        found[j] = Carried(before, to_child(link.placement, fields[link.antecedent]))
-        moved = (_displacement(link.axis, draw),)
-        fields.append(to_child(moved, found[j].gravity))
-        twists.append(tuple(_plus(screw_to_child(moved, twist), link.axis.screw(draw())) for twist in before))
+    for j, link in mechanism.from_base():
+        before = tuple(link.transform * twist for twist in twists[link.antecedent])
+        found[j] = Carried(before, link.transform.to_child(fields[link.antecedent]))
+        moved = _displacement(link.axis, draw)
+        fields.append(moved.to_child(found[j].gravity))
+        twists.append(tuple(moved * twist + draw() * link.axis for twist in before))
     return found
 
 
-def _displacement(axis: Axis, draw: Draw) -> Screw:
+def _displacement(axis: Axis, draw: Draw) -> Transform:
     """A random motion of the joint, its angle a rational point of the circle."""
     if axis is Axis.REVOLUTE:
         t = draw()
-        return Screw(Z, (1 - t * t) / (1 + t * t), (t + t) / (1 + t * t), 0)
-    return Screw(Z, 1, 0, draw() if axis is Axis.PRISMATIC else 0)
+        return Transform((AxialTransform(Z, (1 - t * t) / (1 + t * t), (t + t) / (1 + t * t), 0),))
+    return Transform((AxialTransform(Z, 1, 0, draw() if axis is Axis.PRISMATIC else 0),))
 
 
 def leaving(mechanism: Mechanism, draw: Draw, free_base: bool, sizes: Mechanism) -> dict[int, list[Leaving]]:
     """What leaves each body, decided in an exact field; `sizes` is the same mechanism in floats."""
     rules = {Axis.REVOLUTE: _leaving_revolute, Axis.PRISMATIC: _leaving_prismatic, Axis.NONE: _leaving_fixed}
     how = carried(mechanism, draw, free_base)
-    return {j: list(rules[link.axis](mechanism, sizes, j, link, how[j])) for j, link in mechanism.numbered()}
+    return {j: list(rules[link.axis](mechanism, sizes, j, link, how[j])) for j, link in mechanism.from_base()}
 
 
 def _alone(names: Sequence[str], goes: bool = False) -> Iterator[Leaving]:
@@ -237,26 +235,33 @@ def _along(mechanism: Mechanism, sizes: Mechanism, j: int) -> dict[str, int | Ra
     """The first moment along the one direction about which frame j turns; its largest component is eliminated."""
     k = _turning_joints(mechanism, j)[0]
     (_, w), (_, size) = axis_at(mechanism, k, j), axis_at(sizes, k, j)
-    entries = sorted((m for m in range(3) if w[m]), key=lambda m: -abs(round(size[m], 9)))
+    entries = sorted((m for m in range(3) if w[m]), key=lambda m: -abs(round(_number(size[m]), 9)))
     first = entries[0]
     others = {MOMENTS[m]: Ratio(k, (ANGULAR, m), (ANGULAR, first)) for m in entries[1:]}
     return {MOMENTS[first]: 1, **others}
 
 
+def _number(x: Scalar) -> float:
+    """A scalar of a mechanism in floats."""
+    if not isinstance(x, int | float | Fraction):
+        raise TypeError(f"{x!r} is no number")
+    return float(x)
+
+
 def _turning_joints(mechanism: Mechanism, j: int) -> list[int]:
     """Revolute joints on the path from the base, joint j excepted."""
-    return [k for k in path(mechanism, j)[:-1] if mechanism.links[k - 1].axis is Axis.REVOLUTE]
+    return [k for k in path(mechanism, j)[:-1] if mechanism.link(k).axis is Axis.REVOLUTE]
 
 
-def axis_at(mechanism: Mechanism, k: int, j: int, settle: Settle = as_is) -> Pair:
+def axis_at(mechanism: Mechanism, k: int, j: int, settle: Settle = as_is) -> Twist:
     """a_k taken at frame j; the joints between are at the position of the mechanism."""
     links = path(mechanism, j)
-    screw = mechanism.links[k - 1].axis.screw(1)
+    a = 1 * mechanism.link(k).axis
     for number in links[links.index(k) + 1 :]:
-        (x, y, z), (a, b, c) = screw_to_child(mechanism.links[number - 1].placement, screw)
-        linear = (settle(number, "VX", x), settle(number, "VY", y), settle(number, "VZ", z))
-        screw = linear, (settle(number, "WX", a), settle(number, "WY", b), settle(number, "WZ", c))
-    return screw
+        moved = mechanism.link(number).transform * a
+        entries = [settle(number, name, x) for name, x in zip(TWIST, moved.entries, strict=True)]
+        a = Twist(Vector(*entries[:3]), Vector(*entries[3:]))
+    return a
 
 
 def group(
@@ -268,7 +273,7 @@ def group(
     """
     bodies = [RigidInertia(), *(link.body for link in mechanism.links)]
     grouped: dict[int, dict[str, Scalar]] = {}
-    for j, link in reversed(list(mechanism.numbered())):
+    for j, link in mechanism.from_tips():
         own = {**parameters_of(bodies[j]), ROTOR: link.rotor_inertia}
         own = {name: settle(j, name, x) for name, x in own.items()}
         gone: dict[str, Scalar] = {}
@@ -287,11 +292,7 @@ def group(
 def _carried_over(gone: Mapping[str, Scalar], j: int, link: Link, settle: Settle) -> RigidInertia:
     """Parameters of body j in the frame of its antecedent, iLambda_j K_j, screw by screw."""
     body = body_of(gone)
-    for screw in reversed(link.placement):
-        body = body.to_antecedent((screw,))
+    for step in reversed(link.transform.steps):
+        body = body.to_antecedent(Transform((step,)))
         body = body_of({name: settle(j, name, x) for name, x in parameters_of(body).items()})
     return body
-
-
-def _plus(p: Pair, q: Pair) -> Pair:
-    return add(p[0], q[0]), add(p[1], q[1])

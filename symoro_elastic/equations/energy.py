@@ -9,33 +9,23 @@ from fractions import Fraction
 
 from symoro_elastic.equations.kinematics import Scalars, velocities
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import (
-    Pair,
-    RigidInertia,
-    Scalar,
-    Vector,
-    cross,
-    dot,
-    origin,
-    times_symmetric,
-    to_child,
-)
+from symoro_elastic.equations.spatial import RigidInertia, Scalar, Twist, Vector, cross, dot
 
 
 def kinetic_energy(mechanism: Mechanism, qd: Scalars) -> Scalar:
     """(sum of V_j^T JJ_j V_j + Ia_j qd_j^2) / 2, in J, where V^T JJ V = M v^2 + 2 MS . (v x w) + w^T J w."""
     base, *moving = velocities(mechanism, qd)
     twice: Scalar = 0 if mechanism.body is None else _with_body(0, mechanism.body, base)
-    for (j, link), velocity in zip(mechanism.numbered(), moving, strict=True):
+    for (j, link), velocity in zip(mechanism.from_base(), moving, strict=True):
         twice = _with_body(twice, link.body, velocity)
         twice = twice + link.rotor_inertia * (qd[j] * qd[j])
     return half(twice)
 
 
-def _with_body(twice: Scalar, body: RigidInertia, velocity: Pair) -> Scalar:
+def _with_body(twice: Scalar, body: RigidInertia, velocity: Twist) -> Scalar:
     """Twice the kinetic energy, that of one more body included."""
     v, w = velocity
-    turning = dot(w, times_symmetric(body.inertia, w))
+    turning = dot(w, body.inertia * w)
     return twice + body.mass * dot(v, v) + 2 * dot(body.moments, cross(v, w)) + turning
 
 
@@ -47,10 +37,10 @@ def gravity_energy(mechanism: Mechanism, gravity: Vector, depth: Scalar = 0) -> 
     body = mechanism.body or RigidInertia()
     energy: Scalar = 0 - (body.mass * depth + dot(gravity, body.moments))
     fields: list[tuple[Vector, Scalar]] = [(gravity, depth)]
-    for _, link in mechanism.numbered():
+    for _, link in mechanism.from_base():
         field, depth = fields[link.antecedent]
-        depth = depth + dot(field, origin(link.placement))
-        field = to_child(link.placement, field)
+        depth = depth + dot(field, link.transform.origin)
+        field = link.transform.to_child(field)
         fields.append((field, depth))
         energy = energy - (link.body.mass * depth + dot(field, link.body.moments))
     return energy

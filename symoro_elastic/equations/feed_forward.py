@@ -20,10 +20,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from symoro_elastic.equations.mechanism import Axis, Mechanism
-from symoro_elastic.equations.spatial import Placement, Screw, Vector, is_zero, origin, to_antecedent
-
-ALONG: Vector = (0, 0, 1)
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.spatial import EZ, AxialTransform, Axis, Transform, is_zero
 
 
 @dataclass(frozen=True)
@@ -59,34 +57,38 @@ def _sense(mechanism: Mechanism, first: int, second: int) -> int:
 
     Slides need one direction, turns one line too; only what holds for all values of the parameters counts.
     """
-    carrier, placement = _carried(mechanism, second)
-    axis = mechanism.links[second - 1].axis
-    if carrier != first or mechanism.links[first - 1].axis is not axis:
+    carrier, transform = _carrier(mechanism, second)
+    axis = mechanism.link(second).axis
+    if carrier != first or mechanism.link(first).axis is not axis:
         return 0
-    x, y, z = to_antecedent(placement, ALONG)
-    across = origin(placement)[:2] if axis is Axis.REVOLUTE else ()
+    x, y, z = transform.to_antecedent(EZ)
+    across = transform.origin[:2] if axis is Axis.REVOLUTE else ()
     if not all(map(is_zero, (x, y, *across))):
         return 0
     return is_zero(z - 1) - is_zero(z + 1)
 
 
-def _carried(mechanism: Mechanism, j: int) -> tuple[int, Placement]:
-    """The moving body (or base) that carries joint j, and its placement there without the last screw."""
-    i, placement = mechanism.links[j - 1].antecedent, mechanism.links[j - 1].placement[:-1]
-    while i and mechanism.links[i - 1].axis is Axis.NONE:
-        i, placement = mechanism.links[i - 1].antecedent, mechanism.links[i - 1].placement + placement
-    return i, placement
+def _carrier(mechanism: Mechanism, j: int) -> tuple[int, Transform]:
+    """The moving body (or base) that carries joint j, and the transform from it without the joint's own step."""
+    link = mechanism.link(j)
+    i, transform = link.antecedent, Transform(link.transform.steps[:-1])
+    while i and mechanism.link(i).axis is Axis.NONE:
+        i, transform = mechanism.link(i).antecedent, transform.after(mechanism.link(i).transform)
+    return i, transform
 
 
-def hung_side_by_side(mechanism: Mechanism, found: Sequence[Drive], held: Mapping[int, Screw]) -> Mechanism:
-    """The mechanism in which every body of a drive hangs on the antecedent of its motor.
+def mounted_in_parallel(mechanism: Mechanism, found: Sequence[Drive], held: Mapping[int, AxialTransform]) -> Mechanism:
+    """The mechanism in which every body of a drive is mounted on the antecedent of its motor.
 
-    `held[j]` is the last screw of joint j at zero of its variable; the variable of joint j becomes s_j z_j.
+    `held[j]` is the last axial transform of joint j at zero of its variable; the variable of joint j becomes s_j z_j.
     """
     links = list(mechanism.links)
     for drive in found:
-        antecedent, place = links[drive.motor - 1].antecedent, links[drive.motor - 1].placement[:-1]
+        motor = links[drive.motor - 1]
+        antecedent, steps = motor.antecedent, motor.transform.steps[:-1]
         for before, j in pairwise(drive.joints):
-            place = (*place, held[before], *_carried(mechanism, j)[1])
-            links[j - 1] = replace(links[j - 1], antecedent=antecedent, placement=(*place, links[j - 1].placement[-1]))
+            link = links[j - 1]
+            steps = (*steps, held[before], *_carrier(mechanism, j)[1].steps)
+            transform = Transform((*steps, link.transform.steps[-1]))
+            links[j - 1] = replace(link, antecedent=antecedent, transform=transform)
     return replace(mechanism, links=tuple(links))

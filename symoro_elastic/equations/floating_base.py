@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.equations.spatial import Matrix, Pair, Scalar, SpatialInertia, full, transpose
+from symoro_elastic.equations.spatial import ArticulatedInertia, Matrix, Scalar, Twist, Vector, Wrench
 
 DEGREES = range(-6, 0)
 """Numbers of the degrees of freedom of a base, linear part first; joints are numbered from 1."""
@@ -15,7 +15,7 @@ DEGREES = range(-6, 0)
 class WrenchKnown:
     """The wrench that the surroundings exert on the base, in its frame, is given; its weight is no part of it."""
 
-    wrench: Pair
+    wrench: Wrench
 
 
 @dataclass(frozen=True)
@@ -29,29 +29,18 @@ class Solution:
     x: list[Scalar]
 
     @property
-    def pair(self) -> Pair:
-        """Six unknowns as a screw."""
+    def twist(self) -> Twist:
+        """Six unknowns as a twist."""
         a, b, c, d, e, f = self.x
-        return (a, b, c), (d, e, f)
+        return Twist(Vector(a, b, c), Vector(d, e, f))
 
 
-def base_acceleration(Js: SpatialInertia, wrench: Pair) -> Solution:
+def base_acceleration(Js: ArticulatedInertia, wrench: Wrench) -> Solution:
     """V'_0 of J*_0 V'_0 = f_0 + b*_0: accelerations of the base, those of gravity subtracted.
 
     Raises `ZeroDivisionError` where a motion of the base meets no inertia.
     """
-    return solve_symmetric(six_rows(Js), six(wrench))
-
-
-def six(pair: Pair) -> tuple[Scalar, ...]:
-    """The entries of a screw or wrench, linear part first."""
-    return (*pair[0], *pair[1])
-
-
-def six_rows(inertia: SpatialInertia) -> list[tuple[Scalar, ...]]:
-    """All entries, row by row."""
-    upper = [a + b for a, b in zip(full(inertia.A), inertia.B, strict=True)]
-    return [*upper, *(b + d for b, d in zip(transpose(inertia.B), full(inertia.D), strict=True))]
+    return solve_symmetric(Js.rows, wrench.entries)
 
 
 def solve_symmetric(matrix: Sequence[Sequence[Scalar]], right: Sequence[Scalar]) -> Solution:
@@ -83,8 +72,8 @@ def rotation_of(quaternion: Sequence[Scalar]) -> Matrix:
     xx, yy, zz = 2 * (x * x), 2 * (y * y), 2 * (z * z)
     xy, xz, yz = 2 * (x * y), 2 * (x * z), 2 * (y * z)
     wx, wy, wz = 2 * (w * x), 2 * (w * y), 2 * (w * z)
-    return (
-        (1 - (yy + zz), xy - wz, xz + wy),
-        (xy + wz, 1 - (xx + zz), yz - wx),
-        (xz - wy, yz + wx, 1 - (xx + yy)),
+    return Matrix(
+        Vector(1 - (yy + zz), xy - wz, xz + wy),
+        Vector(xy + wz, 1 - (xx + zz), yz - wx),
+        Vector(xz - wy, yz + wx, 1 - (xx + yy)),
     )

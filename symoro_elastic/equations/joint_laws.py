@@ -7,7 +7,7 @@ from symoro_elastic.equations.spatial import Scalar
 
 def elastic_torque(k: Scalar, delta_q: Scalar, d: Scalar, qd: Scalar) -> Scalar:
     """Gamma = -k delta_q - d qd [9], N m or N; delta_q = q - q0 is the deflection."""
-    return -(k * delta_q) - d * qd
+    return -(k * delta_q) - d * qd  # (9), (18)
 
 
 def friction(viscous: Scalar, coulomb: Scalar, qd: Scalar, sign_qd: Scalar) -> Scalar:

@@ -3,207 +3,222 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    AT_REST,
+    EZ,
+    IDENTITY,
     ZERO,
+    Axis,
     Matrix,
-    Pair,
-    Placement,
     Scalar,
+    Transform,
+    Twist,
     Vector,
-    add,
-    arm,
     cross,
     hat_plus_hat_squared,
-    origin,
-    scale,
-    screw_to_child,
-    subtract,
-    times,
-    to_antecedent,
-    to_child,
-    transpose,
-    turn,
-    turn_back,
 )
 
 Scalars: TypeAlias = Sequence[Scalar]
 
 
-def frames(mechanism: Mechanism, seen_from: int = 0) -> list[tuple[Matrix, Vector]]:
-    """kAj and kPj of every frame j, seen from frame k: 0Aj and 0Pj [2] unless another one is named.
+class Frame(NamedTuple):
+    """Orientation kAj and origin kPj of a frame j, expressed in a frame k."""
 
-    The joints between the two frames enter, and no other.
+    rotation: Matrix
+    origin: Vector
+
+    @property
+    def z(self) -> Vector:
+        """The axis z_j, in frame k."""
+        return self.rotation.T.z
+
+    def child(self, link: Link) -> Frame:
+        """The frame of a link whose antecedent this is: kTi iTj."""
+        rotation, origin = self
+        for step in link.transform.steps:
+            origin = origin + step.shift * rotation.T[step.axis]
+            rotation = step.rotate_rows(rotation)
+        return Frame(rotation, origin)  # (1)
+
+    def antecedent(self, link: Link) -> Frame:
+        """The frame of the antecedent of a link that this is: kTj jTi."""
+        rotation, origin = self
+        for step in reversed(link.transform.steps):
+            origin = origin - step.shift * rotation.T[step.axis]
+            rotation = step.rotate_rows_back(rotation)
+        return Frame(rotation, origin)  # (1)
+
+
+def frames(mechanism: Mechanism, seen_from: int = 0) -> list[Frame]:
+    """Every frame j expressed in frame k = `seen_from`; k = 0 gives 0Tj [2].
+
+    Only the joints between the two frames enter.
     """
-    placed: dict[int, tuple[Matrix, Vector]] = {seen_from: (((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))}
+    placed = {seen_from: Frame(IDENTITY, ZERO)}
     for j in reversed(path(mechanism, seen_from)):
-        link = mechanism.links[j - 1]
-        placed[link.antecedent] = antecedent_frame(link, *placed[j])
-    for j, link in mechanism.numbered():
+        link = mechanism.link(j)
+        placed[link.antecedent] = placed[j].antecedent(link)
+    for j, link in mechanism.from_base():
         if j not in placed:
-            placed[j] = moved_frame(link, *placed[link.antecedent])
+            placed[j] = placed[link.antecedent].child(link)  # (2)
     return [placed[j] for j in range(len(mechanism.links) + 1)]
 
 
-def moved_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
-    """Frame j from frame i, both seen from any third [1]."""
-    for screw in link.placement:
-        position = add(position, scale(screw.shift, transpose(rotation)[screw.axis]))
-        rotation = (turn_back(screw, rotation[0]), turn_back(screw, rotation[1]), turn_back(screw, rotation[2]))
-    return rotation, position
+class FrameSet(NamedTuple):
+    """All frames j expressed in one frame k, and their distances from their anchors.
 
-
-def antecedent_frame(link: Link, rotation: Matrix, position: Vector) -> tuple[Matrix, Vector]:
-    """Frame i from frame j, both seen from any third."""
-    for screw in reversed(link.placement):
-        position = subtract(position, scale(screw.shift, transpose(rotation)[screw.axis]))
-        rotation = (turn(screw, rotation[0]), turn(screw, rotation[1]), turn(screw, rotation[2]))
-    return rotation, position
-
-
-@dataclass(frozen=True)
-class View:
-    """All frames as one of them, k, sees them: kAj and kPj, and how far they are from their anchors.
-
-    The anchor of frame j is the last revolute joint before it, or the base: what lies between turns
-    alike. `levers[j]` is kPj less that of the anchor; only joints between the two enter.
+    The anchor of frame j is the last revolute joint before it, or the base: what lies between rotates as one body.
+    `levers[j]` is kPj less kP of the anchor; only joints between the two enter.
     """
 
-    placed: list[tuple[Matrix, Vector]]
+    frames: list[Frame]
     anchors: list[int]
     levers: list[Vector]
 
 
-def view(mechanism: Mechanism, seen_from: int = 0) -> View:
-    """What frame k sees."""
-    seen, between = View(frames(mechanism, seen_from), [0], [ZERO]), path(mechanism, seen_from)
-    for j, link in mechanism.numbered():
+def frame_set(mechanism: Mechanism, seen_from: int = 0) -> FrameSet:
+    """All frames expressed in frame k = `seen_from`."""
+    seen = FrameSet(frames(mechanism, seen_from), [0], [ZERO])
+    between = path(mechanism, seen_from)
+    for j, link in mechanism.from_base():
         i = link.antecedent
         if j in between:
-            lever = subtract(ZERO, antecedent_frame(link, seen.placed[j][0], ZERO)[1])
+            lever = -Frame(seen.frames[j].rotation, ZERO).antecedent(link).origin
         else:
-            lever = moved_frame(link, seen.placed[i][0], ZERO)[1]
-        anchored = not i or mechanism.links[i - 1].axis is Axis.REVOLUTE
+            lever = Frame(seen.frames[i].rotation, ZERO).child(link).origin
+        anchored = not i or mechanism.link(i).axis is Axis.REVOLUTE
         seen.anchors.append(i if anchored else seen.anchors[i])
-        seen.levers.append(lever if anchored else add(seen.levers[i], lever))
+        seen.levers.append(lever if anchored else seen.levers[i] + lever)
     return seen
 
 
-def carried_velocity(link: Link, w_i: Vector) -> Vector:
-    """jw_i = jAi w_i."""
-    return to_child(link.placement, w_i)
-
-
 def angular_velocities(mechanism: Mechanism, qd: Scalars) -> list[Vector]:
-    """w_j = jAi w_i + s0 qd_j z [3], rad/s in frame j."""
-    w = [mechanism.velocity[1]]
-    for j, link in mechanism.numbered():
-        w.append(add(carried_velocity(link, w[link.antecedent]), link.axis.screw(qd[j])[1]))
+    """Angular velocity w_j of every link [3], rad/s in frame j."""
+    w = [mechanism.velocity.angular]
+    for j, link in mechanism.from_base():
+        w.append(link.transform.to_child(w[link.antecedent]) + (qd[j] * link.axis).angular)  # (3)
     return w
 
 
-def velocity_terms(mechanism: Mechanism, qd: Scalars, w: list[Vector]) -> list[Pair]:
-    """g_j [7], the part of V'_j that depends on velocities only, in frame j without its last turn."""
-    g: list[Pair] = [(ZERO, ZERO)]
-    for j, link in mechanism.numbered():
-        carried = to_child(link.unturned, w[link.antecedent])
-        slide, spin = link.axis.screw(qd[j])
-        centripetal = cross(carried, cross(carried, arm(link.unturned)))
-        g.append((add(centripetal, cross(carried, add(slide, slide))), cross(carried, spin)))
-    return g
+def velocity_terms(mechanism: Mechanism, qd: Scalars, w: list[Vector]) -> list[Twist]:
+    """gamma_j [7], the part of V'_j that depends on velocities only, in the frame before the joint's rotation."""
+    gamma = [AT_REST]
+    for j, link in mechanism.from_base():
+        jw_i = link.before.to_child(w[link.antecedent])
+        slide, spin = qd[j] * link.axis
+        centripetal = cross(jw_i, cross(jw_i, link.before.origin_in_child))
+        gamma.append(Twist(centripetal + cross(jw_i, slide + slide), cross(jw_i, spin)))  # (7)
+    return gamma
 
 
-def coriolis(link: Link, jw_i: Vector, qd: Scalar) -> Pair:
-    """[2 s1 (jw_i x qd z); s0 (jw_i x qd z)], the joint's own part of g_j [7]."""
+def coriolis(link: Link, w_i: Vector, qd: Scalar) -> Twist:
+    """The joint's own part of gamma_j [7], in frame j: all but the centripetal acceleration."""
     if link.axis is Axis.NONE:
-        return (0, 0, 0), (0, 0, 0)
+        return AT_REST
+    jw_i = link.transform.to_child(w_i)
     if link.axis is Axis.REVOLUTE:
-        return (0, 0, 0), cross(jw_i, (0, 0, qd))
-    return cross(jw_i, (0, 0, qd + qd)), (0, 0, 0)
+        return Twist(ZERO, cross(jw_i, qd * EZ))  # (7)
+    return Twist(cross(jw_i, (qd + qd) * EZ), ZERO)  # (7)
 
 
-def turning(link: Link, w_i: Vector, wd_i: Vector, U_i: Matrix, w_j: Vector, qdd: Scalar) -> tuple[Vector, Matrix]:
-    """wd_j [6] and U_j = hat(wd_j) + hat(w_j) hat(w_j) of a revolute joint.
+class AngularMotion(NamedTuple):
+    """Angular acceleration wd of a link and U = hat(wd) + hat(w) hat(w), in its frame."""
 
-    Points of its axis belong to both links: U_j z is U_i z turned, whatever the joint does. Found so it keeps its
-    digits where qd_j is large, and gives wd_x and wd_y without products of its own.
+    wd: Vector
+    U: Matrix
+
+
+def angular_motion(link: Link, w_i: Vector, motion_i: AngularMotion, w_j: Vector, qdd: Scalar) -> AngularMotion:
+    """wd_j [6] and U_j of a link, from those of its antecedent.
+
+    Points of a revolute joint's axis belong to both links, so that U_j z = jAi U_i iz_j, whatever the joint does.
+    Found so it keeps its digits where qd_j is large, and gives wd_x and wd_y without products of their own.
     """
-    along = turn_back(link.last_turn, _along_axis(link.unturned, w_i, wd_i, U_i))
-    _, _, spin = to_child(link.unturned, wd_i)
+    wd_i, _ = motion_i
+    if link.axis is not Axis.REVOLUTE:
+        wd = link.transform.to_child(wd_i)  # (6)
+        return AngularMotion(wd, hat_plus_hat_squared(w_j, wd))
+    before, rotation = link.before, link.joint_rotation.step
+    along_z = rotation.rotate_back(_along_axis(before, w_i, motion_i))
     x, y, z = w_j
-    wd_j = (y * z - along[1], along[0] - x * z, spin + qdd)
-    return wd_j, hat_plus_hat_squared(w_j, wd_j, along)
+    wd = Vector(y * z - along_z.y, along_z.x - x * z, before.to_child(wd_i).z + qdd)  # (6)
+    return AngularMotion(wd, hat_plus_hat_squared(w_j, wd, along_z))
 
 
-def _along_axis(placement: Placement, w: Vector, wd: Vector, U: Matrix) -> Vector:
-    """U z in the moved frame, which does not move; quarter turns find it in a column of U."""
-    if all(screw.turns_by_quarters for screw in placement):
-        return to_child(placement, times(U, to_antecedent(placement, (0, 0, 1))))
-    x, y, z = to_child(placement, w)
-    wx, wy, _ = to_child(placement, wd)
-    return (x * z + wy, y * z - wx, -(x * x + y * y))
+def _along_axis(before: Transform, w: Vector, motion: AngularMotion) -> Vector:
+    """U_i iz_j in the frame before the joint's rotation; quarter turns find it in a column of U_i."""
+    if before.permutes:
+        return before.to_child(motion.U * before.to_antecedent(EZ))
+    x, y, z = before.to_child(w)
+    wx, wy, _ = before.to_child(motion.wd)
+    return Vector(x * z + wy, y * z - wx, -(x * x + y * y))
 
 
-def velocities(mechanism: Mechanism, qd: Scalars) -> list[Pair]:
+def velocities(mechanism: Mechanism, qd: Scalars) -> list[Twist]:
     """V_j [3]: velocity of the origin (m/s) and angular velocity (rad/s) of every frame, in frame j."""
-    found = [mechanism.velocity]
-    for j, link in mechanism.numbered():
-        linear, angular = screw_to_child(link.placement, found[link.antecedent])
-        moved, turned = link.axis.screw(qd[j])
-        found.append((add(linear, moved), add(angular, turned)))
-    return found
+    V = [mechanism.velocity]
+    for j, link in mechanism.from_base():
+        V.append(link.transform * V[link.antecedent] + qd[j] * link.axis)  # (3)
+    return V
 
 
-def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Pair]:
+def accelerations(mechanism: Mechanism, qd: Scalars, qdd: Scalars) -> list[Twist]:
     """V'_j [6]: acceleration of the origin (m/s2) and angular acceleration (rad/s2), in frame j.
 
     Starts from the acceleration of the base that the mechanism holds, gravity included there.
     """
     w = angular_velocities(mechanism, qd)
-    found = [mechanism.acceleration]
-    for j, link in mechanism.numbered():
-        i = link.antecedent
-        linear, angular = coriolis(link, carried_velocity(link, w[i]), qd[j])
-        moved, turned = link.axis.screw(qdd[j])
-        vd_i, wd_i = found[i]
-        carried = to_child(link.placement, add(vd_i, times(hat_plus_hat_squared(w[i], wd_i), origin(link.placement))))
-        wd = add(to_child(link.placement, wd_i), add(angular, turned))
-        found.append((add(carried, add(linear, moved)), wd))
-    return found
+    Vd = [mechanism.acceleration]
+    for j, link in mechanism.from_base():
+        i, (vd, wd) = link.antecedent, Vd[link.antecedent]
+        gamma = coriolis(link, w[i], qd[j])
+        at_origin = vd + hat_plus_hat_squared(w[i], wd) * link.transform.origin
+        carried, gain = link.transform.to_child(at_origin), qdd[j] * link.axis
+        wd = link.transform.to_child(wd) + (gamma.angular + gain.angular)
+        Vd.append(Twist(carried + (gamma.linear + gain.linear), wd))  # (6)
+    return Vd
 
 
-def seen_motion(mechanism: Mechanism, seen: View, qd: Scalars, qdd: Scalars) -> tuple[list[Pair], list[Pair]]:
-    """V_j [3] and V'_j [6] of every frame, all components in the one frame that sees them.
+def motion_expressed_in(
+    mechanism: Mechanism, seen: FrameSet, qd: Scalars, qdd: Scalars
+) -> tuple[list[Twist], list[Twist]]:
+    """V_j [3] and V'_j [6] of every frame, all components in the one frame k that expresses them.
 
-    Unlike components in frame j that are turned back, these are free of the angle of a revolute joint j.
-    Base as in `accelerations`.
+    Unlike components in frame j that are rotated back, these do not contain the angle of a revolute joint j. With
+    the anchor l of frame j, the lever p from it, the sliding velocity s of the joints between and its derivative s',
+
+        v_j  = v_l + w_l x p + s,
+        v'_j = v'_l + U_l p + 2 w_l x s + s',
+        w_j = w_l + qd_j z_j,   w'_j = w'_l + w x (qd_j z_j) + qdd_j z_j
+
+    at a revolute joint j, where w may leave out rotations about z_j itself. Base as in `accelerations`.
     """
-    rotation = seen.placed[0][0]
-    V = [(times(rotation, mechanism.velocity[0]), times(rotation, mechanism.velocity[1]))]
-    Vd = [(times(rotation, mechanism.acceleration[0]), times(rotation, mechanism.acceleration[1]))]
-    slides: list[Pair] = [(ZERO, ZERO)]
-    tilts = [(ZERO, V[0][1])]  # the axis that a frame turns about, and w but for the turns about it
-    for j, link in mechanism.numbered():
-        (v, w), (vd, wd), lever = V[seen.anchors[j]], Vd[seen.anchors[j]], seen.levers[j]
-        axis, tilting = tilts[seen.anchors[j]]
-        speed, push = slides[link.antecedent]
-        z = transpose(seen.placed[j][0])[2]
-        rate, gain = scale(qd[j], z), scale(qdd[j], z)
+    R = seen.frames[0].rotation
+    V = [Twist(R * mechanism.velocity.linear, R * mechanism.velocity.angular)]
+    Vd = [Twist(R * mechanism.acceleration.linear, R * mechanism.acceleration.angular)]
+    slides = [AT_REST]
+    axes = [(ZERO, V[0].angular)]
+    for j, link in mechanism.from_base():
+        anchor, lever = seen.anchors[j], seen.levers[j]
+        (v, w), (vd, wd), (axis, w_before) = V[anchor], Vd[anchor], axes[anchor]
+        s, sd = slides[link.antecedent]
+        z = seen.frames[j].z
+        rate, gain = qd[j] * z, qdd[j] * z
         if link.axis is Axis.PRISMATIC:
-            speed, push = add(speed, rate), add(push, gain)
-        v = add(add(v, cross(w, lever)), speed)
-        vd = add(add(vd, times(hat_plus_hat_squared(w, wd), lever)), add(cross(w, add(speed, speed)), push))
+            s, sd = s + rate, sd + gain
+        v = v + cross(w, lever) + s
+        vd = vd + hat_plus_hat_squared(w, wd) * lever + (cross(w, s + s) + sd)
         if link.axis is Axis.REVOLUTE:
-            axis, tilting = z, tilting if axis == z else w
-            w, wd = add(w, rate), add(wd, add(cross(tilting, rate), gain))
-            speed, push = ZERO, ZERO
-        V.append((v, w))
-        Vd.append((vd, wd))
-        slides.append((speed, push))
-        tilts.append((axis, tilting))
+            axis, w_before = z, w_before if axis == z else w
+            w, wd = w + rate, wd + (cross(w_before, rate) + gain)
+            s, sd = ZERO, ZERO
+        V.append(Twist(v, w))
+        Vd.append(Twist(vd, wd))
+        slides.append(Twist(s, sd))
+        axes.append((axis, w_before))
     return V, Vd
 
 
@@ -212,25 +227,24 @@ def path(mechanism: Mechanism, j: int) -> list[int]:
     links: list[int] = []
     while j:
         links.append(j)
-        j = mechanism.links[j - 1].antecedent
+        j = mechanism.link(j).antecedent
     return links[::-1]
 
 
-def jacobian(mechanism: Mechanism, seen: View, frame: int) -> dict[int, Pair]:
+def jacobian(mechanism: Mechanism, seen: FrameSet, frame: int) -> dict[int, Twist]:
     """Columns of the basic Jacobian of a frame, linear part first, by joint number.
 
-    V_frame = sum of the columns times qd, on a base at rest. A revolute joint gives [z x (P - P_j); z],
-    a prismatic joint [z; 0], for the joints on the path from the base. Components are in the frame
-    that sees them.
+    V_frame = sum of the columns times qd, on a base at rest [3], for the joints on the path from the base. Components
+    are in the frame that expresses them.
     """
-    columns: dict[int, Pair] = {}
+    columns: dict[int, Twist] = {}
     anchor, lever = frame, ZERO
     for j in reversed(path(mechanism, frame)):
-        z = transpose(seen.placed[j][0])[2]
-        if mechanism.links[j - 1].axis is Axis.PRISMATIC:
-            columns[j] = z, ZERO
-        elif mechanism.links[j - 1].axis is Axis.REVOLUTE:
+        z, axis = seen.frames[j].z, mechanism.link(j).axis
+        if axis is Axis.PRISMATIC:
+            columns[j] = Twist(z, ZERO)  # (3)
+        elif axis is Axis.REVOLUTE:
             if j != anchor:
-                anchor, lever = j, add(lever, seen.levers[anchor])
-            columns[j] = cross(z, lever), z
+                anchor, lever = j, lever + seen.levers[anchor]
+            columns[j] = Twist(cross(z, lever), z)  # (3)
     return columns

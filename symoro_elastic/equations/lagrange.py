@@ -5,19 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symoro_elastic.equations.dynamics import SingularPivot
-from symoro_elastic.equations.floating_base import six, six_rows, solve_symmetric
+from symoro_elastic.equations.elimination import SingularPivot
+from symoro_elastic.equations.floating_base import solve_symmetric
 from symoro_elastic.equations.kinematics import path
-from symoro_elastic.equations.mechanism import Axis, Mechanism
-from symoro_elastic.equations.spatial import (
-    Pair,
-    RigidInertia,
-    Scalar,
-    SpatialInertia,
-    add,
-    scale,
-    wrench_to_antecedent,
-)
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.spatial import NO_WRENCH, Axis, RigidInertia, Scalar, Twist, Vector, Wrench
 
 
 @dataclass(frozen=True)
@@ -29,9 +21,9 @@ class InertiaMatrix:
     """
 
     composite: list[RigidInertia]
-    f: list[Pair]
+    f: list[Wrench]
     A: list[list[Scalar]]
-    base: dict[int, Pair]
+    base: dict[int, Wrench]
 
 
 def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
@@ -41,24 +33,24 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
     """
     n = len(mechanism.links)
     composite = [mechanism.body or RigidInertia(), *(link.body for link in mechanism.links)]
-    f: list[Pair] = [((0, 0, 0), (0, 0, 0))] * (n + 1)
+    f = [NO_WRENCH] * (n + 1)
     A: list[list[Scalar]] = [[0] * (n + 1) for _ in range(n + 1)]
-    base: dict[int, Pair] = {}
-    for j, link in reversed(list(mechanism.numbered())):
+    base: dict[int, Wrench] = {}
+    for j, link in mechanism.from_tips():
         if link.antecedent or mechanism.body is not None:
-            composite[link.antecedent] += composite[j].to_antecedent(link.placement)
+            composite[link.antecedent] += composite[j].to_antecedent(link.transform)
         if link.axis is Axis.NONE:
             continue
-        f[j] = wrench = link.axis.column(SpatialInertia.of_body(composite[j]))
-        A[j][j] = link.axis.project(wrench) + link.rotor_inertia
+        f[j] = wrench = composite[j].spatial * link.axis
+        A[j][j] = link.axis.T * wrench + link.rotor_inertia  # (8)
         i = j
-        while mechanism.links[i - 1].antecedent:
-            wrench = wrench_to_antecedent(mechanism.links[i - 1].placement, wrench)
-            i = mechanism.links[i - 1].antecedent
-            axis = mechanism.links[i - 1].axis
-            A[i][j] = A[j][i] = 0 if axis is Axis.NONE else axis.project(wrench)
+        while mechanism.link(i).antecedent:
+            wrench = mechanism.link(i).transform.T * wrench
+            i = mechanism.link(i).antecedent
+            axis = mechanism.link(i).axis
+            A[i][j] = A[j][i] = 0 if axis is Axis.NONE else axis.T * wrench  # (8)
         if mechanism.body is not None:
-            base[j] = wrench_to_antecedent(mechanism.links[i - 1].placement, wrench)
+            base[j] = mechanism.link(i).transform.T * wrench
     return InertiaMatrix(composite, f, A, base)
 
 
@@ -78,10 +70,10 @@ def factorization(mechanism: Mechanism, A: list[list[Scalar]]) -> Factorization:
     """A = L^T D L from the tips to the base, where nothing fills in. Raises `SingularPivot`."""
     left = [list(row) for row in A]
     found = Factorization({}, {}, {})
-    for j, link in reversed(list(mechanism.numbered())):
+    for j, link in mechanism.from_tips():
         if link.axis is Axis.NONE:
             continue
-        carrying = [i for i in path(mechanism, j)[:-1] if mechanism.links[i - 1].axis is not Axis.NONE]
+        carrying = [i for i in path(mechanism, j)[:-1] if mechanism.link(i).axis is not Axis.NONE]
         try:
             inverse = 1 / left[j][j]
         except ZeroDivisionError:
@@ -96,7 +88,7 @@ def factorization(mechanism: Mechanism, A: list[list[Scalar]]) -> Factorization:
 
 def solution(factors: Factorization, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
     """x of A x = right, by joint number."""
-    x = dict(right)
+    x = dict(right)  # (10): L^T D L x = right
     for j, row in factors.L.items():
         for i, entry in row.items():
             x[i] = x[i] - entry * x[j]
@@ -108,32 +100,36 @@ def solution(factors: Factorization, right: Mapping[int, Scalar]) -> dict[int, S
 
 
 def free_solution(
-    factors: Factorization, found: InertiaMatrix, wrench: Pair, right: Mapping[int, Scalar]
-) -> tuple[Pair, dict[int, Scalar]]:
+    factors: Factorization, found: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
+) -> tuple[Twist, dict[int, Scalar]]:
     """V'_0 and x of A (V'_0, x) = (wrench, right) on a floating base: the joints are eliminated, then its six rows.
 
     Raises `SingularPivot`.
     """
     held = solution(factors, right)
-    pushed = [solution(factors, {j: six(found.base[j])[k] for j in right}) for k in range(6)]
-    columns = zip(six_rows(SpatialInertia.of_body(found.composite[0])), pushed, strict=True)
-    left = [six(_without(found, (column[:3], column[3:]), moved)) for column, moved in columns]
+    pushed = [solution(factors, {j: found.base[j].entries[k] for j in right}) for k in range(6)]
+    columns = zip(found.composite[0].spatial.rows, pushed, strict=True)
+    left = [_without(found, _wrench(column), moved).entries for column, moved in columns]
     try:
-        base = solve_symmetric(left, six(_without(found, wrench, held)))
+        base = solve_symmetric(left, _without(found, wrench, held).entries)
     except ZeroDivisionError:
         raise SingularPivot(0) from None
     for k, acceleration in enumerate(base.x):
         held = {j: x - pushed[k][j] * acceleration for j, x in held.items()}
-    return base.pair, held
+    return base.twist, held
 
 
-def wrench_on_base(found: InertiaMatrix, wrench: Pair, qdd: Mapping[int, Scalar]) -> Pair:
+def _wrench(entries: tuple[Scalar, ...]) -> Wrench:
+    return Wrench(Vector(*entries[:3]), Vector(*entries[3:]))
+
+
+def wrench_on_base(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
     """A wrench on a floating base, and what the accelerations of the joints add to it."""
-    force, moment = wrench
     for j, x in qdd.items():
-        force, moment = add(force, scale(x, found.base[j][0])), add(moment, scale(x, found.base[j][1]))
-    return force, moment
+        force, moment = found.base[j]
+        wrench = Wrench(wrench.force + x * force, wrench.moment + x * moment)
+    return wrench
 
 
-def _without(found: InertiaMatrix, wrench: Pair, qdd: Mapping[int, Scalar]) -> Pair:
+def _without(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
     return wrench_on_base(found, wrench, {j: -x for j, x in qdd.items()})

@@ -1,78 +1,61 @@
-"""A mechanism as the equations see it: placements, axes and inertias, in any scalar."""
+"""A mechanism as the equations see it: transforms, axes and inertias, in any scalar."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from enum import Enum
+from typing import TypeVar
 
 from symoro_elastic.equations.spatial import (
-    ZERO,
-    Pair,
-    Placement,
+    AT_REST,
+    NO_WRENCH,
+    AxialTransform,
+    Axis,
     RigidInertia,
+    Rotation,
     Scalar,
-    Screw,
-    SpatialInertia,
+    SpatialVector,
+    Symmetric,
+    Transform,
+    Twist,
     Vector,
-    to_antecedent,
+    Wrench,
 )
 
-
-class Axis(Enum):
-    """Spatial axis a_j of a joint [4]: along z, or none."""
-
-    REVOLUTE = 0
-    PRISMATIC = 1
-    NONE = 2
-
-    def screw(self, rate: Scalar) -> Pair:
-        """rate a_j."""
-        along = (0, 0, rate)
-        return (along if self is Axis.PRISMATIC else ZERO, along if self is Axis.REVOLUTE else ZERO)
-
-    def project(self, pair: Pair) -> Scalar:
-        """a_j^T f of a wrench, or the component of a screw along the joint."""
-        return pair[self is Axis.REVOLUTE][2]
-
-    def with_along(self, pair: Pair, along: Scalar) -> Pair:
-        """The same screw or wrench but for its component along the joint."""
-        linear, angular = pair
-        if self is Axis.REVOLUTE:
-            return linear, (angular[0], angular[1], along)
-        return (linear[0], linear[1], along), angular
-
-    def column(self, inertia: SpatialInertia) -> Pair:
-        """J a_j."""
-        return inertia.angular_column() if self is Axis.REVOLUTE else inertia.linear_column()
+S = TypeVar("S", bound=SpatialVector)
 
 
 @dataclass(frozen=True)
 class Link:
-    """Body j with the joint that carries it; `antecedent` 0 is the base."""
+    """Body j with the joint that carries it; `antecedent` 0 is the base.
+
+    `transform` is jTi [5], `wrench` what the body exerts on its surroundings, about its origin, in its frame.
+    """
 
     antecedent: int
     axis: Axis
-    placement: Placement
+    transform: Transform
     body: RigidInertia = RigidInertia()
     rotor_inertia: Scalar = 0
-    wrench: Pair = (ZERO, ZERO)
+    wrench: Wrench = NO_WRENCH
 
     @property
-    def last_turn(self) -> Screw:
-        """The turn by theta about z, last of the placement but for the shift along the same axis."""
-        return self.placement[-1]._replace(shift=0)
+    def joint_rotation(self) -> Rotation:
+        """From the frame before the joint's rotation to frame j: the rotation by theta about z."""
+        return Rotation(self.transform.steps[-1].rotation)
 
     @property
-    def unturned(self) -> Placement:
-        """Placement of the frame that lacks the last turn: origin and axis z are those of frame j."""
-        return (*self.placement[:-1], self.placement[-1]._replace(cosine=1, sine=0))
+    def before(self) -> Transform:
+        """From frame i to the frame before the joint's rotation, which has the origin and the axis z of frame j."""
+        *steps, last = self.transform.steps
+        return Transform((*steps, last.translation))
 
-    def seen_unturned(self) -> Link:
-        """The same body on the same joint, seen from the frame that lacks the last turn."""
-        last = (self.last_turn,)
-        wrench = to_antecedent(last, self.wrench[0]), to_antecedent(last, self.wrench[1])
-        return replace(self, placement=self.unturned, body=self.body.to_antecedent(last), wrench=wrench)
+    def in_frame_before(self) -> Link:
+        """The same body on the same joint, described in the frame before the joint's rotation."""
+        rotation = self.joint_rotation
+        wrench = rotation.T * self.wrench
+        body = self.body.to_antecedent(Transform((rotation.step,)))
+        return replace(self, transform=self.before, body=body, wrench=wrench)
 
 
 @dataclass(frozen=True)
@@ -83,13 +66,26 @@ class Mechanism:
     """
 
     links: tuple[Link, ...]
-    velocity: Pair = (ZERO, ZERO)
-    acceleration: Pair = (ZERO, ZERO)
+    velocity: Twist = AT_REST
+    acceleration: Twist = AT_REST
     body: RigidInertia | None = None
 
-    def numbered(self) -> enumerate[Link]:
+    def link(self, j: int) -> Link:
+        """Link j; links are numbered from 1."""
+        return self.links[j - 1]
+
+    def from_base(self) -> enumerate[Link]:
         """(j, link j) from the base to the tips."""
         return enumerate(self.links, start=1)
+
+    def from_tips(self) -> Iterator[tuple[int, Link]]:
+        """(j, link j) from the tips to the base."""
+        return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
+
+    @property
+    def carriers(self) -> set[int]:
+        """Numbers of the links that carry others, 0 for the base."""
+        return {link.antecedent for link in self.links}
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
         """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
@@ -98,30 +94,31 @@ class Mechanism:
             return x if isinstance(x, int) and x in (0, 1, -1) else convert(x)
 
         def vector(v: Vector) -> Vector:
-            return (scalar(v[0]), scalar(v[1]), scalar(v[2]))
-
-        def pair(p: Pair) -> Pair:
-            return vector(p[0]), vector(p[1])
+            return Vector(*map(scalar, v))
 
         def rigid(body: RigidInertia) -> RigidInertia:
-            return RigidInertia(scalar(body.mass), vector(body.moments), tuple(map(scalar, body.inertia)))
+            return RigidInertia(scalar(body.mass), vector(body.moments), Symmetric(*map(scalar, body.inertia)))
 
-        links = tuple(
-            Link(
+        def spatial(V: S) -> S:
+            return type(V)(vector(V.linear), vector(V.angular))
+
+        def converted(link: Link) -> Link:
+            steps = (AxialTransform(step.axis, *map(scalar, step[1:])) for step in link.transform.steps)
+            return Link(
                 link.antecedent,
                 link.axis,
-                tuple(Screw(s.axis, *map(scalar, s[1:])) for s in link.placement),
+                Transform(tuple(steps)),
                 rigid(link.body),
                 scalar(link.rotor_inertia),
-                pair(link.wrench),
+                spatial(link.wrench),
             )
-            for link in self.links
-        )
+
+        links = tuple(map(converted, self.links))
         base = None if self.body is None else rigid(self.body)
-        return Mechanism(links, pair(self.velocity), pair(self.acceleration), base)
+        return Mechanism(links, spatial(self.velocity), spatial(self.acceleration), base)
 
 
 def without_loads(mechanism: Mechanism) -> Mechanism:
     """The mechanism on a base at rest, without gravity and external wrenches."""
-    links = tuple(replace(link, wrench=(ZERO, ZERO)) for link in mechanism.links)
+    links = tuple(replace(link, wrench=NO_WRENCH) for link in mechanism.links)
     return Mechanism(links, body=mechanism.body)

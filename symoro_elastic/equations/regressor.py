@@ -8,21 +8,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeAlias
 
-from symoro_elastic.equations.dynamics import Dynamics, newton_euler
+from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.kinematics import Scalars, velocities
-from symoro_elastic.equations.mechanism import Axis, Mechanism
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.newton_euler import newton_euler
 from symoro_elastic.equations.spatial import (
     ZERO,
-    Pair,
+    Axis,
     RigidInertia,
     Scalar,
+    Symmetric,
+    Twist,
     Vector,
+    Wrench,
     cross,
     dot,
     is_zero,
-    origin,
-    to_child,
-    wrench_to_antecedent,
 )
 
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -38,9 +39,9 @@ Wanted: TypeAlias = Mapping[int, Sequence[str]]
 
 def body_of(parameters: Mapping[str, Scalar]) -> RigidInertia:
     """The body that has these inertial parameters; those that are not named are zero."""
-    mx, my, mz = (parameters.get(name, 0) for name in MOMENTS)
-    xx, xy, xz, yy, yz, zz = (parameters.get(name, 0) for name in INERTIA)
-    return RigidInertia(parameters.get("M", 0), (mx, my, mz), (xx, xy, xz, yy, yz, zz))
+    moments = Vector(*(parameters.get(name, 0) for name in MOMENTS))
+    inertia = Symmetric(*(parameters.get(name, 0) for name in INERTIA))
+    return RigidInertia(parameters.get("M", 0), moments, inertia)
 
 
 def parameters_of(body: RigidInertia) -> dict[str, Scalar]:
@@ -55,7 +56,7 @@ def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> I
     """
     for j, names in wanted.items():
         for name in names:
-            wrench = newton_euler(body_of({name: 1}), found.w[j], found.wd[j], found.vd[j], found.U[j])
+            wrench = newton_euler(body_of({name: 1}), found.w[j], found.wd[j], found.vd[j], found.U[j])  # (12)
             yield j, name, torques(mechanism, j, wrench)
 
 
@@ -64,17 +65,17 @@ def wrench_columns(mechanism: Mechanism, wanted: Wanted) -> Iterator[tuple[int, 
     for j, names in wanted.items():
         for name in names:
             unit = [int(name == component) for component in WRENCH]
-            yield j, name, torques(mechanism, j, ((unit[0], unit[1], unit[2]), (unit[3], unit[4], unit[5])))
+            yield j, name, torques(mechanism, j, Wrench(Vector(*unit[:3]), Vector(*unit[3:])))
 
 
-def torques(mechanism: Mechanism, j: int, wrench: Pair) -> Column:
+def torques(mechanism: Mechanism, j: int, wrench: Wrench) -> Column:
     """a_k^T jTk^T f of every joint k on the path to link j: what a wrench on it asks of them [15]."""
     column: Column = {}
     while j:
-        link = mechanism.links[j - 1]
+        link = mechanism.link(j)
         if link.axis is not Axis.NONE:
-            column[j] = link.axis.project(wrench)
-        wrench = wrench_to_antecedent(link.placement, wrench)
+            column[j] = link.axis.T * wrench
+        wrench = link.transform.T * wrench  # (15)
         j = link.antecedent
     return column
 
@@ -86,14 +87,14 @@ def energies(mechanism: Mechanism, qd: Scalars, gravity: Vector, wanted: Wanted)
     """
     moving = velocities(mechanism, qd)
     fields: list[tuple[Vector, Scalar]] = [(gravity, 0)]
-    for j, link in mechanism.numbered():
+    for j, link in mechanism.from_base():
         field, depth = fields[link.antecedent]
-        fields.append((to_child(link.placement, field), depth + dot(field, origin(link.placement))))
+        fields.append((link.transform.to_child(field), depth + dot(field, link.transform.origin)))
         entries = unit_energies(moving[j], *fields[j])
         yield from ((j, name, entries[name]) for name in wanted.get(j, ()))
 
 
-def unit_energies(velocity: Pair, gravity: Vector = ZERO, depth: Scalar = 0) -> dict[str, Scalar]:
+def unit_energies(velocity: Twist, gravity: Vector = ZERO, depth: Scalar = 0) -> dict[str, Scalar]:
     """Derivatives of w^T J w / 2 + MS . (v x w) + M v^2 / 2 - g . (M P + MS) by the inertial parameters.
 
     Everything is in the frame of the body; `depth` is g . P.
@@ -101,7 +102,7 @@ def unit_energies(velocity: Pair, gravity: Vector = ZERO, depth: Scalar = 0) -> 
     v, w = velocity
     x, y, z = w
     turning = dict(zip(INERTIA, (_half(x * x), x * y, x * z, _half(y * y), y * z, _half(z * z)), strict=True))
-    moments = (a - b for a, b in zip(cross(v, w), gravity, strict=True))
+    moments = cross(v, w) - gravity
     return {**turning, **dict(zip(MOMENTS, moments, strict=True)), "M": _half(dot(v, v)) - depth}
 
 

@@ -14,9 +14,9 @@ from functools import cached_property
 from typing import Any
 
 from symoro_elastic.equations.base_parameters import ROTOR, Leaving, Settle, group, leaving
-from symoro_elastic.equations.mechanism import Axis, Mechanism
+from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
-from symoro_elastic.equations.spatial import is_zero
+from symoro_elastic.equations.spatial import Axis, is_zero
 from symoro_elastic.machine.checks import GEOMETRY, parameter_values, refuse_floating
 from symoro_elastic.machine.checks import formulas as formulas_of
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
@@ -129,12 +129,12 @@ def joined(machine: Machine, relations: Relations) -> Grouping:
     mechanism = zero.polynomials()
     texts = _written_sums(zero, mechanism, lambda settle: _sums(mechanism, relations, settle))
     gone = {label for others in relations.values() for label in others}
-    entries = [(j, name) for j, _ in mechanism.numbered() for name, _ in _effects(zero, j, ())]
+    entries = [(j, name) for j, _ in mechanism.from_base() for name, _ in _effects(zero, j, ())]
     return _grouping(texts, {x: KEPT if x in relations else GROUPED if x in gone else NO_EFFECT for x in entries})
 
 
 def _sums(mechanism: Mechanism, relations: Relations, settle: Settle) -> dict[int, dict[str, Any]]:
-    own = {j: _own(mechanism, j) for j, _ in mechanism.numbered()}
+    own = {j: _own(mechanism, j) for j, _ in mechanism.from_base()}
     found: dict[int, dict[str, Any]] = {j: {} for j in own}
     for (j, entry), others in relations.items():
         total = own[j][entry]

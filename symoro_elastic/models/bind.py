@@ -10,21 +10,22 @@ from typing import Any
 from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, TorqueKnown
 from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
 from symoro_elastic.equations.joint_laws import elastic_torque, friction
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import (
-    ZERO,
+    AT_REST,
+    AxialTransform,
+    Axis,
     Matrix,
-    Pair,
     RigidInertia,
-    Screw,
+    Symmetric,
+    Transform,
+    Twist,
     Vector,
+    Wrench,
     X,
     Z,
     dot,
-    subtract,
-    times,
     translation,
-    transpose,
 )
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import ON_BASE, arguments
@@ -109,6 +110,10 @@ class Bound:
         """The expressions of several cells."""
         return tuple(map(self.cell, written))
 
+    def vector(self, written: Sequence[Formula]) -> Vector:
+        """The expressions of three cells."""
+        return Vector(*self.cells(written))
+
     def _place(self, formula: Formula) -> str:
         of_point = any(formula in at for _, at in self.points)
         elsewhere = "scene, outputs" if of_point else "parameters"
@@ -117,40 +122,43 @@ class Bound:
     def _mechanism(self) -> Mechanism:
         base, floating = self.machine.base, self.machine.floating
         links = [self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)]
-        links += [Link(j, Axis.NONE, translation(self.cells(at))) for j, at in self.points]
+        links += [Link(j, Axis.NONE, translation(self.vector(at))) for j, at in self.points]
         linear, angular = self.base_acceleration
         return Mechanism(
             tuple(links),
-            self._pair_on_base("V0") if floating else (self.cells(base.velocity), self.cells(base.angular_velocity)),
-            (subtract(linear, self.gravity), angular),
+            self._twist_on_base("V0") if floating else self._twist(base.velocity, base.angular_velocity),
+            Twist(linear - self.gravity, angular),
             self._body(floating.body) if floating else None,
         )
 
-    def _pair_on_base(self, argument: str) -> Pair:
-        a, b, c, d, e, f = self.on_base[argument]
-        return (a, b, c), (d, e, f)
+    def _twist(self, linear: Sequence[Formula], angular: Sequence[Formula]) -> Twist:
+        return Twist(self.vector(linear), self.vector(angular))
+
+    def _twist_on_base(self, argument: str) -> Twist:
+        entries = self.on_base[argument]
+        return Twist(Vector(*entries[:3]), Vector(*entries[3:]))
 
     def _link(self, j: int, joint: Joint) -> Link:
         q = self.q.get(j, 0)
         theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
         r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
-        placement = (
-            Screw(Z, *cosine_sine(self.graph, self.cell(joint.gamma)), self.cell(joint.b)),
-            Screw(X, *cosine_sine(self.graph, self.cell(joint.alpha)), self.cell(joint.d)),
-            Screw(Z, *cosine_sine(self.graph, theta), r),
+        steps = (  # (1)
+            AxialTransform(Z, *cosine_sine(self.graph, self.cell(joint.gamma)), self.cell(joint.b)),
+            AxialTransform(X, *cosine_sine(self.graph, self.cell(joint.alpha)), self.cell(joint.d)),
+            AxialTransform(Z, *cosine_sine(self.graph, theta), r),
         )
-        wrench = (self.cells(joint.wrench.force), self.cells(joint.wrench.moment))
+        wrench = Wrench(self.vector(joint.wrench.force), self.vector(joint.wrench.moment))
         return Link(
             joint.antecedent,
             Axis(joint.sigma),
-            placement,
+            Transform(steps),
             self._body(joint.body),
             self.cell(joint.rotor_inertia),
             wrench,
         )
 
     def _body(self, body: Body) -> RigidInertia:
-        mass, moments, inertia = self.cell(body.mass), self.cells(body.moments), self.cells(body.inertia)
+        mass, moments, inertia = self.cell(body.mass), self.vector(body.moments), Symmetric(*self.cells(body.inertia))
         if not body.central:
             return RigidInertia(mass, moments, inertia)
         return RigidInertia.about_center(mass, moments, inertia)
@@ -185,15 +193,15 @@ class Bound:
     @property
     def gravity(self) -> Vector:
         """Acceleration of gravity in frame 0; that of a floating base is turned."""
-        found: Vector = self.cells(self.machine.base.gravity)
-        return times(transpose(self._rotation()), found) if self.machine.floating else found
+        found = self.vector(self.machine.base.gravity)
+        return self._rotation().T * found if self.machine.floating else found
 
     def _rotation(self) -> Matrix:
         """From the axes of a floating base to those of the world."""
         if self.machine.floating and self.machine.floating.orientation is Orientation.QUATERNION:
             return rotation_of(self.on_base["Q0"])
         a, b, c, d, e, f, g, h, i = self.on_base["R0"]
-        return (a, b, c), (d, e, f), (g, h, i)
+        return Matrix(Vector(a, b, c), Vector(d, e, f), Vector(g, h, i))
 
     @property
     def depth(self) -> Scalar:
@@ -201,7 +209,7 @@ class Bound:
         if self.machine.floating is None:
             return 0
         x, y, z = self.on_base["P0"]
-        return dot(self.cells(self.machine.base.gravity), (x, y, z))
+        return dot(self.vector(self.machine.base.gravity), Vector(x, y, z))
 
     def rates(self) -> list[Scalar]:
         """qd by link number, zero for fixed frames and the base."""
@@ -212,23 +220,23 @@ class Bound:
         return [self.qdd.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
 
     @property
-    def base_acceleration(self) -> Pair:
+    def base_acceleration(self) -> Twist:
         """V'_0 without gravity."""
         base = self.machine.base
         if self.machine.floating:
-            return self._pair_on_base("V0d")
-        return self.cells(base.acceleration), self.cells(base.angular_acceleration)
+            return self._twist_on_base("V0d")
+        return self._twist(base.acceleration, base.angular_acceleration)
 
     @property
-    def held_base_acceleration(self) -> Pair:
+    def held_base_acceleration(self) -> Twist:
         """V'_0 without gravity where no coordinate accelerates: what the file gives, zero for a floating base."""
-        return (ZERO, ZERO) if self.machine.floating else self.base_acceleration
+        return AT_REST if self.machine.floating else self.base_acceleration
 
     @property
     def held(self) -> Mechanism:
         """The mechanism on a base that no coordinate accelerates, under gravity."""
         linear, angular = self.held_base_acceleration
-        return replace(self.mechanism, acceleration=(subtract(linear, self.gravity), angular))
+        return replace(self.mechanism, acceleration=Twist(linear - self.gravity, angular))
 
     @property
     def base_rule(self) -> WrenchKnown | None:
@@ -236,7 +244,7 @@ class Bound:
         floating = self.machine.floating
         if floating is None or floating.known is Given.ACCELERATION:
             return None
-        return WrenchKnown(self._pair_on_base("f0"))
+        return WrenchKnown(Wrench(*self._twist_on_base("f0")))
 
     def given_rules(self) -> list[Rule | None]:
         """Every acceleration known."""

@@ -13,7 +13,7 @@ from typing import Any
 from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
 from symoro_elastic.equations.floating_base import WrenchKnown
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import NOTHING, ZERO
+from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.arithmetic import ModularAngles
@@ -74,7 +74,7 @@ def degeneracies(machine: Machine, known_motors: bool, folded: Sequence[str] = (
     """Joints whose pivot vanishes in the direct model or, with `known_motors`, in the inverse model."""
     bound = Bound(machine, folded)
     mechanism = _modulo_prime(bound)
-    base = WrenchKnown(NOTHING) if bound.base_rule else None
+    base = WrenchKnown(NO_WRENCH) if bound.base_rule else None
     rules: list[Rule | None] = [None] * (len(machine.joints) + 1)
     for j in machine.moving:
         known = known_motors and j in bound.motors
@@ -113,7 +113,7 @@ def _nonzero(residue: Any) -> bool:
 
 def _modulo_prime(bound: Bound) -> Mechanism:
     """The mechanism at rest, without gravity, at random values modulo a prime."""
-    still = replace(bound.mechanism, velocity=(ZERO, ZERO), acceleration=(ZERO, ZERO))
+    still = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST)
     leaves: list[Any] = []
     still.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
     return still.map(ModularAngles(SEED).values(leaves))

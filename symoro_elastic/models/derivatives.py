@@ -16,18 +16,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from symoro_elastic.equations.acceleration_derivatives import (
+from symoro_elastic.equations.derivatives.accelerations import (
     Solve,
     changes,
     changes_by_known,
     solving,
     solving_with_base,
 )
-from symoro_elastic.equations.base_derivatives import add_base, by_pose, falling_by_pose
-from symoro_elastic.equations.derivatives import Entries, torque_derivatives
+from symoro_elastic.equations.derivatives.base import add_base, by_pose, falling_by_pose
+from symoro_elastic.equations.derivatives.torques import Entries, torque_derivatives
 from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.floating_base import DEGREES, six
-from symoro_elastic.equations.mechanism import Axis
+from symoro_elastic.equations.floating_base import DEGREES
+from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import ON_BASE, arguments, columns_of_base
 from symoro_elastic.models.bind import Bound
@@ -104,7 +104,7 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
     by = _parameters(bound, outputs)
     given = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     torques = {j: given.Gamma[j] - bound.exerted(j) for j in bound.machine.moving}
-    torques |= zip(DEGREES, six(given.f[0]), strict=True) if bound.machine.floating else ()
+    torques |= zip(DEGREES, given.f[0].entries, strict=True) if bound.machine.floating else ()
     symbols = {x.operands[0]: found.qdd[j] for j, x in bound.qdd.items()}
     if bound.base_rule:
         symbols |= zip(ON_BASE["V0d"], outputs["V0d"].values(), strict=True)
@@ -179,7 +179,7 @@ def _posed(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
     posed: dict[str, Entries] = {}
     for result in outputs:
         if bound.base_rule:
-            still = {(i, m): 0 for i in outputs[result] for m in DEGREES}
+            still: Entries = {(i, m): 0 for i in outputs[result] for m in DEGREES}
             posed[f"d{result}_dpose"] = falling_by_pose(bound.gravity) if result == "V0d" else still
         elif f"d{result}_dV0d" in made.entries:
             posed[f"d{result}_dpose"] = by_pose(made.entries[f"d{result}_dV0d"], bound.gravity)

@@ -9,11 +9,11 @@ from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kine
 from symoro_elastic.equations.kinematics import frames, velocities
 from symoro_elastic.equations.lagrange import factorization, inertia_matrix
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
-from symoro_elastic.equations.spatial import ZERO, RigidInertia, subtract
+from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
 from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
-from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_screws
+from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_twists
 from symoro_elastic.symbolic.expression import Scalar
 
 
@@ -72,7 +72,7 @@ def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
 
 def _gravity_forces(bound: Bound, asked: Joints) -> Results:
     """H(q, 0) under gravity only, on a base at rest: the derivative of the gravity energy by q."""
-    weighed = replace(without_loads(bound.mechanism), acceleration=(subtract(ZERO, bound.gravity), ZERO))
+    weighed = replace(without_loads(bound.mechanism), acceleration=Twist(-bound.gravity, ZERO))
     return _held(bound, asked, weighed, at_rest=True)
 
 
@@ -103,7 +103,7 @@ def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
 
 def _energy(bound: Bound, _: Joints) -> Results:
     mechanism, rates = bound.mechanism, bound.rates()
-    name_screws(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
+    name_twists(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
     elastic: Scalar = 0
     for j in bound.machine.moving:
         elastic = elastic + elastic_energy(*bound.spring(j))

@@ -15,8 +15,8 @@ from itertools import pairwise
 from math import factorial
 
 from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.feed_forward import drives, hung_side_by_side
-from symoro_elastic.equations.spatial import Screw, Z
+from symoro_elastic.equations.feed_forward import drives, mounted_in_parallel
+from symoro_elastic.equations.spatial import AxialTransform, Z
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.flatness import HIGHEST, refuse_high_order, refuse_unfit
 from symoro_elastic.models.model import Joints, Model, Result, Results
@@ -86,7 +86,7 @@ def _balance(bound: Bound) -> Balance:
     found = drives(bound.mechanism, bound.motors, elastic)
     refuse_unfit(bound, found)
     held = {j: _held(bound, j) for j in bound.machine.moving}
-    motion = dynamics(hung_side_by_side(bound.mechanism, found, held), bound.rates(), bound.given_rules())
+    motion = dynamics(mounted_in_parallel(bound.mechanism, found, held), bound.rates(), bound.given_rules())
     name_dynamics(bound, motion, "[15]", "[61]")
     balance = Balance({}, {}, {}, {}, {})
     for drive in found:
@@ -100,10 +100,10 @@ def _balance(bound: Bound) -> Balance:
     return balance
 
 
-def _held(bound: Bound, j: int) -> Screw:
+def _held(bound: Bound, j: int) -> AxialTransform:
     """The last screw of joint j at zero of its variable."""
     joint = bound.machine.joints[j - 1]
-    return Screw(Z, *cosine_sine(bound.graph, bound.cell(joint.theta)), bound.cell(joint.r))
+    return AxialTransform(Z, *cosine_sine(bound.graph, bound.cell(joint.theta)), bound.cell(joint.r))
 
 
 def _solution(bound: Bound, balance: Balance) -> Solution:

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.floating_base import six, six_rows
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
-from symoro_elastic.equations.spatial import Pair, Scalar, SpatialInertia, add, subtract
+from symoro_elastic.equations.spatial import Scalar, SpatialVector, Twist
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import DIFFERENTIATED, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
@@ -76,7 +75,7 @@ def found_of_base(bound: Bound, found: Dynamics) -> Results:
         return {}
     if bound.base_rule is None:
         return _six("f0", found.f[0])
-    return _six("V0d", (add(found.vd[0], bound.gravity), found.wd[0]))
+    return _six("V0d", Twist(found.vd[0] + bound.gravity, found.wd[0]))
 
 
 def solved(
@@ -89,21 +88,19 @@ def solved(
     if bound.base_rule is None:
         qdd = solution(factors, right)
         return qdd, _six("f0", wrench_on_base(matrix, held.f[0], qdd)) if bound.machine.floating else {}
-    (force, moment), (held_force, held_moment) = bound.base_rule.wrench, held.f[0]
-    wrench = subtract(force, held_force), subtract(moment, held_moment)
-    base, qdd = free_solution(factors, matrix, wrench, right)
+    base, qdd = free_solution(factors, matrix, bound.base_rule.wrench - held.f[0], right)
     return qdd, _six("V0d", base)
 
 
-def _six(name: str, pair: Pair) -> Results:
-    return {name: Result(None, six(pair), (6,))}
+def _six(name: str, V: SpatialVector) -> Results:
+    return {name: Result(None, V.entries, (6,))}
 
 
 def forces(found: Dynamics, asked: Joints, of_joints: tuple[Scalar, ...]) -> Result:
     """Forces of the joints, after the wrench on a base that is part of the machine."""
     if 0 not in found.f:
         return Result(asked, of_joints)
-    return Result((*BASE_ROWS, *asked), (*six(found.f[0]), *of_joints))
+    return Result((*BASE_ROWS, *asked), (*found.f[0].entries, *of_joints))
 
 
 def without_force_on_base(bound: Bound, asked: Joints, of_joints: tuple[Scalar, ...]) -> Result:
@@ -117,8 +114,8 @@ def inertia(bound: Bound, found: InertiaMatrix, asked: Joints) -> Result:
     rows = [[found.A[i][j] for j in asked] for i in asked]
     if bound.machine.floating is None:
         return Result(asked, tuple(x for row in rows for x in row), (len(asked),))
-    columns = [six(found.base[j]) for j in asked]
-    base = six_rows(SpatialInertia.of_body(found.composite[0]))
+    columns = [found.base[j].entries for j in asked]
+    base = found.composite[0].spatial.rows
     whole = [[*row, *(column[k] for column in columns)] for k, row in enumerate(base)]
     whole += [[*column, *row] for column, row in zip(columns, rows, strict=True)]
     return Result((*BASE_ROWS, *asked), tuple(x for row in whole for x in row), (6 + len(asked),))

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.equations.kinematics import Scalars, View, accelerations, jacobian, seen_motion, velocities, view
+from symoro_elastic.equations.kinematics import (
+    FrameSet,
+    Scalars,
+    accelerations,
+    frame_set,
+    jacobian,
+    motion_expressed_in,
+    velocities,
+)
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import ZERO, Pair
+from symoro_elastic.equations.spatial import AT_REST, Twist
 from symoro_elastic.errors import InputError
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
-from symoro_elastic.models.naming import name_frames, name_jacobian, name_screws
+from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
 from symoro_elastic.symbolic.expression import Scalar
 from symoro_elastic.symbolic.program import Section
 
@@ -21,7 +29,7 @@ def _geometric_model(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        for row, x in zip(*views[frame.seen_from or 0].placed[_link(bound, frame)], strict=True):
+        for row, x in zip(*views[frame.seen_from or 0].frames[_link(bound, frame)], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
@@ -29,20 +37,20 @@ def _geometric_model(bound: Bound, asked: Frames) -> Results:
 
 def _velocities(bound: Bound, asked: Frames) -> Results:
     own = velocities(bound.mechanism, bound.rates())
-    return {"V": _screws(bound, asked, "V", own, bound.mechanism, [0] * len(own))}
+    return {"V": _twists(bound, asked, "V", own, bound.mechanism, [0] * len(own))}
 
 
 def _accelerations(bound: Bound, asked: Frames) -> Results:
     mechanism, qdd = replace(bound.mechanism, acceleration=bound.base_acceleration), bound.given_accelerations()
-    return {"Vd": _screws(bound, asked, "Vd", accelerations(mechanism, bound.rates(), qdd), mechanism, qdd)}
+    return {"Vd": _twists(bound, asked, "Vd", accelerations(mechanism, bound.rates(), qdd), mechanism, qdd)}
 
 
 def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
     """V' on a base at rest, at zero joint accelerations; components in frame 0 where no other is named."""
     _refuse_without_joints(bound, "jacobian_dot_qd")
-    still, qdd = replace(bound.mechanism, velocity=(ZERO, ZERO), acceleration=(ZERO, ZERO)), [0] * len(bound.rates())
+    still, qdd = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST), [0] * len(bound.rates())
     in_base = tuple(replace(frame, seen_from=frame.seen_from or 0) for frame in asked)
-    found = _screws(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
+    found = _twists(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
     return {"Vd": replace(found, frames=asked)}
 
 
@@ -53,39 +61,39 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     entries: list[Scalar] = []
     for frame in asked:
         columns = jacobian(bound.mechanism, views[frame.seen_from or 0], _link(bound, frame))
-        rows = {j: (*v, *w) for j, (v, w) in columns.items()}
+        rows = {j: column.entries for j, column in columns.items()}
         if not frame.seen_from:
             name_jacobian(bound, rows, _link(bound, frame))
         entries += [rows[j][k] if j in rows else 0 for k in range(6) for j in bound.machine.moving]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
 
 
-def _views(bound: Bound, asked: Frames) -> dict[int, View]:
+def _views(bound: Bound, asked: Frames) -> dict[int, FrameSet]:
     """All frames as seen from frame 0, named, and from every other that is asked for."""
     seen_from = dict.fromkeys((0, *(frame.seen_from or 0 for frame in asked)))
-    views = {k: view(bound.mechanism, k) for k in seen_from}
-    name_frames(bound, views[0].placed)
+    views = {k: frame_set(bound.mechanism, k) for k in seen_from}
+    name_frames(bound, views[0].frames)
     return views
 
 
-def _screws(bound: Bound, asked: Frames, quantity: str, own: list[Pair], mechanism: Mechanism, qdd: Scalars) -> Result:
+def _twists(bound: Bound, asked: Frames, quantity: str, own: list[Twist], mechanism: Mechanism, qdd: Scalars) -> Result:
     """V or Vd of each frame: `own` in the frame itself, or with components in the frame it is seen from."""
     views = _views(bound, asked)
-    name_screws(bound, own, views[0].placed, quantity, EQUATIONS[quantity])
-    motions = {k: seen_motion(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
+    name_twists(bound, own, views[0].frames, quantity, EQUATIONS[quantity])
+    motions = {k: motion_expressed_in(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
     _name_seen(bound, *motions[0], EQUATIONS[quantity])
     seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
-    screws = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[_link(bound, f)] for f in asked]
-    return _of_frames(asked, [x for screw in screws for part in screw for x in part], (6,))
+    twists = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[_link(bound, f)] for f in asked]
+    return _of_frames(asked, [x for twist in twists for x in twist.entries], (6,))
 
 
-def _name_seen(bound: Bound, V: list[Pair], Vd: list[Pair], equations: str) -> None:
+def _name_seen(bound: Bound, V: list[Twist], Vd: list[Twist], equations: str) -> None:
     """Name angular velocities and accelerations in frame 0."""
-    for j, _ in bound.mechanism.numbered():
+    for j, _ in bound.mechanism.from_base():
         here = Section("Forward recursion, in frame 0", j, equations)
-        for axis, x in zip("xyz", V[j][1], strict=True):
+        for axis, x in zip("xyz", V[j].angular, strict=True):
             bound.names.give(x, f"W{j}_{axis}", here)
-        for k, x in enumerate((*Vd[j][0], *Vd[j][1]), start=1):
+        for k, x in enumerate(Vd[j].entries, start=1):
             bound.names.give(x, f"Ac{j}_{k}", here)
 
 

@@ -73,7 +73,7 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
         yield STIFFNESS, stiffness
         yield DAMPING, bound.cell(joint.spring.damping)
         yield NEUTRAL, stiffness * bound.cell(joint.spring.neutral)
-    yield from zip(WRENCH, (*link.wrench[0], *link.wrench[1]), strict=True)
+    yield from zip(WRENCH, link.wrench.entries, strict=True)
 
 
 def _cell_name(joint: Joint, entry: str) -> str | None:

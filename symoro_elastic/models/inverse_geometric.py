@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.equations.inverse_geometry import Branch, inverse_geometric_model, inverse_position_model
-from symoro_elastic.equations.inverse_geometry_points import Mover
-from symoro_elastic.equations.inverse_geometry_types import STILL, Functions, NoClosedForm, Pose
-from symoro_elastic.equations.inverse_geometry_ways import Chain
+from symoro_elastic.equations.inverse_geometry.decompositions import Chain
+from symoro_elastic.equations.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
+from symoro_elastic.equations.inverse_geometry.model import Branch, inverse_geometric_model, inverse_position_model
+from symoro_elastic.equations.inverse_geometry.points import Mover
 from symoro_elastic.equations.kinematics import frames
-from symoro_elastic.equations.mechanism import Axis
-from symoro_elastic.equations.spatial import ZERO, Pair, Screw, Vector, X, Z, cross, subtract, transpose
+from symoro_elastic.equations.spatial import ZERO, AxialTransform, Axis, Matrix, Twist, Vector, X, Z, cross
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -48,7 +47,7 @@ def _inverse_position_model(bound: Bound, asked: Frames) -> Results:
 
 def _target(bound: Bound) -> Pose:
     entries: Any = tuple(map(bound.graph.symbol, PLACEMENT))
-    return Pose((entries[0:3], entries[4:7], entries[8:11]), (entries[3], entries[7], entries[11]))
+    return Pose(Matrix(*(Vector(*entries[k : k + 3]) for k in (0, 4, 8))), Vector(*entries[3:12:4]))
 
 
 def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
@@ -112,7 +111,7 @@ def _path(machine: Machine, frame: Frame) -> list[int]:
 def _check_independent(bound: Bound, frame: Frame, rows: slice) -> None:
     """Refuse joints that move against each other at every position, the frame (or its origin) being still."""
     columns = _jacobian_modulo_prime(bound, frame)
-    dependent = first_dependent({j: _residues((*v, *w)[rows]) for j, (v, w) in columns.items()})
+    dependent = first_dependent({j: _residues(column.entries[rows]) for j, column in columns.items()})
     if dependent:
         what = f"{_listed(dependent)} can move against each other at every position while the frame to be placed"
         stays = "stays where it is" if rows == POSE else "keeps its origin"
@@ -124,16 +123,16 @@ def _listed(joints: Sequence[int]) -> str:
     return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
 
 
-def _jacobian_modulo_prime(bound: Bound, frame: Frame) -> dict[int, Pair]:
+def _jacobian_modulo_prime(bound: Bound, frame: Frame) -> dict[int, Twist]:
     """Columns [z x P; z] or [z; 0] of a frame at a random position, exactly: zero means zero at every position."""
     leaves: list[Any] = []
     bound.mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
     mechanism = bound.mechanism.map(ModularAngles(SEED).values(leaves))
     placed = frames(mechanism)
-    columns: dict[int, Pair] = {}
+    columns: dict[int, Twist] = {}
     for j in bound.machine.moving:
-        z, arm = transpose(placed[j][0])[2], subtract(placed[frame.number][1], placed[j][1])
-        columns[j] = (cross(z, arm), z) if mechanism.links[j - 1].axis is Axis.REVOLUTE else (z, ZERO)
+        z, arm = placed[j].z, placed[frame.number].origin - placed[j].origin
+        columns[j] = Twist(cross(z, arm), z) if mechanism.link(j).axis is Axis.REVOLUTE else Twist(z, ZERO)
     return columns
 
 
@@ -164,9 +163,9 @@ def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
     between = [STILL]
     for j in numbers:
         joint = bound.machine.joints[j - 1]
-        before, after = _constant_screws(bound, joint)
-        for screw in before:
-            between[-1] = between[-1].moved(screw)
+        before, after = _constant_steps(bound, joint)
+        for step in before:
+            between[-1] = between[-1].moved(step)
         if joint.sigma != 2:
             movers.append(Mover(j, Axis(joint.sigma)))
             between.append(STILL)
@@ -174,14 +173,14 @@ def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
     return Chain(tuple(movers), tuple(_exact(f, pose) for pose in between))
 
 
-def _constant_screws(bound: Bound, joint: Joint) -> tuple[tuple[Screw, Screw], Screw]:
+def _constant_steps(bound: Bound, joint: Joint) -> tuple[tuple[AxialTransform, AxialTransform], AxialTransform]:
     """What comes before the variable of a joint, and its offset, which comes after."""
 
-    def screw(axis: int, angle: Scalar, shift: Scalar) -> Screw:
-        return Screw(axis, *cosine_sine(bound.graph, angle), shift)
+    def step(axis: int, angle: Scalar, shift: Scalar) -> AxialTransform:
+        return AxialTransform(axis, *cosine_sine(bound.graph, angle), shift)
 
     gamma, b, alpha, d, theta, r = bound.cells((joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r))
-    return (screw(Z, gamma, b), screw(X, alpha, d)), screw(Z, theta, r)
+    return (step(Z, gamma, b), step(X, alpha, d)), step(Z, theta, r)
 
 
 def _exact(f: Functions, pose: Pose) -> Pose:
@@ -191,10 +190,9 @@ def _exact(f: Functions, pose: Pose) -> Pose:
         return Fraction(0) if f.is_zero(x) else x if isinstance(x, Expression) else Fraction(x)
 
     def vector(v: Vector) -> Vector:
-        return (number(v[0]), number(v[1]), number(v[2]))
+        return Vector(*map(number, v))
 
-    x, y, z = map(vector, pose.rotation)
-    return Pose((x, y, z), vector(pose.origin))
+    return Pose(Matrix(*map(vector, pose.rotation)), vector(pose.origin))
 
 
 def _functions(bound: Bound) -> Functions:

@@ -7,8 +7,18 @@ from typing import Any
 
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.floating_base import Solution
+from symoro_elastic.equations.kinematics import Frame
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix
-from symoro_elastic.equations.spatial import ENTRY, Matrix, Pair, RigidInertia, SpatialInertia, Symmetric, Vector
+from symoro_elastic.equations.spatial import (
+    ENTRY,
+    NO_WRENCH,
+    ArticulatedInertia,
+    RigidInertia,
+    SpatialVector,
+    Symmetric,
+    Twist,
+    Vector,
+)
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.expression import COS, SIGN, SIN, SYMBOL, Expression, Scalar
 from symoro_elastic.symbolic.program import Names, Section
@@ -26,8 +36,8 @@ def _name_vector(names: Names, vector: Sequence[Any], quantity: str, section: Se
         names.give(x, f"{quantity}_{axis}", section)
 
 
-def _name_pair(names: Names, pair: Pair, quantity: str, section: Section) -> None:
-    for k, x in enumerate((*pair[0], *pair[1]), start=1):
+def _name_six(names: Names, V: SpatialVector, quantity: str, section: Section) -> None:
+    for k, x in enumerate(V.entries, start=1):
         names.give(x, f"{quantity}_{k}", section)
 
 
@@ -37,7 +47,7 @@ def _name_symmetric(names: Names, s: Symmetric, quantity: str, section: Section,
             names.give(s[ENTRY[m][n]], f"{quantity}_{m + offset}{n + offset}", section)
 
 
-def _name_inertia(names: Names, inertia: SpatialInertia, quantity: str, section: Section) -> None:
+def _name_inertia(names: Names, inertia: ArticulatedInertia, quantity: str, section: Section) -> None:
     _name_symmetric(names, inertia.A, quantity, section)
     for m in range(3):
         for n in range(3):
@@ -47,14 +57,14 @@ def _name_inertia(names: Names, inertia: SpatialInertia, quantity: str, section:
 
 def _name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
     """Sines and cosines after their angle, inertial parameters and offsets after their body."""
-    for j, link in bound.mechanism.numbered():
+    for j, link in bound.mechanism.from_base():
         here = section(j)
-        for screw in link.placement:
-            for x in (screw.cosine, screw.sine, screw.shift):
+        for step in link.transform.steps:
+            for x in (step.cosine, step.sine, step.shift):
                 _name_function(bound.names, x, here)
-        bound.names.give(link.placement[2].cosine, f"cos{j}_theta", here)
-        bound.names.give(link.placement[2].sine, f"sin{j}_theta", here)
-        bound.names.give(link.placement[2].shift, f"P{j}_r", here)
+        bound.names.give(link.transform.steps[2].cosine, f"cos{j}_theta", here)
+        bound.names.give(link.transform.steps[2].sine, f"sin{j}_theta", here)
+        bound.names.give(link.transform.steps[2].shift, f"P{j}_r", here)
         _name_vector(bound.names, link.body.moments, f"MS{j}", here)
         for entry, x in zip(INERTIA_ENTRIES, link.body.inertia, strict=True):
             bound.names.give(x, f"J{j}_{entry}", here)
@@ -76,13 +86,13 @@ def _name_function(names: Names, x: Scalar, section: Section) -> None:
 def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: str) -> None:
     """Name the quantities of a dynamic model."""
     _name_forward(bound, found)
-    for j, _ in reversed(list(bound.mechanism.numbered())):
+    for j, _ in bound.mechanism.from_tips():
         _name_backward(bound.names, found, j, Section(BACKWARD, j, backward_equations))
     if bound.machine.floating:
         _name_base(bound.names, found, Section(BACKWARD, 0, backward_equations), Section(FORWARD_2, 0, last))
-    for j, _ in bound.mechanism.numbered():
+    for j, _ in bound.mechanism.from_base():
         here = Section(FORWARD_2, j, last)
-        _name_pair(bound.names, found.f.get(j, ((0, 0, 0), (0, 0, 0))), f"f{j}", here)
+        _name_six(bound.names, found.f.get(j, NO_WRENCH), f"f{j}", here)
         bound.names.give(found.qdd.get(j, 0), f"qdd{j}", here)
         bound.names.give(found.Gamma.get(j, 0), f"Gamma{j}", here)
         if j in found.eliminated:
@@ -93,10 +103,10 @@ def _name_base(names: Names, found: Dynamics, backward: Section, forward: Sectio
     """Name the quantities of a floating base."""
     if 0 in found.Js:
         _name_inertia(names, found.Js[0], "Js0", backward)
-        _name_pair(names, found.bs[0], "bs0", backward)
+        _name_six(names, found.betas[0], "bs0", backward)
         _name_solution(names, found.solved[0], forward)
     _name_acceleration(names, found, 0, forward)
-    _name_pair(names, found.f[0], "f0", forward)
+    _name_six(names, found.f[0], "f0", forward)
 
 
 def _name_solution(names: Names, solved: Solution, section: Section) -> None:
@@ -110,7 +120,7 @@ def _name_solution(names: Names, solved: Solution, section: Section) -> None:
 def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) -> None:
     _name_vector(names, found.vd[j], f"vd{j}", section)
     _name_vector(names, found.wd[j], f"wd{j}", section)
-    _name_pair(names, found.rest[j], f"Vr{j}", section)
+    _name_six(names, found.remainder[j], f"Vr{j}", section)
 
 
 def _name_forward(bound: Bound, found: Dynamics) -> None:
@@ -119,23 +129,23 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
             return Section(FORWARD_1, j, "[1], [3], [7], [14]")
         return Section(KNOWN, j, "[1], [3], [6], [12]")
 
-    for j, _ in bound.mechanism.numbered():
+    for j, _ in bound.mechanism.from_base():
         bound.names.reserve(section(j))
     _name_geometry(bound, section)
-    carrying = {link.antecedent for link in bound.mechanism.links}
-    for j, link in bound.mechanism.numbered():
+    carrying = bound.mechanism.carriers
+    for j, link in bound.mechanism.from_base():
         here = section(j)
         _name_vector(bound.names, found.w[j], f"w{j}", here)
         _name_products(bound.names, found.w[j], f"ww{j}", here)
         _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
         if j in found.eliminated:
             if j in carrying:
-                _name_pair(bound.names, found.known[j], f"Vk{j}", here)
-            _name_pair(bound.names, found.g[j], f"g{j}", here)
-            _name_pair(bound.names, found.b[j], f"b{j}", here)
+                _name_six(bound.names, found.bias[j], f"Vk{j}", here)
+            _name_six(bound.names, found.gamma[j], f"g{j}", here)
+            _name_six(bound.names, found.beta[j], f"b{j}", here)
         else:
             _name_acceleration(bound.names, found, j, here)
-            _name_pair(bound.names, found.F[j], f"Fb{j}", here)
+            _name_six(bound.names, found.F[j], f"Fb{j}", here)
 
 
 def _name_products(names: Names, w: Vector, quantity: str, section: Section) -> None:
@@ -154,26 +164,26 @@ def _name_differences(names: Names, inertia: Symmetric, quantity: str, section: 
 
 def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> None:
     if j not in found.eliminated:
-        _name_pair(names, found.f[j], f"f{j}", section)
+        _name_six(names, found.f[j], f"f{j}", section)
         return
     eliminated = found.eliminated[j]
     _name_inertia(names, found.Js[j], f"Js{j}", section)
-    _name_pair(names, found.bs[j], f"bs{j}", section)
+    _name_six(names, found.betas[j], f"bs{j}", section)
     names.give(eliminated.H, f"H{j}", section)
     names.give(eliminated.Hinv, f"Hinv{j}", section)
     names.give(found.Gamma[j] if eliminated.Hinv else 0, f"Gamma{j}", section)
-    names.give(eliminated.residual, f"Gb{j}", section)
-    names.give(eliminated.ratio, f"rho{j}", section)
-    names.give(eliminated.free, f"qdf{j}", section)
-    _name_pair(names, eliminated.UH, f"UH{j}", section)
+    names.give(eliminated.tau_bias, f"Gb{j}", section)
+    names.give(eliminated.rotor_share, f"rho{j}", section)
+    names.give(eliminated.qdd_bias, f"qdf{j}", section)
+    _name_six(names, eliminated.UH, f"UH{j}", section)
     _name_inertia(names, eliminated.K, f"K{j}", section)
-    _name_pair(names, eliminated.al, f"al{j}", section)
+    _name_six(names, eliminated.alpha, f"al{j}", section)
 
 
 def name_composites(bound: Bound, found: InertiaMatrix) -> None:
     """Name composite inertias and the entries of the inertia matrix."""
     _name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
-    for j, _ in reversed(list(bound.mechanism.numbered())):
+    for j, _ in bound.mechanism.from_tips():
         here = Section("Composite inertias and inertia matrix", j, "[8], [13]")
         name_composite(bound.names, found.composite[j], j, here)
         for i in range(1, j + 1):
@@ -199,12 +209,12 @@ def name_factors(bound: Bound, factors: Factorization, forces: Mapping[int, Scal
         bound.names.give(x, f"qdd{j}", Section("Solution, from the base to the tips", j, "[8]"))
 
 
-def name_frames(bound: Bound, placed: list[tuple[Matrix, Vector]]) -> None:
+def name_frames(bound: Bound, placed: list[Frame]) -> None:
     """Name the entries of 0Aj and 0Pj."""
-    for j, _ in bound.mechanism.numbered():
+    for j, _ in bound.mechanism.from_base():
         bound.names.reserve(Section("Geometry", j, "[1], [2]"))
     _name_geometry(bound, lambda j: Section("Geometry", j, "[1], [2]"))
-    for j, _ in bound.mechanism.numbered():
+    for j, _ in bound.mechanism.from_base():
         here = Section("Geometry", j, "[1], [2]")
         rotation, position = placed[j]
         for m in range(3):
@@ -213,13 +223,11 @@ def name_frames(bound: Bound, placed: list[tuple[Matrix, Vector]]) -> None:
         _name_vector(bound.names, position, f"P{j}", here)
 
 
-def name_screws(
-    bound: Bound, screws: list[Pair], placed: list[tuple[Matrix, Vector]], quantity: str, equations: str
-) -> None:
+def name_twists(bound: Bound, twists: list[Twist], placed: list[Frame], quantity: str, equations: str) -> None:
     """Name velocities or accelerations of frames, and where the frames are."""
     name_frames(bound, placed)
-    for j, _ in bound.mechanism.numbered():
-        _name_pair(bound.names, screws[j], f"{quantity}{j}", Section("Forward recursion", j, equations))
+    for j, _ in bound.mechanism.from_base():
+        _name_six(bound.names, twists[j], f"{quantity}{j}", Section("Forward recursion", j, equations))
 
 
 def name_jacobian(bound: Bound, columns: dict[int, tuple[Scalar, ...]], frame: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symoro_elastic.equations.derivatives import Composite, Entries, TorqueDerivatives
+from symoro_elastic.equations.derivatives.torques import Composite, Entries, TorqueDerivatives
 from symoro_elastic.equations.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import AXES, name_composite
@@ -20,7 +20,7 @@ BY = "by_"
 
 def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
     """Name composite bodies, rows and columns at each link, and the entries they give."""
-    joints = [j for j, _ in bound.mechanism.numbered()]
+    joints = [j for j, _ in bound.mechanism.from_base()]
     for j in sorted(made.composites, reverse=True):
         _name_composite(bound.names, made.composites[j], j, Section(COMPOSITES, j, "[8], [13]"))
     for j in reversed(joints):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symoro_elastic.equations.inverse_geometry import Branch
-from symoro_elastic.equations.spatial import Screw
+from symoro_elastic.equations.inverse_geometry.model import Branch
+from symoro_elastic.equations.spatial import AxialTransform
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.symbolic.expression import COS, Expression, Scalar
 from symoro_elastic.symbolic.program import Section
@@ -23,7 +23,7 @@ def name_branches(bound: Bound, branches: Sequence[Branch]) -> None:
             bound.names.give(found.motion.shift, f"length{found.joint}_{number}", here)
 
 
-def _angle(motion: Screw) -> Scalar:
+def _angle(motion: AxialTransform) -> Scalar:
     """The angle of which a motion holds the cosine."""
     cosine = motion.cosine
     return cosine.operands[0] if isinstance(cosine, Expression) and cosine.operation == COS else 0

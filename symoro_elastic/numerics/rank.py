@@ -9,15 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics, newton_euler
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
+from symoro_elastic.equations.mechanism import Link, Mechanism
+from symoro_elastic.equations.newton_euler import newton_euler
 from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
-from symoro_elastic.equations.spatial import Screw, Vector, Z, hat_plus_hat_squared, is_zero
+from symoro_elastic.equations.spatial import (
+    AxialTransform,
+    Axis,
+    Transform,
+    Twist,
+    Vector,
+    Z,
+    hat_plus_hat_squared,
+    is_zero,
+)
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import Grouping, Label, Relations, ZeroPosition
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
@@ -45,7 +56,8 @@ class Motion:
     def torques(self) -> Array:
         """Gamma (states, joints): inertia, gravity and external wrenches."""
         rows = np.zeros((len(self.found.Gamma), _states(self)))
-        for k, (_, torque) in enumerate(sorted(self.found.Gamma.items())):
+        torques: Mapping[int, Any] = self.found.Gamma
+        for k, (_, torque) in enumerate(sorted(torques.items())):
             rows[k] = torque
         return rows.T
 
@@ -116,32 +128,31 @@ def random_motion(machine: Machine, states: int, seed: int = 0, values: Mapping[
     n = len(machine.joints) + 1
     angles = rng.uniform(-math.pi, math.pi, (n, states))
     qd, qdd = rng.uniform(-3, 3, (n, states)), rng.uniform(-5, 5, (n, states))
-    links = tuple(_displaced(link, angles[j]) for j, link in mechanism.numbered())
+    links = tuple(_displaced(link, angles[j]) for j, link in mechanism.from_base())
     moved = replace(mechanism, links=links)
     if zero.free_base:
         velocity, angular, acceleration, turning = (_vectors(rng, states) for _ in range(4))
-        moved = replace(moved, velocity=(velocity, angular), acceleration=(acceleration, turning))
+        moved = replace(moved, velocity=Twist(velocity, angular), acceleration=Twist(acceleration, turning))
     return _in_motion(moved, qd, qdd)
 
 
 def _vectors(rng: np.random.Generator, states: int) -> Vector:
-    x, y, z = rng.uniform(-5, 5, (3, states))
-    return x, y, z
+    return Vector(*rng.uniform(-5, 5, (3, states)))
 
 
-def _displaced(link: Link, variable: Array) -> Link:
+def _displaced(link: Link, variable: Any) -> Link:
     if link.axis is Axis.NONE:
         return link
-    moved = Screw(Z, np.cos(variable), np.sin(variable), 0)
+    moved = AxialTransform(Z, np.cos(variable), np.sin(variable), 0)
     if link.axis is Axis.PRISMATIC:
-        moved = Screw(Z, 1, 0, variable * (0.5 / math.pi))
-    return replace(link, placement=(*link.placement, moved))
+        moved = AxialTransform(Z, 1, 0, variable * (0.5 / math.pi))
+    return replace(link, transform=Transform((*link.transform.steps, moved)))
 
 
 def _in_motion(mechanism: Mechanism, qd: Array, qdd: Array) -> Motion:
     rules: list[Rule | None] = [None] * len(qd)
-    rates: list[Array | float] = [0.0] * len(qd)
-    for j, link in mechanism.numbered():
+    rates: list[Any] = [0.0] * len(qd)
+    for j, link in mechanism.from_base():
         if link.axis is not Axis.NONE:
             rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
     return Motion(mechanism, dynamics(mechanism, rates, rules), list(qdd))
@@ -154,16 +165,16 @@ def _states(motion: Motion) -> int:
 def stacked_regressor(motion: Motion) -> Stacked:
     """All inertial parameters of all bodies, and the rotor inertias that are not zero."""
     links = motion.mechanism.links
-    joints = [j for j, link in motion.mechanism.numbered() if link.axis is not Axis.NONE]
+    joints = [j for j, link in motion.mechanism.from_base() if link.axis is not Axis.NONE]
     rotors = [j for j in joints if not is_zero(links[j - 1].rotor_inertia)]
     W = np.zeros((len(links) * len(INERTIAL) + len(rotors), len(joints), _states(motion)))
-    for j, _ in motion.mechanism.numbered():
+    for j, _ in motion.mechanism.from_base():
         first = (j - 1) * len(INERTIAL)
         for row, torque in _unit_torques(motion, j).items():
             W[first : first + len(INERTIAL), joints.index(row)] = torque
     for k, j in enumerate(rotors, start=len(links) * len(INERTIAL)):
         W[k, joints.index(j)] = motion.qdd[j]
-    labels = [(j, name) for j, _ in motion.mechanism.numbered() for name in INERTIAL] + [(j, ROTOR) for j in rotors]
+    labels = [(j, name) for j, _ in motion.mechanism.from_base() for name in INERTIAL] + [(j, ROTOR) for j in rotors]
     return Stacked(W.reshape(len(labels), -1).T, tuple(labels))
 
 
@@ -172,7 +183,8 @@ def _unit_torques(motion: Motion, j: int) -> dict[int, Array]:
     found = motion.found
     units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
     u = hat_plus_hat_squared(found.w[j], found.wd[j])
-    return torques(motion.mechanism, j, newton_euler(units, found.w[j], found.wd[j], found.vd[j], u))
+    column: dict[int, Any] = torques(motion.mechanism, j, newton_euler(units, found.w[j], found.wd[j], found.vd[j], u))
+    return column
 
 
 def enough_states(machine: Machine) -> int:

@@ -103,7 +103,7 @@ class Expression:
 
     def __mul__(self, other: Scalar) -> Scalar:
         if other.__class__ is not Expression:
-            return _scale(self, other)
+            return _scale(self, other) if isinstance(other, int | float | Fraction) else NotImplemented
         if self.operation == NEGATE:
             return -(self.operands[0] * other)
         if other.operation == NEGATE:

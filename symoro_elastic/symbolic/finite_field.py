@@ -42,6 +42,8 @@ class Residue:
         return Residue(_value(other) - self.value)
 
     def __mul__(self, other: Residue | int | Fraction) -> Residue:
+        if not isinstance(other, Residue | int | Fraction):
+            return NotImplemented
         return Residue(self.value * _value(other))
 
     def __truediv__(self, other: Residue | int | Fraction) -> Residue:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy
-from symoro_elastic.equations.kinematics import seen_motion, velocities, view
-from symoro_elastic.equations.mechanism import Axis, Mechanism
-from symoro_elastic.equations.spatial import ZERO, subtract
+from symoro_elastic.equations.kinematics import frame_set, motion_expressed_in, velocities
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
@@ -106,20 +106,22 @@ class Motion:
     def potential(self) -> Scalar:
         """Energy of gravity, of the base's acceleration, and of springs; r at rest, but for wrenches, is its slope."""
         elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.moving]
-        return sum(elastic, gravity_energy(self.bodies, subtract(ZERO, self.bodies.acceleration[0])))
+        return sum(elastic, gravity_energy(self.bodies, (-self.bodies.acceleration[0])))
 
     @cached_property
     def seen(self) -> tuple[list[Scalar], list[Scalar]]:
         """V_j [3] and V'_j [6] of every frame and point, base included, linear part first, in axes of frame 0."""
         mechanism = replace(self.bound.mechanism, acceleration=self.bound.base_acceleration)
-        found = seen_motion(mechanism, view(mechanism), self.bound.rates(), self.bound.given_accelerations())
-        v, vd = ([x for screw in screws for part in screw for x in part] for screws in found)
+        found = motion_expressed_in(
+            mechanism, frame_set(mechanism), self.bound.rates(), self.bound.given_accelerations()
+        )
+        v, vd = ([x for twist in twists for x in twist.entries] for twists in found)
         return v, vd
 
     @cached_property
     def own_velocities(self) -> list[Scalar]:
         """V_j [3] of every frame, base included, each in its own axes."""
-        return [x for screw in velocities(self.bound.mechanism, self.bound.rates()) for part in screw for x in part]
+        return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
     def row_of(self, number: int, point: int | None = None) -> int:
         """First of the six rows in `seen` of a frame of the table, or of one of the points."""
@@ -195,7 +197,7 @@ class Motion:
         return np.array([float(value(x)) for x in roots])
 
     def _moving_links(self) -> list[tuple[int, Any]]:
-        return [(j, link) for j, link in self.bound.mechanism.numbered() if link.axis is not Axis.NONE]
+        return [(j, link) for j, link in self.bound.mechanism.from_base() if link.axis is not Axis.NONE]
 
     def _symbols(
         self,

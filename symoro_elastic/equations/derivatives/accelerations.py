@@ -9,26 +9,17 @@ under a known wrench comes last, by its articulated inertia.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
-from symoro_elastic.equations.derivatives import Entries
-from symoro_elastic.equations.dynamics import Dynamics, Elimination
-from symoro_elastic.equations.floating_base import DEGREES, six_rows, solve_symmetric
+from symoro_elastic.equations.derivatives.torques import Entries
+from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.elimination import joint_acceleration
+from symoro_elastic.equations.floating_base import DEGREES, solve_symmetric
 from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.lagrange import factorization, solution
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
-from symoro_elastic.equations.spatial import (
-    NOTHING,
-    Pair,
-    Scalar,
-    SpatialInertia,
-    add,
-    dot,
-    is_zero,
-    scale,
-    screw_to_child,
-    wrench_to_antecedent,
-)
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Scalar, Twist, Wrench
 
 LONG = 16
 """Joints before a joint, on average, from which on the recursion needs fewer operations than the factors."""
@@ -39,20 +30,20 @@ Solve: TypeAlias = Callable[[Mapping[int, Scalar]], dict[int, Scalar]]
 
 def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
     """What solves A x = right, by joint number, in the way that needs fewer operations."""
-    moving = {j for j, link in mechanism.numbered() if link.axis is not Axis.NONE}
+    moving = {j for j, link in mechanism.from_base() if link.axis is not Axis.NONE}
     before = sum(len(moving.intersection(path(mechanism, j))) - 1 for j in moving)
     if before <= LONG * len(moving):
         return _by_factors(mechanism, A)
     return lambda right: _by_recursion(mechanism, found, right)
 
 
-def solving_with_base(A: Entries, Js: SpatialInertia, joints: Sequence[int], solve: Solve) -> Solve:
+def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int], solve: Solve) -> Solve:
     """What solves A x = right for a base and these joints, whose own system `solve` solves.
 
     `Js` is the articulated inertia of the base where the accelerations of the other joints are known.
     """
     pushed = {m: solve({j: A[m, j] for j in joints}) for m in DEGREES}
-    rows = six_rows(Js)
+    rows = Js.rows
 
     def solved(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
         held = solve({j: right[j] for j in joints})
@@ -112,7 +103,7 @@ def inverse(joints: Sequence[int], solve: Solve) -> Entries:
 
 def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
     """By A = L^T D L."""
-    numbered = [0, *(j for j, _ in mechanism.numbered())]
+    numbered = [0, *(j for j, _ in mechanism.from_base())]
     factors = factorization(mechanism, [[A.get((i, j), 0) for j in numbered] for i in numbered])
     return lambda right: solution(factors, right)
 
@@ -120,37 +111,27 @@ def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
 def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
     """By the recursions [28]-[36] without velocities, gravity and wrenches."""
     alone = _pushed(mechanism, found, right)
-    motions: dict[int, Pair] = {}
+    V: dict[int, Twist] = {}
     qdd: dict[int, Scalar] = {}
-    for j, link in mechanism.numbered():
-        motions[j] = screw_to_child(link.placement, motions.get(link.antecedent, NOTHING))
+    for j, link in mechanism.from_base():
+        V[j] = link.transform * V.get(link.antecedent, AT_REST)  # (33)
         if j in alone:
-            qdd[j], motions[j] = _accelerated(link, found.eliminated[j], alone[j], motions[j])
+            here = replace(found.eliminated[j], qdd_bias=alone[j])
+            V[j], qdd[j] = joint_acceleration(link, here, V[j])  # (34), (36)
     return qdd
 
 
 def _pushed(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """Acceleration of each joint where its antecedent has none [30]-[31]."""
-    wrenches: dict[int, Pair] = {}
+    """Acceleration of each joint where its antecedent has none [30], [31]."""
+    wrenches: dict[int, Wrench] = {}
     alone: dict[int, Scalar] = {}
-    for j, link in reversed(list(mechanism.numbered())):
-        al = wrenches.get(j, NOTHING)
+    for j, link in mechanism.from_tips():
+        alpha, a = wrenches.get(j, NO_WRENCH), link.axis
         if j in right:
-            here, along = found.eliminated[j], link.axis.project(al)
+            here, along = found.eliminated[j], a.T * alpha
             alone[j] = (right[j] - along) * here.Hinv
-            al = add(al[0], scale(alone[j], here.U[0])), add(al[1], scale(alone[j], here.U[1]))
-            al = link.axis.with_along(al, link.axis.project(here.UH) * right[j] + here.ratio * along)
-        force, moment = wrench_to_antecedent(link.placement, al)
-        before = wrenches.get(link.antecedent, NOTHING)
-        wrenches[link.antecedent] = add(before[0], force), add(before[1], moment)
+            alpha = alpha + alone[j] * here.U  # (30)
+            alpha = a.replaced(alpha, a.T * here.UH * right[j] + here.rotor_share * along)
+        before = wrenches.get(link.antecedent, NO_WRENCH)
+        wrenches[link.antecedent] = before + link.transform.T * alpha  # (31)
     return alone
-
-
-def _accelerated(link: Link, here: Elimination, alone: Scalar, motion: Pair) -> tuple[Scalar, Pair]:
-    """qdd_j [34] and V'_j [36] from jTi V'_i."""
-    before = link.axis.project(motion)
-    linear, angular = link.axis.with_along(here.UH, 0)
-    left = alone - dot(linear, motion[0]) - dot(angular, motion[1])
-    qdd = left - link.axis.project(here.UH) * before
-    after = left if is_zero(link.rotor_inertia) else before + qdd
-    return qdd, link.axis.with_along(motion, after)

@@ -17,14 +17,12 @@ then; a solution that misses T has no value (NaN).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial, reduce
+from functools import partial
 from typing import NamedTuple
 
-from symoro_elastic.equations.inverse_geometry_points import Solution, numbers_of
-from symoro_elastic.equations.inverse_geometry_types import Functions, NoClosedForm, Pose, only_where
-from symoro_elastic.equations.inverse_geometry_ways import (
+from symoro_elastic.equations.inverse_geometry.decompositions import (
     NO_WRIST,
     ORIENTED,
     Chain,
@@ -33,7 +31,9 @@ from symoro_elastic.equations.inverse_geometry_ways import (
     point_then_axes,
     turns_then_shifts,
 )
-from symoro_elastic.equations.spatial import Matrix, Scalar, Vector, cross, dot, subtract
+from symoro_elastic.equations.inverse_geometry.equation_types import Functions, NoClosedForm, Pose, only_where
+from symoro_elastic.equations.inverse_geometry.points import Solution, numbers_of
+from symoro_elastic.equations.spatial import Matrix, Scalar, Vector, cross, dot
 
 MISSED = Fraction(1, 2**34)
 NOT_A_PLACEMENT = Fraction(1, 2**20)
@@ -117,7 +117,9 @@ def _reversed(solution: Solution) -> Solution:
 
 def _branch(f: Functions, solution: Solution) -> Branch:
     """A solution and its measure; no joint has a value where the measure has none."""
-    measure = reduce(lambda a, b: a * b, (found.measure for found in solution), 1)
+    measure: Scalar = 1
+    for found in solution:
+        measure = measure * found.measure
     return Branch(_divided(solution, f.sign(measure + 1)), measure)
 
 
@@ -132,21 +134,20 @@ def _divided(solution: Solution, one: Scalar) -> Solution:
 def _placement(f: Functions, T: Pose) -> Pose:
     """T, without a value where its rotation is none."""
     x, y, z = T.rotation
-    faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *subtract(cross(x, y), z)]
+    faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *(cross(x, y) - z)]
     ok = only_where(f, NOT_A_PLACEMENT * NOT_A_PLACEMENT - _squares(faults))
-    R: Matrix = tuple((r[0] / ok, r[1] / ok, r[2] / ok) for r in T.rotation)  # type: ignore[assignment]
-    return Pose(R, T.origin)
+    return Pose(Matrix(*(Vector(r.x / ok, r.y / ok, r.z / ok) for r in T.rotation)), T.origin)
 
 
 def _put_back(f: Functions, chain: Chain, T: Pose, branch: Branch) -> Branch:
     """A branch, without a value where it does not place the end of the chain at T."""
     found = _placed(chain, branch.found)
-    turns = [x for rows in zip(found.rotation, T.rotation, strict=True) for x in subtract(*rows)]
-    return _only_close(f, branch, turns, subtract(found.origin, T.origin), T.origin)
+    turns = [x for ours, given in zip(found.rotation, T.rotation, strict=True) for x in ours - given]
+    return _only_close(f, branch, turns, found.origin - T.origin, T.origin)
 
 
 def _with_origin_put_back(f: Functions, chain: Chain, P: Vector, branch: Branch) -> Branch:
-    return _only_close(f, branch, [], subtract(_placed(chain, branch.found).origin, P), P)
+    return _only_close(f, branch, [], _placed(chain, branch.found).origin - P, P)
 
 
 def _placed(chain: Chain, solution: Solution) -> Pose:
@@ -158,9 +159,12 @@ def _placed(chain: Chain, solution: Solution) -> Pose:
 
 def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vector, P: Vector) -> Branch:
     size = 1 + dot(P, P)
-    ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(list(shifts))))
+    ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(shifts)))
     return Branch(_divided(branch.found, ok), branch.measure / ok)
 
 
-def _squares(faults: list[Scalar]) -> Scalar:
-    return reduce(lambda a, b: a + b, (x * x for x in faults), 0)
+def _squares(faults: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
+    for x in faults:
+        total = total + x * x
+    return total

@@ -25,43 +25,36 @@ from dataclasses import dataclass
 
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.kinematics import Scalars, path
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
+from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import (
+    EZ,
     ZERO,
+    AxialTransform,
+    Axis,
     Matrix,
-    Pair,
     RigidInertia,
     Scalar,
-    Screw,
-    SpatialInertia,
+    Transform,
+    Twist,
     Vector,
-    Z,
-    add,
+    Wrench,
     cross,
     dot,
     hat_plus_hat_squared,
-    scale,
-    shifted,
-    times,
-    transpose,
-    turn,
-    turn_back,
-    turn_matrix,
-    wrench_to_antecedent,
+    rotated_matrix,
 )
 
-ALONG: Vector = (0, 0, 1)
 Entries = dict[tuple[int, int], Scalar]
 """Entries of a matrix by the joints of row and column; those that are missing are zero."""
-Step = list[tuple[Screw, Vector]]
-"""The screws of a placement from its end to its start, each with twice the velocity that it adds."""
+Steps = list[tuple[AxialTransform, Vector]]
+"""The axial transforms of a link from its end to its start, each with twice the velocity that it adds."""
 
 
 @dataclass(frozen=True)
 class Change:
     """What a small motion of a joint changes beyond it: field of accelerations dA, and theta."""
 
-    acceleration: Pair
+    acceleration: Twist
     theta: Vector
 
 
@@ -69,7 +62,7 @@ class Change:
 class Row:
     """A joint's torque as a linear function of dA and theta."""
 
-    of_acceleration: Pair
+    of_acceleration: Wrench
     of_theta: Vector
 
     def of(self, change: Change) -> Scalar:
@@ -77,12 +70,12 @@ class Row:
         (force, moment), (linear, angular) = self.of_acceleration, change.acceleration
         return dot(force, linear) + dot(moment, angular) + dot(self.of_theta, change.theta)
 
-    def to_antecedent(self, step: Step) -> Row:
-        """The same torque, of changes seen from the antecedent frame."""
+    def to_antecedent(self, steps: Steps) -> Row:
+        """The same torque, of changes described in the antecedent frame."""
         wrench, of_theta = self.of_acceleration, self.of_theta
-        for screw, boost in step:
-            of_theta = turn(screw, add(of_theta, cross(boost, wrench[0])))
-            wrench = wrench_to_antecedent((screw,), wrench)
+        for step, boost in steps:
+            of_theta = step.rotate(of_theta + cross(boost, wrench.force))
+            wrench = Transform((step,)).T * wrench
         return Row(wrench, of_theta)
 
 
@@ -98,30 +91,32 @@ class Composite:
     def of_body(cls, body: RigidInertia, w: Vector) -> Composite:
         """p = 2 w x MS, Q = -hat(w) (tr(J) 1 - 2 J)."""
         xx, xy, xz, yy, yz, zz = body.inertia
-        x, y, z = (yy + zz - xx, -2 * xy, -2 * xz), (-2 * xy, xx + zz - yy, -2 * yz), (-2 * xz, -2 * yz, xx + yy - zz)
-        return cls(body, cross(w, scale(2, body.moments)), transpose((cross(x, w), cross(y, w), cross(z, w))))
+        x = Vector(yy + zz - xx, -2 * xy, -2 * xz)
+        y = Vector(-2 * xy, xx + zz - yy, -2 * yz)
+        z = Vector(-2 * xz, -2 * yz, xx + yy - zz)
+        return cls(body, cross(w, 2 * body.moments), Matrix(cross(x, w), cross(y, w), cross(z, w)).T)
 
     def __add__(self, other: Composite) -> Composite:
-        return Composite(self.inertia + other.inertia, add(self.p, other.p), _sum(self.Q, other.Q))
+        return Composite(self.inertia + other.inertia, self.p + other.p, self.Q + other.Q)
 
-    def wrench(self, change: Change) -> Pair:
+    def wrench(self, change: Change) -> Wrench:
         """df of a change."""
-        force, moment = SpatialInertia.of_body(self.inertia).times(change.acceleration)
-        return add(force, cross(change.theta, self.p)), add(moment, times(self.Q, change.theta))
+        force, moment = self.inertia.spatial * change.acceleration
+        return Wrench(force + cross(change.theta, self.p), moment + self.Q * change.theta)
 
     def row(self, axis: Axis) -> Row:
         """a^T df of any change."""
-        of_theta = self.Q[Z] if axis is Axis.REVOLUTE else cross(self.p, ALONG)
-        return Row(axis.column(SpatialInertia.of_body(self.inertia)), of_theta)
+        of_theta = self.Q.z if axis is Axis.REVOLUTE else cross(self.p, EZ)
+        return Row(self.inertia.spatial * axis, of_theta)
 
-    def to_antecedent(self, step: Step) -> Composite:
-        """The same bodies, taken at the antecedent frame."""
+    def to_antecedent(self, steps: Steps) -> Composite:
+        """The same bodies, described in the antecedent frame."""
         inertia, p, Q = self.inertia, self.p, self.Q
-        for screw, boost in step:
-            Q = _sum(Q, _swept(inertia.moments, boost))
-            p = add(p, scale(inertia.mass, boost))
-            Q = turn_matrix(screw, _sum(Q, _swept(shifted(screw, ZERO), p)))
-            inertia, p = inertia.to_antecedent((screw,)), turn(screw, p)
+        for step, boost in steps:
+            Q = Q + _swept(inertia.moments, boost)
+            p = p + inertia.mass * boost
+            Q = rotated_matrix(step, Q + _swept(step.along, p))
+            inertia, p = inertia.to_antecedent(Transform((step,))), step.rotate(p)
         return Composite(inertia, p, Q)
 
 
@@ -140,7 +135,7 @@ class TorqueDerivatives:
     moved: dict[int, Change]
     sped: dict[int, Change]
     rows: dict[tuple[int, int], Row]
-    columns: dict[tuple[int, int], tuple[Pair, Pair]]
+    columns: dict[tuple[int, int], tuple[Wrench, Wrench]]
 
 
 def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> TorqueDerivatives:
@@ -148,15 +143,15 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 
     Units N m/rad, N m s/rad, kg m2, or with m and N.
     """
-    composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.numbered()}
+    composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.from_base()}
     if mechanism.body is not None:
         composites[0] = Composite.of_body(mechanism.body, found.w[0])
     made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
-    for j, link in mechanism.numbered():
+    for j, link in mechanism.from_base():
         if link.axis is not Axis.NONE:
             made.moved[j], made.sped[j] = _changes(link.axis, j, found)
-    steps = {j: _step(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.numbered()}
-    for j, link in reversed(list(mechanism.numbered())):
+    steps = {j: _steps(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
+    for j, link in mechanism.from_tips():
         if link.antecedent in composites:
             composites[link.antecedent] += composites[j].to_antecedent(steps[j])
         if link.axis is not Axis.NONE:
@@ -169,63 +164,58 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
     """What q_j and qd_j change."""
     w, U = found.w[j], found.U.get(j) or hat_plus_hat_squared(found.w[j], found.wd[j])
-    tilt, swung = cross(w, ALONG), transpose(U)[Z]
-    twice = add(tilt, tilt)
+    tilt, U_z = cross(w, EZ), U.T.z
+    twice = tilt + tilt
     if axis is Axis.PRISMATIC:
-        return Change((swung, ZERO), ZERO), Change((twice, ZERO), ZERO)
-    return Change((cross(found.vd[j], ALONG), swung), tilt), Change((ZERO, twice), ALONG)
+        return Change(Twist(U_z, ZERO), ZERO), Change(Twist(twice, ZERO), ZERO)
+    return Change(Twist(cross(found.vd[j], EZ), U_z), tilt), Change(Twist(ZERO, twice), EZ)
 
 
-def _step(link: Link, w: Vector, qd: Scalar) -> Step:
+def _steps(link: Link, w: Vector, qd: Scalar) -> Steps:
     """`w` is that of the antecedent."""
-    step: Step = []
-    for screw in link.placement:
-        w = turn_back(screw, w)
-        step.append((screw, cross(w, scale(2, shifted(screw, ZERO)))))
-    screw, boost = step.pop()
-    (moved, _) = link.axis.screw(2 * qd)
-    return [(screw, add(boost, moved)), *reversed(step)]
+    steps: Steps = []
+    for step in link.transform.steps:
+        w = step.rotate_back(w)
+        steps.append((step, cross(w, 2 * step.along)))
+    step, boost = steps.pop()
+    return [(step, boost + (2 * qd * link.axis).linear), *reversed(steps)]
 
 
-def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Step], made: TorqueDerivatives) -> None:
+def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: TorqueDerivatives) -> None:
     """Torque of joint j, by the variables of joints on the path to it."""
-    row = made.composites[j].row(mechanism.links[j - 1].axis)
+    row = made.composites[j].row(mechanism.link(j).axis)
     for i in reversed(path(mechanism, j)):
         made.rows[j, i] = row
         if i in made.moved:
             made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
-            made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.links[i - 1].axis.project(row.of_acceleration)
+            made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.link(i).axis.T * row.of_acceleration
         row = row.to_antecedent(steps[i])
     if 0 in made.composites:
         made.rows[j, 0] = row
 
 
-def _add_columns(mechanism: Mechanism, j: int, f: Pair, made: TorqueDerivatives) -> None:
+def _add_columns(mechanism: Mechanism, j: int, f: Wrench, made: TorqueDerivatives) -> None:
     """Torques of the joints on the path to joint j, by q_j and qd_j; f_j turns with the joint."""
-    force, moment = cross(ALONG, f[0]), cross(ALONG, f[1])
-    if mechanism.links[j - 1].axis is Axis.PRISMATIC:
-        force, moment = ZERO, force
+    turned = Wrench(cross(EZ, f.force), cross(EZ, f.moment))
+    if mechanism.link(j).axis is Axis.PRISMATIC:
+        turned = Wrench(ZERO, turned.force)
     lifted, by_qd = made.composites[j].wrench(made.moved[j]), made.composites[j].wrench(made.sped[j])
-    by_q = add(lifted[0], force), add(lifted[1], moment)
+    by_q = lifted + turned
     for i in reversed(path(mechanism, j)):
         made.columns[j, i] = by_q, by_qd
-        axis, placement = mechanism.links[i - 1].axis, mechanism.links[i - 1].placement
+        link = mechanism.link(i)
         if i != j and i in made.moved:
-            made.by_q[i, j], made.by_qd[i, j] = axis.project(by_q), axis.project(by_qd)
-        by_q, by_qd = wrench_to_antecedent(placement, by_q), wrench_to_antecedent(placement, by_qd)
+            made.by_q[i, j], made.by_qd[i, j] = link.axis.T * by_q, link.axis.T * by_qd
+        by_q, by_qd = link.transform.T * by_q, link.transform.T * by_qd
     if 0 in made.composites:
         made.columns[j, 0] = by_q, by_qd
 
 
 def _swept(b: Vector, a: Vector) -> Matrix:
     """The matrix of theta -> b x (theta x a)."""
-    x, y, z = a[0] * b[0], a[1] * b[1], a[2] * b[2]
-    return (
-        (y + z, -(a[0] * b[1]), -(a[0] * b[2])),
-        (-(a[1] * b[0]), x + z, -(a[1] * b[2])),
-        (-(a[2] * b[0]), -(a[2] * b[1]), x + y),
+    x, y, z = a.x * b.x, a.y * b.y, a.z * b.z
+    return Matrix(
+        Vector(y + z, -(a.x * b.y), -(a.x * b.z)),
+        Vector(-(a.y * b.x), x + z, -(a.y * b.z)),
+        Vector(-(a.z * b.x), -(a.z * b.y), x + y),
     )
-
-
-def _sum(m: Matrix, n: Matrix) -> Matrix:
-    return add(m[0], n[0]), add(m[1], n[1]), add(m[2], n[2])

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from symoro_elastic.equations.inverse_geometry_types import (
+from symoro_elastic.equations.inverse_geometry.equation_types import (
     SMALL,
     Difference,
     Found,
@@ -38,8 +38,7 @@ from symoro_elastic.equations.inverse_geometry_types import (
     type_2,
     type_3,
 )
-from symoro_elastic.equations.mechanism import Axis
-from symoro_elastic.equations.spatial import Scalar, Vector, add, dot, scale, subtract, transpose
+from symoro_elastic.equations.spatial import EZ, IDENTITY, ZERO, Axis, Matrix, Scalar, Vector, dot
 
 Solution = tuple[Found, ...]
 
@@ -151,10 +150,10 @@ def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[
     if not (f.is_zero(S[0][0] - S[1][1]) and f.is_zero(S[0][1])):
         reason = f"the equation for joint {mover.joint} is of degree four"
         raise NoClosedForm((mover.joint,), reason)
-    beta = (S[0][2] * W[2] + b[0], S[1][2] * W[2] + b[1], 0)
+    beta = Vector(S.x.z * W.z + b.x, S.y.z * W.z + b.y, 0)
     if is_along_z(f, beta):
         raise _undetermined(mover)
-    terms = (S[0][0] * plane_dot(W, W), (S[2][2] * W[2] + 2 * b[2]) * W[2], k)
+    terms = Vector(S[0][0] * plane_dot(W, W), (S[2][2] * W[2] + 2 * b[2]) * W[2], k)
     x, y, z = 2 * plane_dot(beta, W), 2 * plane_cross(beta, W), -(terms[0] + terms[1] + terms[2])
     scale = 4 * plane_dot(beta, beta) * dot(W, W) + dot(terms, terms)
     return type_2(f, mover.joint, x, y, z, Difference(x * x + y * y, z, scale).root(f))
@@ -187,10 +186,10 @@ def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric
     if first.turns and second.turns:
         return _surface_of_turns(f, pair, C, w)
     if first.turns:
-        return _surface_of_turn_and_shift(f, C.point(w), transpose(C.rotation)[2])
+        return _surface_of_turn_and_shift(f, C.point(w), C.rotation.T[2])
     if second.turns:
         return _surface_of_shift_and_turn(f, C, w)
-    normal = (-C.rotation[1][2], C.rotation[0][2], 0)
+    normal = Vector(-C.rotation.y.z, C.rotation.x.z, 0)
     if is_along_z(f, normal):
         raise _same_direction(pair)
     return plane(normal, dot(normal, C.point(w)))
@@ -198,39 +197,39 @@ def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric
 
 def _surface_of_turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric:
     """Parallel axes: a plane. Axes that meet: a sphere about the point where they do."""
-    if is_along_z(f, transpose(C.rotation)[2]):
-        return plane((0, 0, 1), C.point(w)[2])
+    if is_along_z(f, C.rotation.T[2]):
+        return plane(EZ, C.point(w)[2])
     here, there = meeting(f, pair, C)
-    arm = subtract(w, along(there))
-    return Quadric(((1, 0, 0), (0, 1, 0), (0, 0, 1)), along(-here), here * here - dot(arm, arm))
+    arm = w - along(there)
+    return Quadric(IDENTITY, along(-here), here * here - dot(arm, arm))
 
 
 def _surface_of_turn_and_shift(f: Functions, c: Vector, u: Vector) -> Quadric:
     """The line c + r u turned about z: the plane z = c3, or a hyperboloid, a cone, a cylinder."""
     if f.is_zero(u[2]):
-        return plane((0, 0, 1), c[2])
+        return plane(EZ, c[2])
     round_ = u[2] * u[2]
-    S = ((round_, 0, 0), (0, round_, 0), (0, 0, -plane_dot(u, u)))
+    S = Matrix(Vector(round_, 0, 0), Vector(0, round_, 0), Vector(0, 0, -plane_dot(u, u)))
     surface = Quadric(S, along(-u[2] * plane_dot(c, u)), -round_ * plane_dot(c, c))
-    return surface.seen_from(Pose(((1, 0, 0), (0, 1, 0), (0, 0, 1)), along(c[2])))
+    return surface.seen_from(Pose(IDENTITY, along(c[2])))
 
 
 def _surface_of_shift_and_turn(f: Functions, C: Pose, w: Vector) -> Quadric:
     """The circle of w about z2 shifted along z1: its plane where z1 lies in it, else an oblique cylinder."""
     u = C.rotation[2]
-    normal = transpose(C.rotation)[2]
+    normal = C.rotation.T[2]
     if f.is_zero(u[2]):
         return plane(normal, dot(normal, C.point(along(w[2]))))
     p, q = -u[2] * u[0], -u[2] * u[1]
     round_ = u[2] * u[2]
-    S = ((round_, 0, p), (0, round_, q), (p, q, plane_dot(u, u)))
-    surface = Quadric(S, (0, 0, 0), -round_ * plane_dot(w, w))
+    S = Matrix(Vector(round_, 0, p), Vector(0, round_, q), Vector(p, q, plane_dot(u, u)))
+    surface = Quadric(S, ZERO, -round_ * plane_dot(w, w))
     return surface.seen_from(Pose(C.rotation, C.point(along(w[2]))))
 
 
 def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scalar]:
     """Where two axes meet: z in the frame of the first, z in the frame of the second. Raises `NoClosedForm`."""
-    a, p = transpose(C.rotation)[2], C.origin
+    a, p = C.rotation.T[2], C.origin
     axes = f"the axes of {named(pair)}"
     if is_along_z(f, a):
         raise NoClosedForm(numbers_of(pair), f"{axes} are parallel", Miss(max(numbers_of(pair)), "parallel"))
@@ -256,7 +255,7 @@ def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
         for solution in _turn_and_shift(f, pair[::-1], C.inverse(), G, w):
             yield _reversed(solution)
     else:
-        v, g = transpose(C.rotation)[2], subtract(G, C.point(w))
+        v, g = C.rotation.T[2], G - C.point(w)
         if is_along_z(f, v):
             raise _same_direction(pair)
         r = plane_dot(g, v) / plane_dot(v, v)
@@ -267,15 +266,15 @@ def _turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     first, second = pair
     if is_along_z(f, w):
         raise _idle(second)
-    parallel = is_along_z(f, transpose(C.rotation)[2])
+    parallel = is_along_z(f, C.rotation.T[2])
     for found in (_elbow if parallel else _shoulder)(f, pair, C, w, G):
         yield type_3(f, first.joint, C.point(found.point(w)), G), found
 
 
 def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
     """Parallel axes: |p + Rot(z, q2) w| = |G| in the plane (type 8), p the first axis in the second frame."""
-    x, y, _ = Pose(C.rotation, (0, 0, 0)).point_back(C.origin)
-    p = (x, y, 0)
+    x, y, _ = Pose(C.rotation, ZERO).point_back(C.origin)
+    p = Vector(x, y, 0)
     if is_along_z(f, p):
         raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} coincide")
     area = heron(f, distance(f, p), distance(f, w), distance(f, G))
@@ -290,7 +289,7 @@ def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
     where w is near the second axis, the second where G is near the first; their mean is in both places.
     """
     here, there = meeting(f, pair, C)
-    w, G, a = subtract(w, along(there)), subtract(G, along(here)), C.rotation[2]
+    w, G, a = w - along(there), G - along(here), C.rotation[2]
     z, other = G[2] - a[2] * w[2], w[2] - a[2] * G[2]
     near_w, near_G = plane_dot(w, w), plane_dot(G, G)
     oblique, scale = plane_dot(a, a), near_w + w[2] * w[2]
@@ -308,9 +307,9 @@ def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
 def _turn_and_shift(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
     """Rot(z, q1) (c + r u) = G."""
     first, second = pair
-    c, u = C.point(w), transpose(C.rotation)[2]
+    c, u = C.point(w), C.rotation.T[2]
     for r in _lengths(f, second, c, u, G):
-        yield type_3(f, first.joint, add(c, scale(r.variable, u)), G), r
+        yield type_3(f, first.joint, c + r.variable * u, G), r
 
 
 def _lengths(f: Functions, mover: Mover, c: Vector, u: Vector, G: Vector) -> list[Found]:

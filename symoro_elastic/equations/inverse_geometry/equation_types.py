@@ -13,22 +13,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from symoro_elastic.equations.spatial import (
+    IDENTITY,
+    ZERO,
+    AxialTransform,
     Matrix,
     Scalar,
-    Screw,
     Vector,
     Z,
-    add,
     dot,
-    scale,
-    subtract,
-    times,
-    transpose,
-    turn,
-    turn_back,
 )
 
 ROUNDING = Fraction(1, 2**40)
@@ -81,22 +76,22 @@ class Found(NamedTuple):
 
     joint: int
     variable: Scalar
-    motion: Screw
+    motion: AxialTransform
     measure: Scalar = 1
 
     def reversed(self) -> Found:
         """The same joint passed from its far side."""
         cosine, sine, shift = self.motion[1:]
-        return Found(self.joint, -self.variable, Screw(Z, cosine, -sine, -shift), self.measure)
+        return Found(self.joint, -self.variable, AxialTransform(Z, cosine, -sine, -shift), self.measure)
 
     def point(self, v: Vector) -> Vector:
         """A point of the moved frame in the frame before the joint."""
-        x, y, z = turn(self.motion, v)
-        return (x, y, z + self.motion.shift)
+        x, y, z = self.motion.rotate(v)
+        return Vector(x, y, z + self.motion.shift)
 
     def point_back(self, v: Vector) -> Vector:
         """A point of the frame before the joint in the moved frame."""
-        return turn_back(self.motion, (v[0], v[1], v[2] - self.motion.shift))
+        return self.motion.rotate_back(Vector(v.x, v.y, v.z - self.motion.shift))
 
 
 class Pose(NamedTuple):
@@ -107,37 +102,35 @@ class Pose(NamedTuple):
 
     def point(self, v: Vector) -> Vector:
         """Coordinates in frame i of a point given in frame j."""
-        return add(times(self.rotation, v), self.origin)
+        return self.rotation * v + self.origin
 
     def point_back(self, v: Vector) -> Vector:
         """Coordinates in frame j of a point given in frame i."""
-        return times(transpose(self.rotation), subtract(v, self.origin))
+        return self.rotation.T * (v - self.origin)
 
     def then(self, other: Pose) -> Pose:
         """iTj jTk."""
-        columns = transpose(other.rotation)
-        turned = tuple(times(self.rotation, column) for column in columns)
-        return Pose(transpose(turned), self.point(other.origin))  # type: ignore[arg-type]
+        columns = Matrix(*(self.rotation * column for column in other.rotation.T))
+        return Pose(columns.T, self.point(other.origin))
 
-    def moved(self, screw: Screw) -> Pose:
+    def moved(self, step: AxialTransform) -> Pose:
         """iTj followed by a screw about an axis of frame j."""
         rows = self.rotation
-        origin = add(self.origin, scale(screw.shift, transpose(rows)[screw.axis]))
-        return Pose((turn_back(screw, rows[0]), turn_back(screw, rows[1]), turn_back(screw, rows[2])), origin)
+        origin = self.origin + (step.shift * rows.T[step.axis])
+        return Pose(step.rotate_rows(rows), origin)
 
     def inverse(self) -> Pose:
         """jTi."""
-        back = transpose(self.rotation)
-        x, y, z = times(back, self.origin)
-        return Pose(back, (-x, -y, -z))
+        back = self.rotation.T
+        return Pose(back, -(back * self.origin))
 
 
-STILL = Pose(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0, 0, 0))
+STILL = Pose(IDENTITY, ZERO)
 
 
 def along(shift: Scalar) -> Vector:
     """A point of the z axis."""
-    return (0, 0, shift)
+    return Vector(0, 0, shift)
 
 
 def plane_dot(u: Vector, v: Vector) -> Scalar:
@@ -163,12 +156,12 @@ def distance(f: Functions, v: Vector) -> Scalar:
 
 def turned_by(f: Functions, joint: int, angle: Scalar, measure: Scalar = 1) -> Found:
     """A revolute joint at an angle, rad."""
-    return Found(joint, angle, Screw(Z, *f.cosine_sine(angle), 0), measure)
+    return Found(joint, angle, AxialTransform(Z, *f.cosine_sine(angle), 0), measure)
 
 
 def shifted_by(joint: int, length: Scalar, measure: Scalar = 1) -> Found:
     """A prismatic joint at a length, m."""
-    return Found(joint, length, Screw(Z, 1, 0, length), measure)
+    return Found(joint, length, AxialTransform(Z, 1, 0, length), measure)
 
 
 def only_where(f: Functions, positive: Scalar) -> Scalar:
@@ -242,19 +235,18 @@ class Quadric(NamedTuple):
 
     def value(self, x: Vector) -> Scalar:
         """x.S x + 2 b.x + k."""
-        return dot(x, times(self.S, x)) + 2 * dot(self.b, x) + self.k
+        return dot(x, self.S * x) + 2 * dot(self.b, x) + self.k
 
     def seen_from(self, pose: Pose) -> Quadric:
         """The same surface in the frame in which `pose` places its own."""
         R, p = pose
-        columns = tuple(times(R, row) for row in self.S)
-        S: Any = tuple(times(R, row) for row in transpose(columns))  # type: ignore[arg-type]
-        b = times(R, self.b)
-        k = self.k - 2 * dot(b, p) + dot(p, times(S, p))
-        b = subtract(b, times(S, p))
-        return Quadric(S, b, k)
+        columns = Matrix(*(R * row for row in self.S))
+        S = Matrix(*(R * row for row in columns.T))
+        b = R * self.b
+        k = self.k - 2 * dot(b, p) + dot(p, S * p)
+        return Quadric(S, b - S * p, k)
 
 
 def plane(normal: Vector, height: Scalar) -> Quadric:
     """The plane normal.x = height."""
-    return Quadric(((0, 0, 0), (0, 0, 0), (0, 0, 0)), scale(Fraction(1, 2), normal), -height)
+    return Quadric(Matrix(ZERO, ZERO, ZERO), Fraction(1, 2) * normal, -height)

@@ -11,16 +11,7 @@ from functools import reduce
 from itertools import pairwise
 from typing import NamedTuple
 
-from symoro_elastic.equations.inverse_geometry_points import (
-    Mover,
-    Solution,
-    meeting,
-    named,
-    numbers_of,
-    onto_surface,
-    reach,
-)
-from symoro_elastic.equations.inverse_geometry_types import (
+from symoro_elastic.equations.inverse_geometry.equation_types import (
     STILL,
     Found,
     Functions,
@@ -34,24 +25,20 @@ from symoro_elastic.equations.inverse_geometry_types import (
     shifted_by,
     type_3,
 )
-from symoro_elastic.equations.spatial import (
-    ZERO,
-    Matrix,
-    Scalar,
-    Vector,
-    cross,
-    dot,
-    subtract,
-    times,
-    transpose,
-    turn,
-    turn_back,
+from symoro_elastic.equations.inverse_geometry.points import (
+    Mover,
+    Solution,
+    meeting,
+    named,
+    numbers_of,
+    onto_surface,
+    reach,
 )
+from symoro_elastic.equations.spatial import EX, EZ, ZERO, Matrix, Scalar, Vector, cross, dot
 
 FLAT = Fraction(1, 2**36)
 NO_WRIST, ORIENTED = "no wrist", "orientation does not give the angles"
-FIRST: Vector = (1, 0, 0)
-LAST: Vector = (0, 0, 1)
+FIRST, LAST = EX, EZ
 
 
 class Chain(NamedTuple):
@@ -85,7 +72,7 @@ def point_then_axes(f: Functions, chain: Chain, T: Pose, k: int) -> list[Solutio
     arms = reach(f, chain.movers[:m], chain.between[1:m], chain.between[m].point(along(here)), target)
     solutions = []
     for arm in arms:
-        first, last = (_carried(chain, arm, times(inner.rotation, axis)) for axis in (FIRST, LAST))
+        first, last = (_carried(chain, arm, inner.rotation * axis) for axis in (FIRST, LAST))
         solutions += [(*arm, *ends) for ends in _WRISTS[k](f, wrist, poses, first, last)]
     return solutions
 
@@ -127,7 +114,7 @@ def _no_wrist(movers: Sequence[Mover], reason: str, miss: Miss | None = None) ->
 def _carried(chain: Chain, arm: Solution, v: Vector) -> Vector:
     """Components, after the joints of an arm and the placement that follows, of a vector given before them."""
     for found, pose in zip(arm, chain.between[1:], strict=False):
-        v = times(transpose(pose.rotation), turn_back(found.motion, v))
+        v = pose.rotation.T * found.motion.rotate_back(v)
     return v
 
 
@@ -142,8 +129,8 @@ def _two_axes(
     f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
 ) -> Iterator[Solution]:
     """Rot(z, q1) R Rot(z, q2) = M: the last column gives q1, the first q2."""
-    found = type_3(f, wrist[0].joint, transpose(poses[0].rotation)[2], last)
-    x = times(transpose(poses[0].rotation), turn_back(found.motion, first))
+    found = type_3(f, wrist[0].joint, poses[0].rotation.T[2], last)
+    x = poses[0].rotation.T * found.motion.rotate_back(first)
     yield found, type_3(f, wrist[1].joint, FIRST, x)
 
 
@@ -151,11 +138,11 @@ def _three_axes(
     f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
 ) -> Iterator[Solution]:
     """Rot(z, q1) R Rot(z, q2) S Rot(z, q3) = M: its last column is a point to be reached, its first gives q3."""
-    centred = [Pose(pose.rotation, (0, 0, 0)) for pose in poses]
-    axis = transpose(poses[1].rotation)[2]
+    centred = [Pose(pose.rotation, ZERO) for pose in poses]
+    axis = poses[1].rotation.T[2]
     for found, middle in reach(f, wrist[:2], centred[:1], axis, last):
-        x = turn_back(middle.motion, times(transpose(poses[0].rotation), turn_back(found.motion, first)))
-        x = times(transpose(poses[1].rotation), x)
+        x = middle.motion.rotate_back(poses[0].rotation.T * found.motion.rotate_back(first))
+        x = poses[1].rotation.T * x
         yield found, middle, type_3(f, wrist[2].joint, FIRST, x)
 
 
@@ -177,7 +164,7 @@ def turns_then_shifts(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
     if not turns:
         return [_with_shifts(f, chain, (), T.origin)]
     before, *between, after = _between_turns(chain)
-    first, last = (times(transpose(before), times(T.rotation, after[k])) for k in (0, 2))
+    first, last = (before.T * (T.rotation * after[k]) for k in (0, 2))
     return [_with_shifts(f, chain, angles, T.origin) for angles in _angles(f, turns, between, first, last)]
 
 
@@ -197,7 +184,7 @@ def _angles(
 ) -> list[Solution]:
     poses = [Pose(rotation, ZERO) for rotation in between]
     for pair, pose in zip(pairwise(turns), poses, strict=True):
-        if is_along_z(f, transpose(pose.rotation)[2]):
+        if is_along_z(f, pose.rotation.T[2]):
             raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} are parallel", None, ORIENTED)
     return list(_WRISTS[len(turns)](f, turns, poses, first, last))
 
@@ -211,9 +198,9 @@ def _with_shifts(f: Functions, chain: Chain, angles: Solution, P: Vector) -> Sol
         if mover.turns:
             pose = pose.moved(known[mover.joint].motion)
         else:
-            axes[mover.joint] = transpose(pose.rotation)[2]
+            axes[mover.joint] = pose.rotation.T[2]
         pose = pose.then(after)
-    shifts = _SHIFTS[len(axes)](f, list(axes), list(axes.values()), subtract(P, pose.origin))
+    shifts = _SHIFTS[len(axes)](f, list(axes), list(axes.values()), P - pose.origin)
     known |= {found.joint: found for found in shifts}
     return tuple(known[mover.joint] for mover in chain.movers)
 
@@ -258,7 +245,7 @@ def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
         if not mover.turns:
             raise _no_wrist([mover], f"joint {mover.joint} is prismatic")
     for pose in chain.between[2:4]:
-        if not is_along_z(f, transpose(pose.rotation)[2]):
+        if not is_along_z(f, pose.rotation.T[2]):
             raise _no_wrist(arm, f"the axes of {named(arm)} are not parallel")
     arm_at_zero = reduce(Pose.then, chain.between[2:5], STILL)
     if is_along_z(f, arm_at_zero.rotation[2]):
@@ -277,8 +264,8 @@ def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
 def _undone(motion: Found, pose: Pose) -> Pose:
     """J T."""
     R, p = pose
-    x, y, z = (turn(motion.motion, column) for column in transpose(R))
-    return Pose(transpose((x, y, z)), motion.point(p))
+    columns = Matrix(*(motion.motion.rotate(column) for column in R.T))
+    return Pose(columns.T, motion.point(p))
 
 
 def _ends(f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vector, seen: Vector) -> Iterator[Solution]:
@@ -286,7 +273,7 @@ def _ends(f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vect
     if len(ends) == 1:
         yield (type_3(f, ends[0].joint, seen, axis),)
         return
-    centred = [Pose(pose.rotation, (0, 0, 0)) for pose in poses]
+    centred = [Pose(pose.rotation, ZERO) for pose in poses]
     yield from reach(f, ends, centred, seen, axis)
 
 
