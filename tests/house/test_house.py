@@ -1,0 +1,201 @@
+"""The house: which room may look into which, and how large things may be."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "symoro_elastic"
+FILES = sorted(PACKAGE.rglob("*.py"))
+IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
+LONGEST_FUNCTION, LONGEST_FILE = 60, 400
+
+# What each room may import of the others; errors is open to all. A room that is not named here stands on top of all
+# but the report and the command line: no room below may import it.
+ROOMS: dict[str, set[str]] = {
+    "errors": set(),
+    "scalar": set(),
+    "packages": set(),
+    "pictures": {"packages"},
+    "machine": set(),
+    "symbolic": set(),
+    "equations": set(),
+    "models": {"machine", "symbolic", "equations"},
+    "quantities": {"models"},
+    "codegen": {"symbolic"},
+    "output_folder": set(),
+    "packaging": {"machine", "models", "codegen", "quantities"},
+    "pipeline": {"machine", "symbolic", "models", "codegen", "output_folder", "packaging"},
+    "numerics": {"machine", "symbolic", "equations", "models", "codegen", "pipeline", "packaging"},
+    "report": {"quantities", "machine", "symbolic", "models", "codegen", "pipeline", "packaging", "numerics"},
+    "grouping": {"machine", "models", "numerics"},
+    "identification": {
+        "packages",
+        "pictures",
+        "machine",
+        "symbolic",
+        "equations",
+        "models",
+        "codegen",
+        "pipeline",
+        "packaging",
+        "numerics",
+    },
+    "vibration": {"packages", "pictures", "machine", "symbolic", "equations", "models", "identification"},
+    "trade": {
+        "packages",
+        "pictures",
+        "machine",
+        "symbolic",
+        "models",
+        "codegen",
+        "pipeline",
+        "packaging",
+        "grouping",
+        "numerics",
+        "report",
+    },
+    "cli": {
+        "machine",
+        "symbolic",
+        "models",
+        "codegen",
+        "pipeline",
+        "packaging",
+        "grouping",
+        "identification",
+        "numerics",
+        "report",
+        "trade",
+        "vibration",
+    },
+    "__main__": {"cli"},
+    "__init__": set(),
+}
+
+
+BELOW = ("errors", "machine", "symbolic", "equations", "models", "codegen", "output_folder", "pipeline", "packaging")
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(path: Path) -> Iterator[tuple[str, int]]:
+    """(module, line) of every import, inside functions too; names imported from a package count as modules of it."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: a relative import"
+            yield str(node.module), node.lineno
+            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+def may_import(room: str, other: str) -> bool:
+    if other not in ROOMS:
+        return other == room or room not in BELOW
+    return other in {room, "errors", "scalar", *ROOMS.get(room, ROOMS["report"])}
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_rooms_import_what_they_may(path: Path) -> None:
+    room = room_of(path)
+    wrong = []
+    for module, line in imports(path):
+        root, *rest = module.split(".")
+        if root == "symoro_elastic" and rest and rest[0] != "__version__" and not may_import(room, rest[0]):
+            wrong.append(f"{path.relative_to(ROOT)}:{line}: {room} imports {module}")
+    assert wrong == []
+
+
+def test_no_room_looks_back() -> None:
+    """The rules themselves have one direction."""
+    order = list(ROOMS)
+    for room, allowed in ROOMS.items():
+        assert all(order.index(other) < order.index(room) for other in allowed), room
+    for room in ("machine", "symbolic", "equations"):
+        assert ROOMS[room] == set()
+    assert not ROOMS["codegen"] & {"machine", "models", "equations", "numerics"}
+
+
+HEAVY = {"numpy", "sympy", "mpmath", "jinja2", "rich", "latex2mathml"}
+
+
+def test_what_help_needs_is_light() -> None:
+    """The command line imports heavy libraries inside its commands only."""
+    light = ("__main__.py", "__init__.py", "errors.py")
+    for path in (*(PACKAGE / name for name in light), *sorted((PACKAGE / "cli").glob("*.py"))):
+        outermost = {
+            alias.name.split(".")[0] for node in tree(path).body if isinstance(node, ast.Import) for alias in node.names
+        } | {str(node.module) for node in tree(path).body if isinstance(node, ast.ImportFrom)}
+        assert not {module.split(".")[0] for module in outermost} & HEAVY
+        ours = {m for m in outermost if m.startswith("symoro_elastic") and not m.startswith("symoro_elastic.cli")}
+        assert ours <= {"symoro_elastic", "symoro_elastic.errors"}, path
+
+
+def test_generated_code_needs_numpy_only() -> None:
+    for path in sorted((ROOT / "generated").rglob("*.py")):
+        found = {module.split(".")[0] for module, _ in imports_of_generated(path)}
+        assert found <= {"numpy", "functools", "math", ""}, path
+
+
+def imports_of_generated(path: Path) -> Iterator[tuple[str, int]]:
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield str(node.module or ""), node.lineno
+
+
+FORBIDDEN = {"eval", "exec", "compile", "__import__", "sympify", "parse_expr", "S"}
+FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "code", "codeop"}
+
+
+def called(node: ast.Call) -> str:
+    if isinstance(node.func, ast.Name):
+        return node.func.id
+    return node.func.attr if isinstance(node.func, ast.Attribute) else ""
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_text_of_a_user_is_never_run(path: Path) -> None:
+    """No eval and its kin; `re.compile` is no such thing."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{node.lineno}: {called(node)}"
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call) and called(node) in FORBIDDEN and ast.unparse(node.func) != "re.compile"
+    ]
+    wrong += [f"{path.relative_to(ROOT)}:{line}: {name}" for name, line in imports(path) if name in FORBIDDEN_MODULES]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_nothing_is_long(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").count("\n")
+    assert lines <= LONGEST_FILE, f"{lines} lines"
+    long = [
+        f"{node.name}: {node.end_lineno - node.lineno + 1} lines"
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef) and node.end_lineno and node.end_lineno - node.lineno >= LONGEST_FUNCTION
+    ]
+    assert long == []
+
+
+def test_templates_hold_no_mathematics() -> None:
+    """They are short, and none does arithmetic on what it prints."""
+    for path in sorted((ROOT / "templates").rglob("*.j2")):
+        text = path.read_text(encoding="utf-8")
+        assert text.count("\n") <= 150, path
+        inside = [part.split("}}")[0] for part in text.split("{{")[1:]]
+        assert not [part for part in inside if any(sign in part for sign in (" + ", " * ", " / ", "**"))], path

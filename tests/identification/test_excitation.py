@@ -1,0 +1,153 @@
+"""Exciting trajectories: on the command line, as files, and as what a controller may follow."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+pytest.importorskip("scipy")
+
+from symoro_elastic.cli import cli
+from symoro_elastic.cli.identification import neutral_positions
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.excitation import Limits, random_motion
+from symoro_elastic.identification.trajectory import limits_of, trajectory
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate
+from tests.generated_code import imported
+from tests.references.random_machines import chain
+
+TWO_R = Path(__file__).parents[2] / "examples" / "planar_2r.toml"
+LIMITS = Limits.of([-1.5, -0.2], [1.0, 2.0], [3, 1], [15, 25])
+BOUNDS = ("--position", "-1.5:1.2", "--velocity", 3, "--acceleration", 20, "--acceleration", "elbow=25")
+QUICK = (*BOUNDS, "--frequency", 0.5, "--harmonics", 3, "--rate", 200)
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def refused(*arguments: object) -> str:
+    with pytest.raises(InputError) as error:
+        run("excite", TWO_R, *arguments)
+    return str(error.value)
+
+
+def excited(out: Path, *more: object) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(run("excite", TWO_R, *QUICK, "--out", out, "--json", *more).stdout)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_from_rest_to_rest_within_limits(seed: int) -> None:
+    """Limits are kept at every sample, the derivatives are those of q, and it ends where it began."""
+    harmonics, periods = 1 + seed, 1 + seed % 3
+    motion = random_motion(LIMITS, 0.3, harmonics, seed)
+    found = trajectory(motion, LIMITS, periods, 2000.0)
+    assert (found.q >= LIMITS.low - 1e-9).all() and (found.q <= LIMITS.high + 1e-9).all()
+    assert (abs(found.qd) <= LIMITS.velocity).all() and (abs(found.qdd) <= LIMITS.acceleration).all()
+    for ends in (found.qd[[0, -1]], found.qdd[[0, -1]], found.q[0] - found.q[-1]):
+        assert abs(ends).max() < 0.02
+    step = found.t[1]
+    for block, slope in ((found.q, found.qd), (found.qd, found.qdd)):
+        differences = (block[2:] - block[:-2]) / (2 * step)
+        assert abs(differences - slope[1:-1]).max() < 1e-3 * abs(slope).max()
+
+
+def test_the_motion_itself_runs_in_between() -> None:
+    motion = random_motion(LIMITS, 0.5, 4, 3)
+    found = trajectory(motion, LIMITS, 2, 500.0)
+    inside = (found.t > found.start) & (found.t < found.start + 2 * motion.period)
+    for block, wanted in zip((found.q, found.qd, found.qdd), motion.at(found.t[inside] - found.start / 2), strict=True):
+        np.testing.assert_allclose(block[inside], wanted, atol=1e-12)
+    assert found.t[-1] == pytest.approx(2 * found.start + 2 * motion.period)
+
+
+def test_a_trajectory_file_and_its_figures(tmp_path: Path) -> None:
+    """CSV and NPZ hold the same; the same seed makes the same file; limits are those that were given."""
+    found = excited(tmp_path / "a.csv", "--evaluations", 60)
+    assert found["condition"] < found["condition_before"]
+    excited(tmp_path / "b.csv", "--evaluations", 60)
+    excited(tmp_path / "c.npz", "--evaluations", 60)
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    with (tmp_path / "a.csv").open(encoding="utf-8") as file:
+        header = file.readline().strip().split(",")
+    assert header == ["t", "q_shoulder", "q_elbow", "qd_shoulder", "qd_elbow", "qdd_shoulder", "qdd_elbow"]
+    table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
+    with np.load(tmp_path / "c.npz") as arrays:
+        np.testing.assert_allclose(np.column_stack([arrays[name] for name in header]), table, rtol=1e-11, atol=1e-11)
+    assert len(table) == found["samples"] and table[-1, 0] == found["duration"]
+    elbow = found["motors"]["elbow"]
+    assert (elbow["acceleration_limit"], elbow["position_limits"]) == (25, [-1.5, 1.2])
+    assert elbow["velocity"] == pytest.approx(abs(table[:, 4]).max(), rel=1e-11)
+    assert len(elbow["a"]) == len(elbow["b"]) == 3
+
+
+def test_what_it_excites_is_identified(tmp_path: Path) -> None:
+    """The trajectory with the torques of the generated model added: `identify` finds the parameters back."""
+    excited(tmp_path / "motion.csv", "--evaluations", 30, "--known", "FS1", "--known", "FS2")
+    machine, _ = read_machine(TWO_R)
+    generate(machine, Scene(("inverse_dynamics",)), ["numpy"], tmp_path)
+    t, *rest = np.loadtxt(tmp_path / "motion.csv", delimiter=",", skiprows=1).T
+    q, qd, qdd = (np.stack(rest[2 * k : 2 * k + 2], axis=1) for k in range(3))
+    tau, _ = imported(tmp_path / "planar_2r").inverse_dynamics(q, qd, qdd)
+    header = "t,q_shoulder,q_elbow,qd_shoulder,qd_elbow,qdd_shoulder,qdd_elbow,tau_shoulder,tau_elbow"
+    np.savetxt(tmp_path / "data.csv", np.column_stack([t, q, qd, qdd, tau]), delimiter=",", header=header, comments="")
+    found = json.loads(run("identify", TWO_R, tmp_path / "data.csv", "--json").stdout)["parameters"]
+    value = {p.name: p.value.value() for p in machine.parameters if p.value}
+    for label, wanted in (("MX2", "lc2*m2"), ("ZZ2", "I2 + lc2^2*m2")):
+        exact = value["lc2"] * value["m2"] if label == "MX2" else value["I2"] + value["lc2"] ** 2 * value["m2"]
+        assert found[label]["value"] == pytest.approx(exact, rel=1e-3), wanted
+
+
+def test_tables_and_pictures(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    ran = run(
+        "excite", TWO_R, *QUICK, "--out", tmp_path / "a.csv", "--evaluations", 12, "--plots", tmp_path / "pictures"
+    )
+    assert all(word in ran.stdout for word in ("shoulder", "-1.5 : 1.2", "condition number", "wrote", "MX2"))
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} == {"trajectory.png", "search.png"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("--position", "elbo=1"), "--position: no motor 'elbo'; did you mean 'elbow'?"),
+        (("--position", "shoulder=1"), "--position: no limit for elbow: give one for all, or elbow=..."),
+        (("--position", "1:-1"), "no room between 1 and -1"),
+        (("--position", "a:b"), "is no limit"),
+        (("--position", "1", "--velocity", "1:2"), "--velocity: all: one number"),
+        (("--position", "1", "--rate", "5"), "--rate: 5 Hz is slow for harmonics up to 0.5 Hz: sample at 10 Hz"),
+        (("--position", "1", "--rate", "1e9"), "are too many"),
+        (("--position", "1", "--known", "MX22"), "known MX22: no such parameter; did you mean 'MX2'"),
+        (("--position", "1", "--value", "m1"), "'m1' is not NAME=NUMBER"),
+    ],
+)
+def test_excitations_that_cannot_be_had(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
+    said = refused("--velocity", "2", "--acceleration", "10", "--out", tmp_path / "a.csv", *arguments)
+    assert reason in said and "\n" not in said and not list(tmp_path.iterdir())
+
+
+def test_files_are_refused_before_the_search(tmp_path: Path) -> None:
+    assert ".csv or .npz" in refused(*QUICK, "--out", tmp_path / "a.txt")
+    assert "does not exist" in refused(*QUICK, "--out", tmp_path / "there" / "a.csv")
+
+
+def test_limits_by_variable_and_by_name() -> None:
+    ranges = {"--position": {"": (-1.0, 1.0), "q2": (0.0, 2.0)}, "--velocity": {"": (-3.0, 3.0)}}
+    found = limits_of(chain(3), {**ranges, "--acceleration": {"joint1": (-5.0, 5.0), "": (-7.0, 7.0)}})
+    assert found.low.tolist() == [-1, 0, -1] and found.high.tolist() == [1, 2, 1]
+    assert found.velocity.tolist() == [3, 3, 3] and found.acceleration.tolist() == [5, 7, 7]
+
+
+def test_neutral_positions_in_words() -> None:
+    machine, _ = read_machine(TWO_R)
+    found: Any = SimpleNamespace(machine=machine, neutral={"elbow": (0.1, 0.0012)})
+    assert neutral_positions(found) == ["neutral position of elbow: 0.1 rad, std 0.0012"]

@@ -1,0 +1,473 @@
+"""Identification: data files, filters, least squares, verdicts, exciting motions, pictures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.estimation import Unknown, Verdict, estimate, solve
+from symoro_elastic.identification.excitation import Condition, Limits, excite, random_motion, within
+from symoro_elastic.identification.filtering import (
+    Filter,
+    bandwidth_of,
+    decimate,
+    default_filter,
+    differentiate,
+    smooth,
+    thin,
+)
+from symoro_elastic.identification.identify import Identification, as_json, identify, table
+from symoro_elastic.identification.measurements import (
+    Measurements,
+    check,
+    from_columns,
+    read_measurements,
+    write_csv,
+)
+from symoro_elastic.identification.regression import ByEquations, ByLinearity, regressor
+from symoro_elastic.identification.simulation import Controller, Sensors, measure, numpy_model, simulate
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
+from symoro_elastic.numerics.independence import independent_columns
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+LIMITS = Limits.of([-1.5, -1.5], [1.5, 1.5], [3, 4], [15, 25])
+
+
+@pytest.fixture(scope="module")
+def arm() -> Machine:
+    """The planar arm, with friction."""
+    machine, _ = read_machine(EXAMPLES / "planar_2r.toml")
+    lossy = [
+        replace(joint, friction=Friction(Formula.parse(0.3), Formula.parse(0.2))) if joint.sigma != 2 else joint
+        for joint in machine.joints
+    ]
+    return replace(machine, joints=tuple(lossy))
+
+
+@pytest.fixture(scope="module")
+def elastic() -> Machine:
+    """The planar arm with a spring for an elbow."""
+    machine, _ = read_machine(EXAMPLES / "planar_2r.toml")
+    spring = Spring(Formula.parse(40), Formula.parse(0.05), Formula.parse(0.1))
+    joints = list(machine.joints)
+    joints[0] = replace(joints[0], friction=Friction(Formula.parse(0.3)))
+    joints[1] = replace(joints[1], kind=Kind.ELASTIC, spring=spring)
+    return replace(machine, joints=tuple(joints))
+
+
+def exact(machine: Machine, seed: int = 0, count: int = 600, still: tuple[int, ...] = ()) -> Measurements:
+    """Rigid motion without noise, of the right torques: positions, velocities, accelerations, torques."""
+    t = np.arange(count) / 100
+    q, qd, qdd = random_motion(LIMITS, 0.25, 4, seed).at(t)
+    q[:, still], qd[:, still], qdd[:, still] = 0.3, 0.0, 0.0
+    model = numpy_model(machine, ("inverse_dynamics",))
+    tau = model.inverse_dynamics(q, qd, qdd)[0]
+    return Measurements(t, q, tau, qd, qdd)
+
+
+def nominal(found: Identification) -> dict[str, float]:
+    return {e.unknown.label: e.unknown.nominal for e in found.estimates}
+
+
+# The regressor
+
+
+@pytest.mark.parametrize("name", ["flex4.par", "two_axis.toml", "puma560.par"])
+def test_regressor_times_parameters_is_the_rigid_inverse_model(name: str) -> None:
+    machine, _ = read_machine(EXAMPLES / name)
+    values = {p.name: p.value.value() if p.value else 0.1 + k % 7 for k, p in enumerate(machine.parameters)}
+    Y = regressor(machine, values)
+    X = np.array([column.value for column in Y.columns])
+    n = len(machine.moving)
+    q, qd, qdd = np.random.default_rng(0).uniform(-1, 1, (3, 20, n))
+    model = numpy_model(machine, ("inertia_matrix", "bias_forces"))
+    p = model.parameters(**values)
+    wanted = np.einsum("tij,tj->ti", model.inertia_matrix(q, p), qdd) + model.bias_forces(q, qd, p)
+    joints = [machine.joints[j - 1] for j in machine.moving]
+    for k, joint in enumerate(joints):
+        if joint.kind is Kind.ELASTIC:
+            wanted[:, k] += joint.spring.stiffness.value(values) * q[:, k]
+    np.testing.assert_allclose(
+        Y.evaluate(q, qd, qdd, range(len(X))) @ X, wanted, rtol=1e-9, atol=1e-9 * abs(wanted).max()
+    )
+
+
+def test_two_ways_to_the_regressor_agree(elastic: Machine) -> None:
+    values = {p.name: p.value.value() for p in elastic.parameters if p.value}
+    one, other = ByLinearity(elastic, values), ByEquations(elastic, values)
+    q, qd, qdd = np.random.default_rng(1).uniform(-1, 1, (3, 20, 2))
+    chosen = range(len(one.columns))
+    np.testing.assert_allclose(one.evaluate(q, qd, qdd, chosen), other.evaluate(q, qd, qdd, chosen), atol=1e-13)
+
+
+@pytest.mark.parametrize(("name", "inertial"), [("planar_2r.toml", 7), ("rx90.par", 40), ("puma560.par", 40)])
+def test_base_parameters_are_as_many_as_known(name: str, inertial: int) -> None:
+    machine, _ = read_machine(EXAMPLES / name)
+    values = {p.name: p.value.value() if p.value else 0.4 for p in machine.parameters}
+    Y = regressor(machine, values)
+    q, qd, qdd = np.random.default_rng(0).uniform(-2, 2, (3, 60, len(machine.moving)))
+    W = Y.evaluate(q, qd, qdd, range(len(Y.columns))).reshape(-1, len(Y.columns))
+    kept = [Y.columns[c].quantity for c in independent_columns(W, 1e-8).kept]
+    assert sum(quantity not in ("FV", "FS") for quantity in kept) == inertial
+
+
+def test_missing_geometry_is_named() -> None:
+    machine, _ = read_machine(EXAMPLES / "flex4.par")
+    with pytest.raises(InputError, match="L2 without value"):
+        regressor(machine)
+
+
+# Estimation
+
+
+def test_exact_recovery_without_noise(arm: Machine) -> None:
+    found = identify(arm, exact(arm), filtered=False)
+    assert {e.verdict for e in found.estimates} <= {Verdict.IDENTIFIED, Verdict.POOR}
+    for e in found.estimates:
+        assert e.value == pytest.approx(e.unknown.nominal, abs=1e-10), e.unknown.formula
+    assert found.estimation["ZZ1"].unknown.formula == "ZZ1 + 0.16 M2 + IA1"
+
+
+def test_recovery_through_filters_without_noise(arm: Machine) -> None:
+    bare = replace(exact(arm, count=3000), qd=None, qdd=None)
+    found = identify(arm, bare)
+    assert found.filter is not None
+    for e in found.estimates:
+        assert e.value == pytest.approx(e.unknown.nominal, rel=5e-3, abs=2e-3), e.unknown.formula
+
+
+def test_std_is_that_of_monte_carlo(arm: Machine) -> None:
+    true, sigma, trials = exact(arm, count=300), np.array([0.2, 0.05]), 60
+    rng = np.random.default_rng(0)
+    runs = [
+        identify(arm, replace(true, tau=true.tau + sigma * rng.standard_normal(true.tau.shape)), filtered=False)
+        for _ in range(trials)
+    ]
+    values = np.array([[e.value for e in run.estimates] for run in runs])
+    stated = np.sqrt(np.mean([[e.std**2 for e in run.estimates] for run in runs], axis=0))
+    ratio = values.std(axis=0, ddof=1) / stated
+    assert (abs(ratio - 1) < 4 / math.sqrt(2 * trials) + 0.1).all(), ratio
+    truth = np.array(list(nominal(runs[0]).values()))
+    assert (abs(values.mean(axis=0) - truth) < 5 * stated / math.sqrt(trials)).all()
+    assert np.mean([run.estimation.solution.sigma for run in runs], axis=0) == pytest.approx(sigma, rel=0.05)
+
+
+def test_position_noise_does_not_pull_towards_zero() -> None:
+    rng = np.random.default_rng(0)
+    samples, X = 4000, np.array([2.0, -3.0])
+    Y0 = rng.standard_normal((samples, 1, 2))
+    tau, noise = Y0 @ X, lambda: 0.5 * rng.standard_normal(Y0.shape)
+    Y = Y0 + noise()
+    assert abs(solve(Y, tau).X[0]) < 1.7
+    extra = noise()
+    found = solve(Y, tau, disturbed=[Y + extra, Y - extra])
+    assert (abs(found.X - X) < 4 * found.std).all() and (found.std < 0.1).all()
+    assert found.noise == pytest.approx(0.2, abs=0.03)
+
+
+def test_equation_without_torque_does_not_vanish_in_noise() -> None:
+    rng = np.random.default_rng(0)
+    samples, mass, stiffness = 3000, 0.6, 250.0
+    t = np.arange(samples) / 100
+    given, noise = np.sin(t), lambda: 0.05 * rng.standard_normal(samples)
+    Y = np.zeros((samples, 2, 3))
+    Y[:, 0, 0] = np.cos(2 * t)
+    Y[:, 0, 1] = 1e-6 * given
+    Y[:, 1, 1], Y[:, 1, 2] = given + noise(), -given * mass / stiffness * (1 + noise())
+    tau = np.zeros((samples, 2))
+    tau[:, 0] = 5 * Y[:, 0, 0] + 0.1 * rng.standard_normal(samples)
+    disturbed = []
+    for sign in (1, -1):
+        other = Y.copy()
+        other[:, 1, 1] += sign * noise()
+        disturbed.append(other)
+    names = ("motor", "head")
+    unknowns = [Unknown(x, x, "", j, x) for x, j in (("M1", "motor"), ("M2", "head"), ("K2", "head"))]
+    found = estimate(Y, tau, unknowns, names, disturbed=disturbed)
+    assert found["M1"].value == pytest.approx(5, abs=0.02)
+    assert found.not_identifiable == ("M2", "K2")
+    assert "head has no motor" in found["K2"].reason
+
+
+def test_elastic_joint_from_noisy_encoders(elastic: Machine) -> None:
+    reference = random_motion(Limits.of([-1.5], [1.5], [4], [30]), 0.5, 4, seed=3)
+    controller = Controller.of_bandwidth([0.6], 4.0)
+    true = simulate(elastic, {}, reference.at, controller, 6.0, 500.0, settle=1.0)
+    step = np.full(2, 2 * math.pi / 2**18)
+    found = identify(elastic, measure(true, Sensors(step, step, np.array([0.05]))))
+    assert found.estimation["K2"].value == pytest.approx(40, rel=0.02)
+    assert found.estimation["DA2"].value == pytest.approx(0.05, rel=0.2)
+    assert found.neutral["elbow"][0] == pytest.approx(0.1, abs=1e-3)
+    for e in found.estimates:
+        if e.verdict is Verdict.IDENTIFIED:
+            assert abs(e.value - e.unknown.nominal) < 5 * e.std, e.unknown.formula
+    text = table(found, nominal(found))
+    assert "K2" in text and "identified" in text
+    figures: Any = as_json(found)
+    assert figures["parameters"]["K2"]["verdict"] == "identified" and figures["samples"] == len(found.t)
+
+
+def test_verdicts_name_what_a_joint_at_rest_hides(arm: Machine) -> None:
+    found = identify(arm, exact(arm, still=(1,)), filtered=False)
+    assert {"FV2", "FS2", "IA2"} <= set(found.estimation.not_identifiable)
+    assert found.estimation["FV2"].reason == "elbow does not move"
+    assert any("elbow does not move" in note for note in found.notes)
+    assert found.estimation["FV1"].verdict is Verdict.IDENTIFIED
+    assert math.isnan(found.estimation["FV2"].value)
+    for e in found.estimates:
+        if e.verdict is Verdict.NOT:
+            assert e.reason
+
+
+def test_known_values_are_not_sought(arm: Machine) -> None:
+    true = exact(arm)
+    found = identify(arm, true, known={"FS1": 0.2, "IA2": 0.0}, filtered=False)
+    assert {"FS1", "IA2"}.isdisjoint(nominal(found))
+    assert found.estimation["FV1"].value == pytest.approx(0.3)
+    with pytest.raises(InputError, match="no such parameter; did you mean 'FS1'"):
+        identify(arm, true, known={"FS11": 0.2})
+
+
+def test_negative_friction_is_noted(arm: Machine) -> None:
+    true = exact(arm)
+    wrong = replace(true, tau=true.tau - 2 * true.qd * 0.3)
+    noted = identify(arm, wrong, filtered=False).notes
+    assert any(note.startswith("FV1 = -0.3 is negative") for note in noted)
+
+
+def test_several_records_are_one(arm: Machine) -> None:
+    found = identify(arm, [exact(arm, seed=1), exact(arm, seed=2)], filtered=False)
+    assert len(found.t) == 2 * len(identify(arm, exact(arm), filtered=False).t)
+
+
+def test_too_few_equations(arm: Machine) -> None:
+    with pytest.raises(InputError, match="equations after filtering for 11 parameters"):
+        identify(arm, exact(arm, count=14), filtered=False)
+
+
+# Filters
+
+
+def test_filters_keep_phase_and_size() -> None:
+    chosen = Filter(1000.0, 5.0, 25.0, 20)
+    t = np.arange(6000) / 1000
+    wave = np.sin(2 * np.pi * 4 * t)
+    inner = slice(chosen.trim, -chosen.trim)
+    assert abs(smooth(wave, chosen) - wave)[inner].max() < 2e-3
+    kept, times = decimate(wave, chosen), thin(t, chosen)
+    assert len(kept) == len(times)
+    assert abs(kept - np.sin(2 * np.pi * 4 * times)).max() < 0.02
+    above = decimate(np.sin(2 * np.pi * 80 * t), chosen)
+    assert abs(above).max() < 0.02 and abs(above[20:-20]).max() < 1e-3
+
+
+def test_differences_of_fourth_order() -> None:
+    errors = []
+    for period in (2e-3, 1e-3):
+        t = np.arange(0, 1, period)
+        first, second = differentiate(np.sin(9 * t), period)
+        inner = t[2:-2]
+        errors.append((abs(first - 9 * np.cos(9 * inner)).max(), abs(second + 81 * np.sin(9 * inner)).max()))
+    assert errors[0][0] / errors[1][0] == pytest.approx(16, rel=0.1)
+    assert errors[1][0] < 1e-6 and errors[1][1] < 1e-5
+
+
+def test_bandwidth_is_that_of_the_motion_not_of_the_noise() -> None:
+    t = np.arange(8000) / 1000
+    noise = 1e-4 * np.random.default_rng(0).standard_normal(len(t))
+    for frequency in (0.5, 3.0, 20.0):
+        assert bandwidth_of(np.sin(2 * np.pi * frequency * t) + noise, 1e-3) == pytest.approx(frequency, abs=0.5)
+
+
+def test_default_filter_says_what_it_does(arm: Machine) -> None:
+    chosen = default_filter(exact(arm, count=2000), (0, 1))
+    assert chosen.cutoff == pytest.approx(5 * chosen.motion)
+    assert chosen.kept_band >= 2 * chosen.motion
+    assert any("Butterworth" in line for line in chosen.described())
+    with pytest.raises(InputError, match="sample at least"):
+        default_filter(exact(arm), (0, 1), bandwidth=60.0)
+
+
+# Exciting motions
+
+
+def test_motion_and_its_derivatives_keep_limits() -> None:
+    for seed in range(5):
+        motion = random_motion(LIMITS, 0.4, 5, seed)
+        t = np.linspace(0, motion.period, 4001)
+        q, qd, qdd = motion.at(t)
+        assert (q >= LIMITS.low - 1e-2).all() and (q <= LIMITS.high + 1e-2).all()
+        assert (abs(qd) <= LIMITS.velocity * 1.01).all() and (abs(qdd) <= LIMITS.acceleration * 1.01).all()
+        np.testing.assert_allclose(np.gradient(q, t, axis=0)[2:-2], qd[2:-2], atol=1e-3)
+        np.testing.assert_allclose(np.gradient(qd, t, axis=0)[2:-2], qdd[2:-2], atol=1e-2)
+        again = within(motion, LIMITS)
+        np.testing.assert_allclose(again.a, motion.a)
+
+
+def test_optimizer_lowers_the_condition_number(arm: Machine) -> None:
+    seen: list[float] = []
+    found = excite(arm, LIMITS, 0.25, 4, starts=3, evaluations=150, progress=lambda done, total, c: seen.append(c))
+    assert found.condition < 0.8 * found.before
+    assert len(seen) == 150 and seen == sorted(seen, reverse=True)
+    assert found.condition == pytest.approx(
+        Condition(arm, regressor(arm), random_motion(LIMITS, 0.25, 4, 0))(found.motion), rel=1e-9
+    )
+    assert "ZZ2" in found.columns
+    with pytest.raises(InputError, match="the machine has 2 motors"):
+        excite(arm, Limits.of([-1], [1], [1], [1]), 0.25)
+    with pytest.raises(InputError, match="no room"):
+        Limits.of([1], [-1], [1], [1])
+
+
+def test_springs_follow_in_the_design(elastic: Machine) -> None:
+    limits = Limits.of([-1.0], [1.0], [2], [5])
+    motion = random_motion(limits, 0.2, 3)
+    q, _, _ = Condition(elastic, regressor(elastic), motion).states(motion)
+    assert 0.01 < np.ptp(q[:, 1]) < 0.5
+
+
+# Data files
+
+
+def columns(machine: Machine) -> dict[str, np.ndarray]:
+    true = exact(machine, count=100)
+    return {
+        "t": true.t, "q_shoulder": true.q[:, 0], "q_elbow": true.q[:, 1],
+        "tau_shoulder": true.tau[:, 0], "tau_elbow": true.tau[:, 1],
+    }  # fmt: skip
+
+
+def written(path: Path, data: dict[str, Any], cells: dict[tuple[int, str], str] | None = None) -> Path:
+    rows = [
+        [(cells or {}).get((k, name), f"{values[k]:.9g}") for name, values in data.items()]
+        for k in range(len(next(iter(data.values()))))
+    ]
+    path.write_text("\n".join([",".join(data), *map(",".join, rows)]) + "\n")
+    return path
+
+
+def test_csv_and_npz_read_back(arm: Machine, tmp_path: Path) -> None:
+    true = exact(arm, count=100)
+    write_csv(true, arm, tmp_path / "run.csv")
+    found = read_measurements(tmp_path / "run.csv", arm)
+    np.testing.assert_allclose(found.q, true.q, rtol=1e-9)
+    assert found.qdd is not None and found.period == pytest.approx(0.01)
+    np.savez(tmp_path / "run.npz", t=true.t, q=true.q, tau=true.tau)
+    np.testing.assert_array_equal(read_measurements(tmp_path / "run.npz", arm).tau, true.tau)
+    np.savez(tmp_path / "named.npz", **columns(arm))
+    assert read_measurements(tmp_path / "named.npz", arm).q.shape == (100, 2)
+
+
+def test_names_variables_and_units(arm: Machine) -> None:
+    data = columns(arm)
+    renamed = {
+        "time": data["t"], "q_q1 [deg]": np.degrees(data["q_shoulder"]), "q2": data["q_elbow"],
+        "tau_q1 [mN m]": 1e3 * data["tau_shoulder"], "tau_elbow": data["tau_elbow"], "note": data["t"],
+    }  # fmt: skip
+    found = from_columns(renamed, arm, "data")
+    np.testing.assert_allclose(found.q[:, 0], data["q_shoulder"])
+    np.testing.assert_allclose(found.tau[:, 0], data["tau_shoulder"])
+    assert found.warnings == ("column note is passed over",)
+    with pytest.raises(InputError, match=r"no unit \[mm\] here: choose from rad, mrad, deg"):
+        from_columns({"t": data["t"], "q_elbow [mm]": data["q_elbow"]}, arm, "data")
+
+
+BAD_CELLS = [
+    ({(5, "q_elbow"): "nan"}, "q_elbow: NaN or infinity at 1 samples, first at sample 6"),
+    ({(5, "q_elbow"): ""}, "q_elbow: line 7: is empty: a gap"),
+    ({(5, "q_elbow"): "abc"}, "q_elbow: line 7: 'abc' is no number"),
+    ({(5, "t"): "0.04"}, "t: does not increase from sample 5"),
+    ({(99, "t"): "3"}, "t: gap of 2.02 s after sample 99"),
+    ({(5, "t"): "0.053"}, "t: uneven sampling: sample 6"),
+]
+
+
+@pytest.mark.parametrize(("cells", "message"), BAD_CELLS)
+def test_bad_cells(arm: Machine, tmp_path: Path, cells: dict[tuple[int, str], str], message: str) -> None:
+    refused(written(tmp_path / "bad.csv", columns(arm), cells), arm, message)
+
+
+def refused(path: Path, machine: Machine, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_measurements(path, machine)
+    line = str(caught.value)
+    assert message in line and line.startswith(str(path)) and "\n" not in line, line
+
+
+def test_bad_columns(arm: Machine, tmp_path: Path) -> None:
+    data, path = columns(arm), tmp_path / "bad.csv"
+    without = {name: x for name, x in data.items() if name not in ("q_elbow", "tau_elbow")}
+    refused(written(path, without), arm, "q_elbow, tau_elbow: missing; the file has t, q_shoulder, tau_shoulder")
+    refused(written(path, {**data, "q_wrist": data["t"]}), arm, "q_wrist: the machine has no moving joint 'wrist'")
+    refused(written(path, {**data, "q_q1": data["t"]}), arm, "q_q1: is given twice")
+    refused(written(path, {name: x[:20] for name, x in data.items()}), arm, "t: 20 samples are too few")
+    refused(written(path, {**data, "t": 1e3 * data["t"]}), arm, "if t is in ms")
+    refused(written(path, {**data, "q_elbow": 0 * data["t"], "q_shoulder": 0 * data["t"]}), arm, "no joint moves")
+    rates = {"qd_elbow": data["t"], "qd_shoulder": 57.3 * np.gradient(data["q_shoulder"], 0.01)}
+    refused(written(path, data | rates), arm, "qd_shoulder: is 57.3 times the slope of q_shoulder")
+
+
+def test_bad_files(arm: Machine, elastic: Machine, tmp_path: Path) -> None:
+    data = columns(arm)
+    refused(tmp_path / "no.csv", arm, "file: cannot be read: No such file")
+    refused(tmp_path / "no.xlsx", arm, "measurements are .csv or .npz")
+    (tmp_path / "short.csv").write_text("t,q_elbow\n")
+    refused(tmp_path / "short.csv", arm, "holds no samples")
+    (tmp_path / "ragged.csv").write_text("t,q_elbow\n0,1\n1\n")
+    refused(tmp_path / "ragged.csv", arm, "line 3: has 1 cells, the header has 2")
+    (tmp_path / "headless.csv").write_text("0,1\n1,2\n")
+    refused(tmp_path / "headless.csv", arm, "line 1: the first line holds numbers")
+    (tmp_path / "double.csv").write_text("t,t\n1,2\n")
+    refused(tmp_path / "double.csv", arm, "t: two columns have this name")
+    (tmp_path / "text.npz").write_text("no archive")
+    refused(tmp_path / "text.npz", arm, "cannot be read as arrays of numbers")
+    np.savez(tmp_path / "objects.npz", t=np.array([None, {}]))
+    refused(tmp_path / "objects.npz", arm, "cannot be read as arrays of numbers")
+    np.savez(tmp_path / "narrow.npz", t=data["t"], q=np.zeros((100, 3)), tau=np.zeros((100, 2)))
+    refused(tmp_path / "narrow.npz", arm, "q: has 3 columns: 2 are wanted, of shoulder, elbow")
+    refused(written(tmp_path / "spring.csv", data), elastic, "elbow is elastic and has no motor")
+
+
+def test_lengths_in_mm_and_angles_in_degrees(arm: Machine) -> None:
+    machine, _ = read_machine(EXAMPLES / "two_axis.toml")
+    t = np.arange(100) / 100
+    q = np.zeros((100, 12))
+    q[:, 4] = 300 * np.sin(t)
+    with pytest.raises(
+        InputError, match=r"q_motor_x: moves over .* these look like mm. Call the column q_motor_x \[mm\]"
+    ):
+        check(Measurements(t, q, np.zeros((100, 2))), machine)
+    check(Measurements(t, q, np.zeros((100, 2))), machine, frozenset({"q_motor_x"}))
+    turned = check(Measurements(t, np.degrees(np.stack([3 * t, -t], axis=1)), np.zeros((100, 2))), arm)
+    assert "if these are degrees, call it q_shoulder [deg]" in turned.warnings[0]
+
+
+# Pictures
+
+
+def test_pictures(arm: Machine, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from symoro_elastic.identification.plots import plot
+
+    found = identify(arm, exact(arm, still=(1,)), filtered=False)
+    paths = plot(found, tmp_path / "pictures", "svg")
+    assert [path.name for path in paths] == ["torques.svg", "residuals.svg", "parameters.svg"]
+    text = paths[2].read_text()
+    first = [path.read_bytes() for path in paths]
+    assert "<svg" in text and [path.read_bytes() for path in plot(found, tmp_path / "pictures", "svg")] == first
+    assert plot(found, tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InputError, match="no format 'bmp'"):
+        plot(found, tmp_path, "bmp")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        plot(found, tmp_path / "file" / "below")

@@ -1,0 +1,43 @@
+"""Feed-forward in `check` and `trade`: its motion is put back into the equations of motion."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models import feed_forward as of_model
+from symoro_elastic.numerics.verify import verify
+from symoro_elastic.trade.builds import QUICK
+from symoro_elastic.trade.trade import Request, trade
+from tests.models.test_feed_forward import FLEX4, drive
+
+FORWARD = Scene(models=("feed_forward",))
+
+
+@pytest.mark.parametrize(
+    "machine", [drive(0, 1), drive(1, 2), read_machine(FLEX4)[0]], ids=["a spring", "two springs", "flex4"]
+)
+def test_it_is_put_back_into_the_equations_of_motion(machine: Machine) -> None:
+    found = verify(machine, FORWARD, states=(4, 8))
+    (model,) = found.models
+    assert found.ok and found.disagreement < 1e-30 and (model.moderate, model.extreme) == (4, 8)
+    assert max(model.numpy.moderate, model.equations.moderate) < 1e-13
+
+
+@pytest.mark.parametrize("wrong", ["_rate", "_wanted"])
+def test_a_wrong_feed_forward_is_found(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reference is no other run of the same program: it finds what equations and code have in common."""
+    right = getattr(of_model, wrong)
+    monkeypatch.setattr(of_model, wrong, lambda *given: right(*given) * Fraction(1 + (given[-1] > 0), 1))
+    assert not verify(drive(0, 1), FORWARD, states=(2, 0)).ok
+
+
+def test_its_trade() -> None:
+    pytest.importorskip("flint")
+    found = trade(drive(0, 1), FORWARD, Request(QUICK, states=4, rounds=1))
+    doubles = [x for x in found.figures["feed_forward"] if x.point.precision.name == "double"]
+    assert doubles and all(x.errors.relative < 1e-14 for x in doubles)

@@ -1,0 +1,111 @@
+"""Motions without inertia: refused in one line that names the joints and what would mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.vibration.equilibrium import given_state
+from symoro_elastic.vibration.inertia import needing, without_inertia
+from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.modes import damped, modes
+from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.responses import frequency_grid, frequency_response
+from symoro_elastic.vibration.tracking import over_grid
+from symoro_elastic.vibration.zeros import poles_and_zeros
+from tests.cli.test_commands import refused, run
+from tests.compiled_models import cell
+from tests.vibration.machines import ZERO, drive, linearized, machine_of, slide, spring
+
+BOTH = "singular here: nothing has inertia in a motion of motor and load; give motor an inertia or --hold motor"
+YAW = "singular here: nothing has inertia in a motion of yaw; give yaw an inertia or --hold yaw"
+
+
+def on_the_axis() -> Machine:
+    """A point mass that hangs on the axis of a yaw motor while a second motor is at 0."""
+    yaw = Joint("yaw", 0, Kind.MOTOR, 0, "q_yaw")
+    pitch = Joint("pitch", 1, Kind.MOTOR, 0, "q_pitch", alpha=cell("pi/2"))
+    bend = slide("bend", 2, Kind.ELASTIC, 1, alpha=cell("pi/2"), theta=ZERO, r=cell(1), spring=spring(100))
+    return machine_of("sing", yaw, pitch, bend)
+
+
+ASKED: dict[str, Callable[[Linearization], Any]] = {
+    "space": lambda linear: linear.space,
+    "modes": modes,
+    "poles": damped,
+    "grid": frequency_grid,
+    "response": lambda linear: frequency_response(linear, np.array([1.0])),
+    "zeros": lambda linear: poles_and_zeros(linear, "motor.tau", "motor.q"),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_a_motor_without_inertia_is_named(asked: str) -> None:
+    linear = linearized(drive(m1=0.0), None, ["motor"], ["motor"])
+    with pytest.raises(InputError) as refusal:
+        ASKED[asked](linear)
+    assert str(refusal.value) == f"drive.toml: inertia matrix: {BOTH}"
+    assert modes(linearized(drive(m1=0.0), held=["motor"])).frequencies == pytest.approx(np.sqrt(2e4 / 5) / 2 / np.pi)
+
+
+def test_a_given_state_without_inertia() -> None:
+    with pytest.raises(InputError, match=r"in a motion of motor and load; give motor an inertia$"):
+        given_state(Motion(drive(m1=0.0)))
+
+
+def test_a_negative_inertia_is_named() -> None:
+    with pytest.raises(InputError, match="not positive here: the inertia is negative in a motion of motor and load"):
+        modes(linearized(drive(m1=-3.0, m2=5.0)))
+
+
+@pytest.mark.parametrize("ratio", [1e-9, 1e-12])
+def test_a_small_inertia_is_one(ratio: float) -> None:
+    found = modes(linearized(drive(ratio * 5, 5.0)))
+    wanted = np.sqrt(2e4 / 5 * (1 + 1 / ratio)) / (2 * np.pi)
+    np.testing.assert_allclose(found.frequencies[1], wanted, rtol=1e-3)
+
+
+def test_the_fewest_joints_that_mend_it() -> None:
+    """Three rows in one direction, a fourth without any inertia; rows that are preferred come first."""
+    M = np.array([[1.0, 1, 1, 0], [1, 1, 1, 0], [1, 1, 2, 0], [0, 0, 0, 0]])
+    rows, least = without_inertia(M)
+    assert rows == [0, 1, 3] and abs(least) < 1e-15
+    assert needing(M, ()) == [0, 3] and needing(M, (1,)) == [1, 3] and needing(M, (3,)) == [3, 0]
+    assert without_inertia(np.eye(3))[0] == [] == needing(np.zeros((0, 0)), ())
+
+
+def test_positions_of_a_grid_are_named() -> None:
+    with pytest.raises(InputError) as refusal:
+        over_grid(Motion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]})
+    assert str(refusal.value) == f"sing.toml: inertia matrix at pitch = 0: {YAW}"
+    held = over_grid(Motion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]}, held=["yaw"])
+    assert held.frequencies.shape == (3, 2)
+
+
+@pytest.mark.parametrize("command", ["linearize", "modes", "response"])
+def test_nothing_is_printed_or_written(command: str, tmp_path: Path) -> None:
+    write_machine(replace(on_the_axis(), source=""), tmp_path / "sing.toml")
+    line = refused(command, tmp_path / "sing.toml", "--out", tmp_path / "out.npz")
+    assert line.endswith(YAW) and [path.name for path in tmp_path.iterdir()] == ["sing.toml"]
+    assert "bend" in run("linearize", tmp_path / "sing.toml", "--hold", "yaw").stdout
+
+
+def test_joints_of_a_grid_are_named_once() -> None:
+    assert "--over: motor_y is given twice: name each joint once" in refused(
+        "modes",
+        Path(__file__).parents[2] / "examples" / "two_axis.toml",
+        "--over",
+        "motor_y=0:1:3",
+        "--over",
+        "motor_y=0:1:2",
+    )
+    with pytest.raises(InputError, match="--over: pitch and q_pitch are not joints of their own"):
+        over_grid(Motion(on_the_axis()), {"pitch": [0.1], "q_pitch": [0.2]})

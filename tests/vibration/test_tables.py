@@ -1,0 +1,138 @@
+"""What is said of motions that grow, of repeated frequencies, of states not at rest and of losses that are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.vibration.comparison import compare
+from symoro_elastic.vibration.equilibrium import given_state
+from symoro_elastic.vibration.linearization import linearize
+from symoro_elastic.vibration.modes import modes
+from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.plots import bode, plot_response
+from symoro_elastic.vibration.responses import frequency_response
+from symoro_elastic.vibration.sensitivity import sensitivity
+from symoro_elastic.vibration.tables import (
+    comparison_conclusion,
+    comparison_json,
+    frequencies_table,
+    losses_table,
+    modes_conclusion,
+    modes_json,
+    modes_table,
+    tracked_conclusion,
+    tracked_json,
+    tracked_table,
+)
+from symoro_elastic.vibration.tracking import over_grid
+from tests.cli.test_commands import run
+from tests.cli.test_vibration_commands import figures
+from tests.compiled_models import cell, vector
+from tests.vibration.machines import WEIGHT, drive, linearized, machine_of, modes_of, slide, spring, twins
+from tests.vibration.test_reduced import arm
+
+GROWS = "0, grows 1.79 1/s"
+"""sqrt((m g l - k) / I) of `pole`."""
+
+
+def pole() -> Machine:
+    """A pole on a lift, held upright by a spring that is too weak."""
+    body = Body(cell(2), vector(0, "2*0.5", 0), (cell(1.5), cell(0), cell(0), cell(1), cell(0), cell(1.5)))
+    upright = Joint("pole", 1, Kind.ELASTIC, 0, "q_pole", alpha=cell("pi/2"), body=body, spring=spring(5))
+    return machine_of("pole", slide("lift", 0, Kind.MOTOR, 2), upright, base=WEIGHT)
+
+
+def text(table: Any) -> str:
+    console = Console(width=200)
+    with console.capture() as shown:
+        console.print(table)
+    return shown.get()
+
+
+def test_a_comparison_says_what_grows() -> None:
+    found = compare(pole(), at={"pole": 0.0}, duration=0.1)
+    assert text(frequencies_table(found)).count(GROWS) == 2
+    said = comparison_conclusion(found)
+    assert said.endswith("mode 1 of the full model grows; mode 1 of the reduced model grows")
+    figures = comparison_json(found)
+    assert figures["growth"] == {"full": [pytest.approx(np.sqrt((2 * 9.81 * 0.5 - 5) / 1.5))] * 1,
+                                 "reduced": figures["growth"]["full"], "rigid": []}  # fmt: skip
+
+
+def test_modes_over_positions_say_what_grows() -> None:
+    found = over_grid(Motion(pole()), {"lift": [0.0, 1.0]}, {"pole": 0.0}, held=["lift"])
+    assert text(tracked_table(found)).count(GROWS) == 2
+    assert "mode 1 grows at 2 of 2 positions" in tracked_conclusion(found)
+    np.testing.assert_array_equal(tracked_json(found)["growth"], found.growth)
+    alone = modes_of(pole(), {"pole": 0.0}, held=["lift"])
+    said = "nothing vibrates here: no mode has a frequency above 0 Hz; mode 1 is no vibration: it grows"
+    assert modes_conclusion(alone, sensitivity(alone)) == said
+
+
+def test_slopes_of_a_repeated_frequency_stand_in_no_row_of_their_own() -> None:
+    found = modes_of(twins("K1", "K2", parameters={"K1": 1e4, "K2": 1e4}), held=["table"])
+    slopes = sensitivity(found, ["K1", "K2"])
+    assert slopes.repeated == ((0, 1),)
+    for mode in (0, 1):
+        np.testing.assert_allclose([row[1:] for row in slopes.strongest(mode, 9)], [[0, 0.5], [0, 0.5]], atol=1e-12)
+    first, second = (line for line in text(modes_table(found, slopes)).splitlines() if "100%" in line)
+    assert "K1 +0.00 to +0.50, K2 +0.00 to +0.50" in first and "see mode 1" in second
+    figures = modes_json(found, slopes)
+    assert figures["repeated"] == [[1, 2]]
+    assert "is limited by one 50%, other 50% of its strain energy; modes 1 to 2 are one" in figures["conclusion"]
+
+
+def test_frequencies_of_their_own_keep_their_slopes() -> None:
+    found = modes_of(twins(1e4, 2e4), held=["table"])
+    slopes = sensitivity(found)
+    assert slopes.repeated == () and modes_json(found, slopes)["repeated"] == []
+    assert "one.stiffness +0.50" in text(modes_table(found, slopes)) and "see mode" not in text(
+        modes_table(found, slopes)
+    )
+    assert "1 % more one.stiffness raises it by 0.5 %" in modes_conclusion(found, slopes)
+
+
+def test_a_given_state_that_is_not_at_rest_says_so(tmp_path: Path) -> None:
+    motion = Motion(machine_of("lift", slide("lift", 0, Kind.MOTOR, 2), base=WEIGHT))
+    falling = linearize(motion, given_state(motion, rates={"lift": -3.0}))
+    note = "not at rest: qd up to 3 m/s at joint lift, qdd up to 9.81 m/s2 at joint lift"
+    assert falling.notes == falling.unrest == (note,)
+    assert linearize(motion, given_state(motion, torques={"lift": 2 * 9.81})).notes == ()
+    assert linearized(drive()).unrest == ()
+    write_machine(replace(drive(), base=WEIGHT), tmp_path / "drive.toml")
+    asked = (tmp_path / "drive.toml", "--as-given")
+    note = "not at rest: qdd up to 9.81 m/s2 at joint motor"
+    assert figures("linearize", *asked)["notes"] == figures("response", *asked, "--frequencies", "1:2:2")["notes"]
+    assert note in run("linearize", *asked).stdout and note in run("modes", *asked).stdout
+    assert figures("modes", *asked)["state"]["notes"] == [note]
+
+
+def test_rounding_is_no_loss() -> None:
+    """Two coaxial joints with rotors that turn with nothing: the reduced model is the full one but for rounding."""
+    found = compare(arm(rotor=0.6, axial=0.0), ratios={"motor1": 7.5})
+    loss = found.losses[0]
+    assert not found.alike and 0 <= loss.reduced[1] <= 1e-12 * loss.full[1]
+    assert "the reduced model misses nothing of the torque of motor" in comparison_conclusion(found)
+    assert "0 / 0" in text(losses_table(found))
+    geared = compare(arm(rotor=0.6, axial=0.0), ratios={"motor2": 7.5})
+    assert "the reduced model misses up to 0.0" in comparison_conclusion(geared)
+    assert modes(linearized(arm())).frequencies[0] == 0.0
+
+
+def test_pictures_of_responses_have_names_of_their_own(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """Two points of a body give two pictures; a response that is zero is a word in the legend, not a curve."""
+    ins = ["one at (0, 1*2, 0).fy", "one at (0, 1/2, 0).fy"]
+    linear = linearized(twins(), None, ins, ["one.q", "other.q"], held=["table"])
+    response = frequency_response(linear, np.array([1.0, 2.0]))
+    written = {path.name for path in plot_response(response, tmp_path)}
+    assert written == {"bode_one_at_0_1_2_0_fy.png", "bode_one_at_0_1_2_0_fy_2.png"} and not recwarn.list
+    legend = bode(response, 0).axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in legend] == ["one.q", "other.q: no response"]
