@@ -1,11 +1,10 @@
 """Base inertial parameters of a tree: the combinations of inertial parameters on which torques depend.
 
-The energy of body j is linear in its parameters. A combination of them whose energy depends neither
-on q_j nor on qd_j is as well a combination of the parameters of the antecedent body: it leaves j.
-Taken from the tips to the base, all that can leave does, and what stays is independent, for only
-body j and those beyond it depend on q_j. So it is enough to know how frame j is carried by the
-joints below it, and the rules of Gautier and Khalil (1990) are those of `leaving`; for trees, for
-any gravity, for axes that meet, they follow from the same sentence.
+The energy of body j is linear in its parameters. A combination of them whose energy depends neither on q_j nor on qd_j
+can be counted with the antecedent body as well: it is grouped there. Taken from the tips to the base, everything that
+can be grouped is, and what remains is independent, for only body j and those beyond it depend on q_j. So the motion of
+frame j with the joints below it decides: `grouping_rules` are those of Gautier and Khalil (1990), extended to trees,
+any gravity and axes that meet.
 """
 
 from __future__ import annotations
@@ -36,13 +35,13 @@ from symoro_elastic.equations.spatial import (
 
 ROTOR = "IA"
 Draw: TypeAlias = Callable[[], Scalar]
-Settle: TypeAlias = Callable[[int, str, Scalar], Scalar]
+Simplify: TypeAlias = Callable[[int, str, Scalar], Scalar]
 LINEAR, ANGULAR = 0, 1
 RATIO = "L"
 TWIST = ("VX", "VY", "VZ", "WX", "WY", "WZ")
 
 
-def as_is(_j: int, _name: str, x: Scalar) -> Scalar:
+def unchanged(_j: int, _name: str, x: Scalar) -> Scalar:
     """Leave a sum as it is."""
     return x
 
@@ -56,25 +55,25 @@ class Ratio:
     under: tuple[int, int]
     sign: int = 1
 
-    def value(self, mechanism: Mechanism, j: int, settle: Settle) -> Scalar:
+    def value(self, mechanism: Mechanism, j: int, simplify: Simplify) -> Scalar:
         """The coefficient, from a mechanism at its zero position."""
-        screw = axis_at(mechanism, self.joint, j, settle)
+        axis = axis_at(mechanism, self.joint, j, simplify)
         part, entry = self.over
         under, other = self.under
-        divisor = screw[under][other]
-        ratio = screw[part][entry] / (Fraction(divisor) if isinstance(divisor, int) else divisor)
-        return settle(j, RATIO, self.sign * ratio)
+        divisor = axis[under][other]
+        ratio = axis[part][entry] / (Fraction(divisor) if isinstance(divisor, int) else divisor)
+        return simplify(j, RATIO, self.sign * ratio)
 
 
 @dataclass(frozen=True)
-class Leaving:
-    """A combination of the parameters of body j that leaves it: its first parameter is eliminated.
+class GroupingRule:
+    """A combination of the parameters of body j that is grouped: its first parameter is eliminated.
 
-    `goes` tells whether it joins the parameters of the antecedent body; otherwise it has no effect.
+    Where `joins_antecedent`, it is added to the parameters of the antecedent body; otherwise it has no effect.
     """
 
     combination: Mapping[str, int | Ratio]
-    goes: bool = False
+    joins_antecedent: bool = False
 
     @property
     def eliminated(self) -> str:
@@ -82,8 +81,11 @@ class Leaving:
         return next(iter(self.combination))
 
 
+Rules: TypeAlias = Iterator[GroupingRule]
+
+
 @dataclass(frozen=True)
-class Carried:
+class CarriedMotion:
     """How frame j moves before joint j does: twists at random velocities of the joints below, and gravity.
 
     In frame j, at a random position. What holds here always holds.
@@ -141,7 +143,7 @@ class Carried:
         return not (self.gravity[X] or self.gravity[1])
 
 
-def carried(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, Carried]:
+def carried_motions(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, CarriedMotion]:
     """How each frame is carried, from a mechanism at its zero position in an exact field.
 
     `draw` gives random numbers of it. Gravity is the opposite of the base's acceleration. A base
@@ -158,7 +160,7 @@ def carried(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, Carr
     found = {}
     for j, link in mechanism.from_base():
         before = tuple(link.transform * twist for twist in twists[link.antecedent])
-        found[j] = Carried(before, link.transform.to_child(fields[link.antecedent]))
+        found[j] = CarriedMotion(before, link.transform.to_child(fields[link.antecedent]))
         moved = _displacement(link.axis, draw)
         fields.append(moved.to_child(found[j].gravity))
         twists.append(tuple(moved * twist + draw() * link.axis for twist in before))
@@ -173,51 +175,57 @@ def _displacement(axis: Axis, draw: Draw) -> Transform:
     return Transform((AxialTransform(Z, 1, 0, draw() if axis is Axis.PRISMATIC else 0),))
 
 
-def leaving(mechanism: Mechanism, draw: Draw, free_base: bool, sizes: Mechanism) -> dict[int, list[Leaving]]:
-    """What leaves each body, decided in an exact field; `sizes` is the same mechanism in floats."""
-    rules = {Axis.REVOLUTE: _leaving_revolute, Axis.PRISMATIC: _leaving_prismatic, Axis.NONE: _leaving_fixed}
-    how = carried(mechanism, draw, free_base)
-    return {j: list(rules[link.axis](mechanism, sizes, j, link, how[j])) for j, link in mechanism.from_base()}
+def grouping_rules(
+    mechanism: Mechanism, draw: Draw, free_base: bool, sizes: Mechanism
+) -> dict[int, list[GroupingRule]]:
+    """Rules for each body, decided in an exact field; `sizes` is the same mechanism in floats."""
+    rules = {Axis.REVOLUTE: _rules_revolute, Axis.PRISMATIC: _rules_prismatic, Axis.NONE: _rules_fixed}
+    motion = carried_motions(mechanism, draw, free_base)
+    return {j: list(rules[link.axis](mechanism, sizes, j, link, motion[j])) for j, link in mechanism.from_base()}
 
 
-def _alone(names: Sequence[str], goes: bool = False) -> Iterator[Leaving]:
-    return (Leaving({name: 1}, goes) for name in names)
+def _alone(names: Sequence[str], joins_antecedent: bool = False) -> Rules:
+    return (GroupingRule({name: 1}, joins_antecedent) for name in names)
 
 
-def _leaving_revolute(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, how: Carried) -> Iterator[Leaving]:
-    """YY with XX, MZ and M leave; more where the axes before are parallel, perpendicular or meet this one."""
-    yield Leaving({"M": 1}, how.shifting)
-    yield Leaving({"MZ": 1}, not how.parallel)
-    if how.parallel:
+def _rules_revolute(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
+    """YY with XX, MZ and M; more where the axes before are parallel, perpendicular or meet this one."""
+    yield GroupingRule({"M": 1}, motion.shifting)
+    yield GroupingRule({"MZ": 1}, not motion.parallel)
+    if motion.parallel:
         yield from _alone(("XX", "XY", "XZ", "YY", "YZ"))
     else:
-        yield Leaving({"YY": 1, "XX": 1}, goes=True)
-    if how.weight_along_z and how.parallel and how.on_axis:
+        yield GroupingRule({"YY": 1, "XX": 1}, joins_antecedent=True)
+    if motion.weight_along_z and motion.parallel and motion.on_axis:
         yield from _alone(("MX", "MY"))
-    if how.weight_along_z and not how.parallel and how.about_a_point_of_axis:
+    if motion.weight_along_z and not motion.parallel and motion.about_a_point_of_axis:
         height = _height(mechanism, j)
-        yield Leaving({"MX": 1, **({"XZ": height} if height else {})})
-        yield Leaving({"MY": 1, **({"YZ": height} if height else {})})
-    if how.perpendicular and not is_zero(link.rotor_inertia):
-        yield Leaving({ROTOR: 1, "ZZ": -1})
+        yield GroupingRule({"MX": 1, **({"XZ": height} if height else {})})
+        yield GroupingRule({"MY": 1, **({"YZ": height} if height else {})})
+    if motion.perpendicular and not is_zero(link.rotor_inertia):
+        yield GroupingRule({ROTOR: 1, "ZZ": -1})
 
 
-def _leaving_prismatic(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, how: Carried) -> Iterator[Leaving]:
-    """The inertia leaves; the first moments along the one direction of turning, or all; M with a rotor."""
-    yield from _alone(INERTIA, how.turning)
-    if how.parallel:
-        yield from _alone(("MX", "MY"), how.turning)
-        yield Leaving({"MZ": 1})
-    elif how.one_direction:
-        yield Leaving(_along(mechanism, sizes, j))
-    if how.parallel and how.level and not how.gravity[Z] and not is_zero(link.rotor_inertia):
-        yield Leaving({"M": 1, ROTOR: -1}, goes=True) if how.shifting else Leaving({ROTOR: 1, "M": -1})
+def _rules_prismatic(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
+    """The inertia; the first moments along the one direction of rotation, or all; M with a rotor."""
+    yield from _alone(INERTIA, motion.turning)
+    if motion.parallel:
+        yield from _alone(("MX", "MY"), motion.turning)
+        yield GroupingRule({"MZ": 1})
+    elif motion.one_direction:
+        yield GroupingRule(_along(mechanism, sizes, j))
+    if motion.parallel and motion.level and not motion.gravity[Z] and not is_zero(link.rotor_inertia):
+        yield (
+            GroupingRule({"M": 1, ROTOR: -1}, joins_antecedent=True)
+            if motion.shifting
+            else GroupingRule({ROTOR: 1, "M": -1})
+        )
 
 
-def _leaving_fixed(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, how: Carried) -> Iterator[Leaving]:
-    """Everything leaves."""
-    yield from _alone((*INERTIA, *MOMENTS), how.turning)
-    yield Leaving({"M": 1}, how.shifting)
+def _rules_fixed(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
+    """All ten parameters."""
+    yield from _alone((*INERTIA, *MOMENTS), motion.turning)
+    yield GroupingRule({"M": 1}, motion.shifting)
 
 
 def _height(mechanism: Mechanism, j: int) -> Ratio | None:
@@ -253,46 +261,46 @@ def _turning_joints(mechanism: Mechanism, j: int) -> list[int]:
     return [k for k in path(mechanism, j)[:-1] if mechanism.link(k).axis is Axis.REVOLUTE]
 
 
-def axis_at(mechanism: Mechanism, k: int, j: int, settle: Settle = as_is) -> Twist:
+def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = unchanged) -> Twist:
     """a_k taken at frame j; the joints between are at the position of the mechanism."""
     links = path(mechanism, j)
     a = 1 * mechanism.link(k).axis
     for number in links[links.index(k) + 1 :]:
         moved = mechanism.link(number).transform * a
-        entries = [settle(number, name, x) for name, x in zip(TWIST, moved.entries, strict=True)]
+        entries = [simplify(number, name, x) for name, x in zip(TWIST, moved.entries, strict=True)]
         a = Twist(Vector(*entries[:3]), Vector(*entries[3:]))
     return a
 
 
 def group(
-    mechanism: Mechanism, found: Mapping[int, Sequence[Leaving]], settle: Settle = as_is
+    mechanism: Mechanism, found: Mapping[int, Sequence[GroupingRule]], simplify: Simplify = unchanged
 ) -> dict[int, dict[str, Scalar]]:
     """The grouped parameters of every body, its rotor inertia IA among them; those eliminated are zero.
 
-    From a mechanism at its zero position, in any scalar. `settle` sees each sum before it goes on.
+    From a mechanism at its zero position, in any scalar. `simplify` is applied to each sum.
     """
     bodies = [RigidInertia(), *(link.body for link in mechanism.links)]
     grouped: dict[int, dict[str, Scalar]] = {}
     for j, link in mechanism.from_tips():
         own = {**parameters_of(bodies[j]), ROTOR: link.rotor_inertia}
-        own = {name: settle(j, name, x) for name, x in own.items()}
+        own = {name: simplify(j, name, x) for name, x in own.items()}
         gone: dict[str, Scalar] = {}
-        for leaves in found[j]:
-            share = own[leaves.eliminated]
-            for name, coefficient in leaves.combination.items():
-                factor = coefficient.value(mechanism, j, settle) if isinstance(coefficient, Ratio) else coefficient
-                own[name] = 0 if name == leaves.eliminated else own[name] - share * factor
-                if leaves.goes:
+        for rule in found[j]:
+            share = own[rule.eliminated]
+            for name, coefficient in rule.combination.items():
+                factor = coefficient.value(mechanism, j, simplify) if isinstance(coefficient, Ratio) else coefficient
+                own[name] = 0 if name == rule.eliminated else own[name] - share * factor
+                if rule.joins_antecedent:
                     gone[name] = gone.get(name, 0) + share * factor
         grouped[j] = own
-        bodies[link.antecedent] += _carried_over(gone, j, link, settle)
+        bodies[link.antecedent] += _carried_over(gone, j, link, simplify)
     return grouped
 
 
-def _carried_over(gone: Mapping[str, Scalar], j: int, link: Link, settle: Settle) -> RigidInertia:
-    """Parameters of body j in the frame of its antecedent, iLambda_j K_j, screw by screw."""
+def _carried_over(gone: Mapping[str, Scalar], j: int, link: Link, simplify: Simplify) -> RigidInertia:
+    """Parameters of body j in the frame of its antecedent, iLambda_j K_j, step by step."""
     body = body_of(gone)
     for step in reversed(link.transform.steps):
         body = body.to_antecedent(Transform((step,)))
-        body = body_of({name: settle(j, name, x) for name, x in parameters_of(body).items()})
+        body = body_of({name: simplify(j, name, x) for name, x in parameters_of(body).items()})
     return body

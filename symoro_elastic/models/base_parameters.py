@@ -1,6 +1,6 @@
 """Base inertial parameters of a machine as formulas, and the machine that has only those.
 
-What leaves a body is decided modulo a large prime, at random values of parameters and variables:
+The grouping rules are decided modulo a large prime, at random values of parameters and variables:
 parallel, perpendicular, along gravity then mean so for every value, angles of 0.37 - 0.37 included.
 """
 
@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.equations.base_parameters import ROTOR, Leaving, Settle, group, leaving
+from symoro_elastic.equations.base_parameters import ROTOR, GroupingRule, Simplify, group, grouping_rules
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
 from symoro_elastic.equations.spatial import Axis, is_zero
@@ -116,9 +116,9 @@ def grouped(machine: Machine) -> Grouping:
     """
     refuse_floating(machine, "base inertial parameters")
     zero = ZeroPosition(machine)
-    found = zero.leaving()
+    found = zero.grouping_rules()
     mechanism = zero.polynomials()
-    texts = _written_sums(zero, mechanism, lambda settle: group(mechanism, found, settle))
+    texts = _written_sums(zero, mechanism, lambda simplify: group(mechanism, found, simplify))
     effects = {(j, name): effect for j in found for name, effect in _effects(zero, j, found[j])}
     return _grouping(texts, effects)
 
@@ -127,19 +127,19 @@ def joined(machine: Machine, relations: Relations) -> Grouping:
     """The grouping with coefficients that are numbers, for the one geometry at which they were found."""
     zero = ZeroPosition(machine)
     mechanism = zero.polynomials()
-    texts = _written_sums(zero, mechanism, lambda settle: _sums(mechanism, relations, settle))
+    texts = _written_sums(zero, mechanism, lambda simplify: _sums(mechanism, relations, simplify))
     gone = {label for others in relations.values() for label in others}
     entries = [(j, name) for j, _ in mechanism.from_base() for name, _ in _effects(zero, j, ())]
     return _grouping(texts, {x: KEPT if x in relations else GROUPED if x in gone else NO_EFFECT for x in entries})
 
 
-def _sums(mechanism: Mechanism, relations: Relations, settle: Settle) -> dict[int, dict[str, Any]]:
+def _sums(mechanism: Mechanism, relations: Relations, simplify: Simplify) -> dict[int, dict[str, Any]]:
     own = {j: _own(mechanism, j) for j, _ in mechanism.from_base()}
     found: dict[int, dict[str, Any]] = {j: {} for j in own}
     for (j, entry), others in relations.items():
         total = own[j][entry]
         for (k, other), coefficient in others.items():
-            total = settle(j, entry, total + Fraction(repr(coefficient)) * own[k][other])
+            total = simplify(j, entry, total + Fraction(repr(coefficient)) * own[k][other])
         found[j][entry] = total
     return found
 
@@ -192,10 +192,10 @@ class ZeroPosition:
         names = {parameter.name: Polynomial.factor(parameter.name) for parameter in self.machine.parameters}
         return self.mechanism.map(evaluate(self._leaves, names, POLYNOMIALS))
 
-    def leaving(self) -> dict[int, list[Leaving]]:
-        """What leaves each body."""
+    def grouping_rules(self) -> dict[int, list[GroupingRule]]:
+        """Grouping rules of each body."""
         source = random.Random(SEED)
-        return leaving(
+        return grouping_rules(
             self.modulo_prime(), lambda: Residue(source.randrange(1, PRIME)), self.free_base, self._typical()
         )
 
@@ -213,9 +213,9 @@ def _held(joint: Joint) -> Joint:
     return replace(joint, kind=Kind.FIXED, sigma=2, variable=None, spring=Spring())
 
 
-def _effects(zero: ZeroPosition, j: int, leaves: Sequence[Leaving]) -> Iterator[tuple[str, str]]:
+def _effects(zero: ZeroPosition, j: int, rules: Sequence[GroupingRule]) -> Iterator[tuple[str, str]]:
     """What becomes of each parameter of body j; a rotor inertia counts where the machine has one."""
-    gone = {x.eliminated: GROUPED if x.goes or len(x.combination) > 1 else NO_EFFECT for x in leaves}
+    gone = {x.eliminated: GROUPED if x.joins_antecedent or len(x.combination) > 1 else NO_EFFECT for x in rules}
     rotor = [] if is_zero(zero.mechanism.links[j - 1].rotor_inertia) else [ROTOR]
     return ((name, gone.get(name, KEPT)) for name in (*INERTIAL, *rotor))
 
@@ -233,7 +233,7 @@ class _Texts:
         self._taken = {*(p.name for p in self.machine.parameters), *(str(x.variable) for x in self.machine.joints)}
         self._taken |= {joint.name for joint in self.machine.joints}
 
-    def settle(self, j: int, entry: str, x: Any) -> Any:
+    def simplify(self, j: int, entry: str, x: Any) -> Any:
         """A sum as it is, or the name that it gets."""
         text = self.text(x)
         if len(text) <= self.longest:
@@ -269,13 +269,13 @@ class _Texts:
 
 
 def _written_sums(
-    zero: ZeroPosition, mechanism: Mechanism, sums: Callable[[Settle], Mapping[int, Mapping[str, Any]]]
+    zero: ZeroPosition, mechanism: Mechanism, sums: Callable[[Simplify], Mapping[int, Mapping[str, Any]]]
 ) -> _Texts:
     """Formulas of the grouped parameters, split as little as their length allows."""
     for longest in LONGEST_SUMS:
         texts = _Texts(zero, longest)
         try:
-            for j, values in sorted(sums(texts.settle).items()):
+            for j, values in sorted(sums(texts.simplify).items()):
                 own = _own(mechanism, j)
                 for entry, x in values.items():
                     texts.add(j, entry, x, Polynomial.of(x).terms == Polynomial.of(own[entry]).terms)

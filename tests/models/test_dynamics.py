@@ -13,8 +13,19 @@ import numpy as np
 import pytest
 
 from symoro_elastic.equations.dynamics import TorqueKnown, dynamics
-from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
-from symoro_elastic.equations.spatial import RigidInertia, Screw, X, Z
+from symoro_elastic.equations.mechanism import Link, Mechanism
+from symoro_elastic.equations.spatial import ZERO as ZERO_VECTOR
+from symoro_elastic.equations.spatial import (
+    AxialTransform,
+    Axis,
+    RigidInertia,
+    Symmetric,
+    Transform,
+    Twist,
+    Vector,
+    X,
+    Z,
+)
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
@@ -316,13 +327,14 @@ def hard_chain(masses: Sequence[float], context: Any, source: random.Random) -> 
     links = []
     for j, mass in enumerate(masses):
         angle, m = context.mpf(source.uniform(-3, 3)), context.mpf(mass)
-        alpha = (Screw(X, 1, 0, 1), Screw(X, 0, 1, 1), Screw(X, 0, -1, 1))[j % 3]
-        placement = (Screw(Z, 1, 0, 0), alpha, Screw(Z, context.cos(angle), context.sin(angle), 0))
-        body = RigidInertia.about_center(m, (context.mpf(0.5), 0, 0), (m / 100, 0, 0, m / 12, 0, m / 12))
-        links.append(Link(j, Axis.REVOLUTE, placement, body))
+        alpha = (AxialTransform(X, 1, 0, 1), AxialTransform(X, 0, 1, 1), AxialTransform(X, 0, -1, 1))[j % 3]
+        steps = (AxialTransform(Z, 1, 0, 0), alpha, AxialTransform(Z, context.cos(angle), context.sin(angle), 0))
+        inertia = Symmetric(m / 100, 0, 0, m / 12, 0, m / 12)
+        body = RigidInertia.about_center(m, Vector(context.mpf(0.5), 0, 0), inertia)
+        links.append(Link(j, Axis.REVOLUTE, Transform(steps), body))
     rates, torques = ([context.mpf(source.uniform(-1, 1)) for _ in masses] for _ in range(2))
-    acceleration = (context.mpf(3), context.mpf(9), context.mpf(-2))
-    return Mechanism(tuple(links), acceleration=(acceleration, (0, 0, 0))), [0, *rates], torques
+    acceleration = Vector(context.mpf(3), context.mpf(9), context.mpf(-2))
+    return Mechanism(tuple(links), acceleration=Twist(acceleration, ZERO_VECTOR)), [0, *rates], torques
 
 
 @pytest.mark.parametrize(

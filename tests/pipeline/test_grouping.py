@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 
 from symoro_elastic.cli import cli
 from symoro_elastic.equations import base_parameters as rules
-from symoro_elastic.equations.base_parameters import Leaving
+from symoro_elastic.equations.base_parameters import GroupingRule
 from symoro_elastic.errors import InputError
 from symoro_elastic.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from symoro_elastic.machine.checks import check
@@ -30,25 +30,25 @@ from tests.references.random_machines import chain, random_machine, random_state
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RX90 = EXAMPLES / "rx90.par"
 TORQUES = 1e-12
-REVOLUTE = rules._leaving_revolute
-Rule = Callable[..., Iterator[Leaving]]
+REVOLUTE = rules._rules_revolute
+Rule = Callable[..., Iterator[GroupingRule]]
 
 
-def too_much(*arguments: Any) -> Iterator[Leaving]:
+def too_much(*arguments: Any) -> Iterator[GroupingRule]:
     """XZ has no effect."""
     yield from REVOLUTE(*arguments)
-    yield Leaving({"XZ": 1})
+    yield GroupingRule({"XZ": 1})
 
 
-def too_little(*arguments: Any) -> Iterator[Leaving]:
+def too_little(*arguments: Any) -> Iterator[GroupingRule]:
     """MZ stays."""
-    return (leaves for leaves in REVOLUTE(*arguments) if leaves.eliminated != "MZ")
+    return (rule for rule in REVOLUTE(*arguments) if rule.eliminated != "MZ")
 
 
-def wrongly(*arguments: Any) -> Iterator[Leaving]:
-    """YY leaves with twice XX."""
-    for leaves in REVOLUTE(*arguments):
-        yield replace(leaves, combination={"YY": 1, "XX": 2}) if "XX" in leaves.combination else leaves
+def wrongly(*arguments: Any) -> Iterator[GroupingRule]:
+    """YY is grouped with twice XX."""
+    for rule in REVOLUTE(*arguments):
+        yield replace(rule, combination={"YY": 1, "XX": 2}) if "XX" in rule.combination else rule
 
 
 FORGED = {"XZ": too_much, "MZ": too_little, "XX": wrongly}
@@ -57,7 +57,7 @@ FORGED = {"XZ": too_much, "MZ": too_little, "XX": wrongly}
 @pytest.fixture(params=FORGED)
 def forged(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """One wrong rule; the parameter that it is wrong about."""
-    monkeypatch.setattr(rules, "_leaving_revolute", FORGED[request.param])
+    monkeypatch.setattr(rules, "_rules_revolute", FORGED[request.param])
     return str(request.param)
 
 
@@ -160,7 +160,7 @@ def run(*arguments: object) -> Result:
 
 def test_commands_follow(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """show, convert, generate and check: the warning on stderr, and code that is right."""
-    monkeypatch.setattr(rules, "_leaving_revolute", too_little)
+    monkeypatch.setattr(rules, "_rules_revolute", too_little)
     machine = tmp_path / "machine.toml"
     write_machine(two_children(symbolic=True), machine)
     shown = json.loads(run("show", machine, "--json").stdout)
