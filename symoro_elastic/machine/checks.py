@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted, reserved
@@ -84,7 +83,7 @@ def refuse_floating(machine: Machine, place: str) -> None:
     """Raise `InputError` for a machine on a floating base, where only the models are offered."""
     if machine.floating:
         what = "not offered on a floating base: leave out `floating` for a base whose motion is given"
-        raise _error(machine, place, what)
+        raise machine.error(place, what)
 
 
 def parameter_values(machine: Machine) -> dict[str, float]:
@@ -95,21 +94,17 @@ def parameter_values(machine: Machine) -> dict[str, float]:
             continue
         if parameter.value.names:
             what = f"{quoted(parameter.value)} holds names: a value is a number, or a formula of numbers"
-            raise _error(machine, f"parameters, {parameter.name}", what)
+            raise machine.error(f"parameters, {parameter.name}", what)
         try:
             values[parameter.name] = parameter.value.value()
         except FormulaError as error:
-            raise _error(machine, f"parameters, {parameter.name}", str(error)) from None
+            raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
-
-
-def _error(machine: Machine, place: str, what: str) -> InputError:
-    return InputError(machine.source or machine.name, place, what)
 
 
 def _check_names(machine: Machine) -> None:
     if not machine.joints:
-        raise _error(machine, "joints", "the machine has no joint: give at least one row of the table")
+        raise machine.error("joints", "the machine has no joint: give at least one row of the table")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
     variables = [
         (place_of(j, joint, "joint variable"), joint.variable)
@@ -120,7 +115,7 @@ def _check_names(machine: Machine) -> None:
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
         reason = reserved(name)
         if reason:
-            raise _error(machine, place, f"the name {quoted(name)} cannot be used: {reason}")
+            raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}")
     _check_distinct(machine, joints)
     _check_distinct(machine, [*parameters, *variables])
 
@@ -129,7 +124,7 @@ def _check_distinct(machine: Machine, named: list[tuple[str, str]]) -> None:
     places: dict[str, str] = {}
     for place, name in named:
         if name in places:
-            raise _error(machine, place, f"the name {name!r} is taken by {places[name]}: choose another")
+            raise machine.error(place, f"the name {name!r} is taken by {places[name]}: choose another")
         places[name] = place
 
 
@@ -137,12 +132,12 @@ def _check_base(machine: Machine) -> None:
     for field in fields(Base):
         moved = field.name != "gravity" and any(not x.is_zero for x in getattr(machine.base, field.name))
         if machine.floating and moved:
-            raise _error(machine, f"base, {field.name}", "it is an argument where the base floats: leave it out")
+            raise machine.error(f"base, {field.name}", "it is an argument where the base floats: leave it out")
 
 
 def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
     for key, what in _faults(j, joint):
-        raise _error(machine, place_of(j, joint, key), what)
+        raise machine.error(place_of(j, joint, key), what)
 
 
 def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
@@ -178,7 +173,7 @@ def _check_declared(machine: Machine) -> None:
             else:
                 what = f"{name!r} is not declared{did_you_mean(name, parameters)}"
                 what += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            raise _error(machine, place, what)
+            raise machine.error(place, what)
 
 
 def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
@@ -191,9 +186,9 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
                 continue
             value = formula.value(values)
         except FormulaError as error:
-            raise _error(machine, place, str(error)) from None
+            raise machine.error(place, str(error)) from None
         if value < 0 and place.endswith(NOT_NEGATIVE):
-            raise _error(machine, place, f"{quoted(formula)} is negative: {value:g}")
+            raise machine.error(place, f"{quoted(formula)} is negative: {value:g}")
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
@@ -211,4 +206,4 @@ def _check_units(machine: Machine) -> None:
     for parameter in machine.parameters:
         if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
             what = f"its unit is {quoted(parameter.unit)}, but nothing converts values: write it in m, kg, s, rad, N"
-            raise InputError(machine.source or machine.name, f"parameter {parameter.name}", what)
+            raise machine.error(f"parameter {parameter.name}", what)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from symoro_elastic.equations.kinematics import Scalars, View, accelerations, jacobian, seen_motion, velocities, view
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import ZERO, Pair
-from symoro_elastic.errors import InputError
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_screws
@@ -103,7 +102,7 @@ def _link(bound: Bound, frame: Frame) -> int:
 def _refuse_without_joints(bound: Bound, model: str) -> None:
     if not bound.machine.moving:
         what = "no joint moves, so no frame has a Jacobian: ask for geometric_model, or free a joint"
-        raise InputError(bound.machine.source or bound.machine.name, model, what)
+        raise bound.machine.error(model, what)
 
 
 GEOMETRIC = (

@@ -138,7 +138,7 @@ def _about_origin(body: Body, place: str, machine: Machine) -> Body:
         return about_origin(body)
     except FormulaError as error:
         what = f"its inertia about the origin cannot be written ({error}): write .toml, or give it about the origin"
-        raise InputError(machine.source or machine.name, f"{place}, inertia", what) from None
+        raise machine.error(f"{place}, inertia", what) from None
 
 
 def _joint_lists(machine: Machine) -> list[str]:

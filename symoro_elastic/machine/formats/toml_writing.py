@@ -55,7 +55,7 @@ def _row(joint: Joint, machine: Machine) -> Entry:
     r = cell_of(joint.variable if joint.sigma == 1 else None, joint.r)
     return [
         ("name", _text(joint.name)),
-        ("antecedent", _text(machine.joints[joint.antecedent - 1].name) if known else str(joint.antecedent)),
+        ("antecedent", _text(machine.joint(joint.antecedent).name) if known else str(joint.antecedent)),
         ("kind", _text(joint.kind.value)),
         ("sigma", str(joint.sigma)),
         ("gamma", _cell(joint.gamma.text)),
