@@ -1,7 +1,7 @@
 """The machine as data: the table of geometric parameters, the bodies, the springs, the motors.
 
 Units are SI, angles in radians. Every cell is a `Formula`: a number or an expression over
-parameter names. Nothing here computes a model.
+parameter names, declared with what it is; `columns` walks over all of them. Nothing here computes a model.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.scene import Scene
 
@@ -42,9 +43,20 @@ class Body:
     `moments`.
     """
 
-    mass: Formula = ZERO
-    moments: Vector3 = NO_VECTOR
-    inertia: Inertia6 = NO_INERTIA
+    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True)
+    moments: Vector3 = column(
+        *(Dimension.FIRST_MOMENT, "bodies", "MX MY MZ", AXES),
+        key="first_moments",
+        tunable=True,
+        central=Column("center_of_mass", "bodies", Dimension.LENGTH, (), AXES, tunable=True),
+    )
+    inertia: Inertia6 = column(
+        *(Dimension.INERTIA, "bodies", " ".join(TENSOR), TENSOR),
+        key="inertia_at_origin",
+        title="inertia",
+        tunable=True,
+        central=Column("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR, tunable=True),
+    )
     central: bool = False
 
 
@@ -52,25 +64,27 @@ class Body:
 class Spring:
     """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
 
-    stiffness: Formula = ZERO
-    damping: Formula = ZERO
-    neutral: Formula = ZERO
+    stiffness: Formula = column(Dimension.STIFFNESS, "springs", "k", symbol="k", tunable=True)
+    damping: Formula = column(Dimension.DAMPING, "springs", "damping", symbol="d", tunable=True)
+    neutral: Formula = column(Dimension.POSITION, "springs", "neutral", symbol="q0", tunable=True)
 
 
 @dataclass(frozen=True)
 class Friction:
     """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
 
-    viscous: Formula = ZERO
-    coulomb: Formula = ZERO
+    viscous: Formula = column(
+        Dimension.VISCOUS_FRICTION, "friction", "FV", title="viscous friction", symbol="Fv", tunable=True
+    )
+    coulomb: Formula = column(Dimension.COULOMB_FRICTION, "friction", "FS", title="coulomb friction", symbol="Fs")
 
 
 @dataclass(frozen=True)
 class Wrench:
     """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
 
-    force: Vector3 = NO_VECTOR
-    moment: Vector3 = NO_VECTOR
+    force: Vector3 = column(Dimension.FORCE, "wrenches", "FX FY FZ", AXES)
+    moment: Vector3 = column(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES)
 
 
 @dataclass(frozen=True)
@@ -87,16 +101,16 @@ class Joint:
     kind: Kind
     sigma: int
     variable: str | None = None
-    gamma: Formula = ZERO
-    b: Formula = ZERO
-    alpha: Formula = ZERO
-    d: Formula = ZERO
-    theta: Formula = ZERO
-    r: Formula = ZERO
+    gamma: Formula = column(Dimension.ANGLE, "joints", "gamma")
+    b: Formula = column(Dimension.LENGTH, "joints", "b", tunable=True)
+    alpha: Formula = column(Dimension.ANGLE, "joints", "alpha")
+    d: Formula = column(Dimension.LENGTH, "joints", "d", tunable=True)
+    theta: Formula = column(Dimension.ANGLE, "joints", "theta")
+    r: Formula = column(Dimension.LENGTH, "joints", "r", tunable=True)
     body: Body = Body()
     spring: Spring = Spring()
+    rotor_inertia: Formula = column(Dimension.ROTOR_INERTIA, "motors", "IA", symbol="Ia", tunable=True)
     friction: Friction = Friction()
-    rotor_inertia: Formula = ZERO
     wrench: Wrench = Wrench()
 
     @property
@@ -123,11 +137,11 @@ class Parameter:
 class Base:
     """Motion of frame 0, in frame 0, and gravity (m/s2), in frame 0."""
 
-    gravity: Vector3 = NO_VECTOR
-    velocity: Vector3 = NO_VECTOR
-    angular_velocity: Vector3 = NO_VECTOR
-    acceleration: Vector3 = NO_VECTOR
-    angular_acceleration: Vector3 = NO_VECTOR
+    gravity: Vector3 = column(Dimension.GRAVITY, "", "G", AXES)
+    velocity: Vector3 = column(Dimension.VELOCITY, "base", "V0", AXES)
+    angular_velocity: Vector3 = column(Dimension.ANGULAR_VELOCITY, "base", "W0", AXES)
+    acceleration: Vector3 = column(Dimension.ACCELERATION, "base", "VP0", AXES)
+    angular_acceleration: Vector3 = column(Dimension.ANGULAR_ACCELERATION, "base", "WP0", AXES)
 
 
 class Orientation(StrEnum):
