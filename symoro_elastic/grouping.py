@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.machine import Machine
@@ -39,10 +38,9 @@ def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     grouping.
     """
     grouping, check = checked_grouping(machine)
-    source = machine.source or machine.name
     if check.refused:
-        raise InputError(source, "--base", check.message)
-    return grouping.machine, () if check.agrees else (f"{source}: --base: {check.message}",)
+        raise machine.error("--base", check.message)
+    return grouping.machine, () if check.agrees else (f"{machine.label}: --base: {check.message}",)
 
 
 def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
@@ -113,7 +111,7 @@ def _differences(machine: Machine, rules: Grouping, found: Grouping) -> str:
     by_joint: dict[int, list[str]] = {}
     for j, entry in labels:
         by_joint.setdefault(j, []).append(entry)
-    return _some([f"{place_of(j, machine.joints[j - 1])} {' '.join(entries)}" for j, entries in by_joint.items()])
+    return _some([f"{place_of(j, machine.joint(j))} {' '.join(entries)}" for j, entries in by_joint.items()])
 
 
 def _other_sums(one: Mapping[Label, float], other: Mapping[Label, float]) -> list[Label]:

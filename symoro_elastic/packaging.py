@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.model import Result as TracedResult
@@ -17,13 +16,12 @@ from symoro_elastic.quantities import ARGUMENTS, PARTICULAR, RESULTS
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
     """What the targets render for these models of a machine; raises `InputError` for names that are taken."""
     refuse_taken_names(machine, traced)
-    moving = [machine.joints[j - 1] for j in machine.moving]
     return Package(
         name=machine.name,
         scene=scene,
-        axes=tuple(Axis(joint.name, joint.kind, _unit(joint)) for joint in moving),
-        motors=_of_kind(moving, "motor"),
-        elastic=_of_kind(moving, "elastic"),
+        axes=tuple(Axis(joint.name, joint.kind, f"{joint.variable}, {joint.unit}") for joint in machine.moving_joints),
+        motors=machine.motor_entries,
+        elastic=machine.elastic_entries,
         frames=tuple(joint.name for joint in machine.joints),
         joint_names=(*(joint.name for joint in machine.joints), *_point_names(machine, traced)),
         parameters=tuple(
@@ -33,14 +31,6 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
         ),
         functions=tuple(_function(machine, model) for model in traced),
     )
-
-
-def _of_kind(moving: Sequence[Joint], kind: str) -> tuple[int, ...]:
-    return tuple(k for k, joint in enumerate(moving) if joint.kind == kind)
-
-
-def _unit(joint: Joint) -> str:
-    return f"{joint.variable}, {'m' if joint.sigma else 'rad'}"
 
 
 def _function(machine: Machine, traced: TracedModel) -> Function:
@@ -83,4 +73,4 @@ def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
     for name in [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]:
         if name in taken or name.startswith(macros):
             what = "generated code uses this name: choose another for the parameter or joint variable"
-            raise InputError(machine.source or machine.name, name, what)
+            raise machine.error(name, what)

@@ -91,7 +91,7 @@ def refuse_degenerate(machine: Machine, scene: Scene) -> None:
     if found:
         message, joints = found[0]
         likewise = "".join(f"; likewise {others}" for _, others in found[1:])
-        raise InputError(machine.source or machine.name, joints, message + likewise)
+        raise machine.error(joints, message + likewise)
 
 
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:

@@ -36,7 +36,6 @@ GOLDEN = (
     Golden("puma560.par", "."),
     Golden("flex4.par", "."),
     Golden("planar_2r.toml", "."),
-    Golden("two_axis.toml", "all_models", FIVE),
     Golden("planar_2r.toml", "all_models", FIVE),
 )
 

@@ -4,7 +4,7 @@ Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sig
 the same lines serve plain floats and stacks of states.
 """
 
-from . import _run
+from . import _runtime
 
 
 def constants(_f, p):
@@ -527,7 +527,7 @@ def program(_f, q, qd, tau, c):
     )
 
 
-model = _run.Model(
+model = _runtime.Model(
     constants,
     program,
     arguments=dict(q=6, qd=6, tau=6),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.machine.machine import Given, Kind, Machine
+from symoro_elastic.machine.machine import Given, Machine
 
 ON_BASE = {
     "R0": tuple(f"A0_{m}{n}" for m in range(1, 4) for n in range(1, 4)),
@@ -26,13 +26,12 @@ DIFFERENTIATED = {
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument that follows joints or the base."""
-    motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
     return {
-        "q": tuple(str(machine.joints[j - 1].variable) for j in machine.moving),
+        "q": tuple(str(joint.variable) for joint in machine.moving_joints),
         "qd": tuple(f"qd{j}" for j in machine.moving),
         "qdd": tuple(f"qdd{j}" for j in machine.moving),
-        "tau": tuple(f"tau{j}" for j in motors),
-        "qdd_motor": tuple(f"qdd{j}" for j in motors),
+        "tau": tuple(f"tau{j}" for j in machine.motors),
+        "qdd_motor": tuple(f"qdd{j}" for j in machine.motors),
         **ON_BASE,
         "pose": POSE,
     }

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import Cell, cells, columns
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
-from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import resolve
 
-AXES = "xyz"
-TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
-GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
 NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
 NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
-NOT_NEGATIVE = ("mass", "stiffness", "damping", "viscous friction", "coulomb friction", "rotor_inertia")
 
 
 def check(machine: Machine) -> list[str]:
@@ -47,44 +42,23 @@ def place_of(j: int, joint: Joint, key: str = "") -> str:
 
 def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
     """Every expression of the machine over its parameters, with its place."""
+    return ((place, formula) for place, _, formula in _cells(machine))
+
+
+def _cells(machine: Machine) -> Iterator[tuple[str, Cell, Formula]]:
+    """Every cell of the machine, with its place."""
     for j, joint in enumerate(machine.joints, start=1):
-        for key, formula in cells(joint):
-            yield place_of(j, joint, key), formula
+        yield from ((place_of(j, joint, cell.label), cell, formula) for cell, formula in cells(joint))
     if machine.floating:
-        yield from ((f"base, {key}", formula) for key, formula in body_cells(machine.floating.body))
-    for field in fields(Base):
-        for axis, formula in zip(AXES, getattr(machine.base, field.name), strict=True):
-            yield f"{field.name} {axis}", formula
-
-
-def cells(joint: Joint) -> Iterator[tuple[str, Formula]]:
-    """Every expression of one joint, with its column."""
-    for key in GEOMETRY:
-        yield key, getattr(joint, key)
-    yield from body_cells(joint.body)
-    yield "stiffness", joint.spring.stiffness
-    yield "damping", joint.spring.damping
-    yield "neutral", joint.spring.neutral
-    yield "viscous friction", joint.friction.viscous
-    yield "coulomb friction", joint.friction.coulomb
-    yield "rotor_inertia", joint.rotor_inertia
-    yield from ((f"force {axis}", formula) for axis, formula in zip(AXES, joint.wrench.force, strict=True))
-    yield from ((f"moment {axis}", formula) for axis, formula in zip(AXES, joint.wrench.moment, strict=True))
-
-
-def body_cells(body: Body) -> Iterator[tuple[str, Formula]]:
-    """Every expression of one body, with its column."""
-    yield "mass", body.mass
-    kind = "center_of_mass" if body.central else "first_moments"
-    yield from ((f"{kind} {axis}", formula) for axis, formula in zip(AXES, body.moments, strict=True))
-    yield from ((f"inertia {entry}", formula) for entry, formula in zip(TENSOR, body.inertia, strict=True))
+        yield from ((f"base, {cell.label}", cell, formula) for cell, formula in cells(machine.floating.body))
+    yield from ((cell.label, cell, formula) for cell, formula in cells(machine.base))
 
 
 def refuse_floating(machine: Machine, place: str) -> None:
     """Raise `InputError` for a machine on a floating base, where only the models are offered."""
     if machine.floating:
         what = "not offered on a floating base: leave out `floating` for a base whose motion is given"
-        raise _error(machine, place, what)
+        raise machine.error(place, what)
 
 
 def parameter_values(machine: Machine) -> dict[str, float]:
@@ -95,21 +69,17 @@ def parameter_values(machine: Machine) -> dict[str, float]:
             continue
         if parameter.value.names:
             what = f"{quoted(parameter.value)} holds names: a value is a number, or a formula of numbers"
-            raise _error(machine, f"parameters, {parameter.name}", what)
+            raise machine.error(f"parameters, {parameter.name}", what)
         try:
             values[parameter.name] = parameter.value.value()
         except FormulaError as error:
-            raise _error(machine, f"parameters, {parameter.name}", str(error)) from None
+            raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
-
-
-def _error(machine: Machine, place: str, what: str) -> InputError:
-    return InputError(machine.source or machine.name, place, what)
 
 
 def _check_names(machine: Machine) -> None:
     if not machine.joints:
-        raise _error(machine, "joints", "the machine has no joint: give at least one row of the table")
+        raise machine.error("joints", "the machine has no joint: give at least one row of the table")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
     variables = [
         (place_of(j, joint, "joint variable"), joint.variable)
@@ -120,7 +90,7 @@ def _check_names(machine: Machine) -> None:
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
         reason = reserved(name)
         if reason:
-            raise _error(machine, place, f"the name {quoted(name)} cannot be used: {reason}")
+            raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}")
     _check_distinct(machine, joints)
     _check_distinct(machine, [*parameters, *variables])
 
@@ -129,20 +99,20 @@ def _check_distinct(machine: Machine, named: list[tuple[str, str]]) -> None:
     places: dict[str, str] = {}
     for place, name in named:
         if name in places:
-            raise _error(machine, place, f"the name {name!r} is taken by {places[name]}: choose another")
+            raise machine.error(place, f"the name {name!r} is taken by {places[name]}: choose another")
         places[name] = place
 
 
 def _check_base(machine: Machine) -> None:
-    for field in fields(Base):
-        moved = field.name != "gravity" and any(not x.is_zero for x in getattr(machine.base, field.name))
+    for column, vector in columns(machine.base):
+        moved = column.key != "gravity" and any(not x.is_zero for x in vector)
         if machine.floating and moved:
-            raise _error(machine, f"base, {field.name}", "it is an argument where the base floats: leave it out")
+            raise machine.error(f"base, {column.key}", "it is an argument where the base floats: leave it out")
 
 
 def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
     for key, what in _faults(j, joint):
-        raise _error(machine, place_of(j, joint, key), what)
+        raise machine.error(place_of(j, joint, key), what)
 
 
 def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
@@ -163,9 +133,9 @@ def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
 def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
     if joint.kind == Kind.ELASTIC and joint.spring.stiffness.is_zero:
         yield "stiffness", "an elastic joint needs a stiffness: give one, or make the joint passive"
-    for key in ("stiffness", "damping", "neutral"):
-        if joint.kind != Kind.ELASTIC and not getattr(joint.spring, key).is_zero:
-            yield key, f"the joint is {joint.kind.value}: only an elastic one has {key}"
+    for cell, formula in cells(joint.spring):
+        if joint.kind != Kind.ELASTIC and not formula.is_zero:
+            yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
 
 
 def _check_declared(machine: Machine) -> None:
@@ -178,11 +148,11 @@ def _check_declared(machine: Machine) -> None:
             else:
                 what = f"{name!r} is not declared{did_you_mean(name, parameters)}"
                 what += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            raise _error(machine, place, what)
+            raise machine.error(place, what)
 
 
 def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
-    for place, formula in formulas(machine):
+    for place, cell, formula in _cells(machine):
         if formula.is_zero:
             continue
         try:
@@ -191,9 +161,9 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
                 continue
             value = formula.value(values)
         except FormulaError as error:
-            raise _error(machine, place, str(error)) from None
-        if value < 0 and place.endswith(NOT_NEGATIVE):
-            raise _error(machine, place, f"{quoted(formula)} is negative: {value:g}")
+            raise machine.error(place, str(error)) from None
+        if value < 0 and cell.column.dimension.is_nonnegative:
+            raise machine.error(place, f"{quoted(formula)} is negative: {value:g}")
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
@@ -211,4 +181,4 @@ def _check_units(machine: Machine) -> None:
     for parameter in machine.parameters:
         if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
             what = f"its unit is {quoted(parameter.unit)}, but nothing converts values: write it in m, kg, s, rad, N"
-            raise InputError(machine.source or machine.name, f"parameter {parameter.name}", what)
+            raise machine.error(f"parameter {parameter.name}", what)

@@ -7,7 +7,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, AT, Asked
@@ -25,7 +24,7 @@ def with_constants(machine: Machine, names: Collection[str]) -> Machine:
         inside: Machine = _replaced(replace(machine, parameters=(), scene=None), values)
         scene = _replaced(machine.scene, values)
     except FormulaError as error:
-        raise InputError(machine.source or machine.name, "parameters", f"{', '.join(values)}: {error}") from None
+        raise machine.error("parameters", f"{', '.join(values)}: {error}") from None
     if scene is not None and scene.fold != ALL:
         scene = replace(scene, fold=tuple(name for name in scene.fold if name not in values))
     kept = tuple(parameter for parameter in machine.parameters if parameter.name not in values)

@@ -1,14 +1,17 @@
 """The machine as data: the table of geometric parameters, the bodies, the springs, the motors.
 
 Units are SI, angles in radians. Every cell is a `Formula`: a number or an expression over
-parameter names. Nothing here computes a model.
+parameter names, declared with what it is; `columns` walks over all of them. Nothing here computes a model.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.scene import Scene
 
@@ -40,9 +43,20 @@ class Body:
     `moments`.
     """
 
-    mass: Formula = ZERO
-    moments: Vector3 = NO_VECTOR
-    inertia: Inertia6 = NO_INERTIA
+    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True)
+    moments: Vector3 = column(
+        *(Dimension.FIRST_MOMENT, "bodies", "MX MY MZ", AXES),
+        key="first_moments",
+        tunable=True,
+        central=Column("center_of_mass", "bodies", Dimension.LENGTH, (), AXES, tunable=True),
+    )
+    inertia: Inertia6 = column(
+        *(Dimension.INERTIA, "bodies", " ".join(TENSOR), TENSOR),
+        key="inertia_at_origin",
+        title="inertia",
+        tunable=True,
+        central=Column("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR, tunable=True),
+    )
     central: bool = False
 
 
@@ -50,25 +64,27 @@ class Body:
 class Spring:
     """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
 
-    stiffness: Formula = ZERO
-    damping: Formula = ZERO
-    neutral: Formula = ZERO
+    stiffness: Formula = column(Dimension.STIFFNESS, "springs", "k", symbol="k", tunable=True)
+    damping: Formula = column(Dimension.DAMPING, "springs", "damping", symbol="d", tunable=True)
+    neutral: Formula = column(Dimension.POSITION, "springs", "neutral", symbol="q0", tunable=True)
 
 
 @dataclass(frozen=True)
 class Friction:
     """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
 
-    viscous: Formula = ZERO
-    coulomb: Formula = ZERO
+    viscous: Formula = column(
+        Dimension.VISCOUS_FRICTION, "friction", "FV", title="viscous friction", symbol="Fv", tunable=True
+    )
+    coulomb: Formula = column(Dimension.COULOMB_FRICTION, "friction", "FS", title="coulomb friction", symbol="Fs")
 
 
 @dataclass(frozen=True)
 class Wrench:
     """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
 
-    force: Vector3 = NO_VECTOR
-    moment: Vector3 = NO_VECTOR
+    force: Vector3 = column(Dimension.FORCE, "wrenches", "FX FY FZ", AXES)
+    moment: Vector3 = column(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES)
 
 
 @dataclass(frozen=True)
@@ -85,17 +101,27 @@ class Joint:
     kind: Kind
     sigma: int
     variable: str | None = None
-    gamma: Formula = ZERO
-    b: Formula = ZERO
-    alpha: Formula = ZERO
-    d: Formula = ZERO
-    theta: Formula = ZERO
-    r: Formula = ZERO
+    gamma: Formula = column(Dimension.ANGLE, "joints", "gamma")
+    b: Formula = column(Dimension.LENGTH, "joints", "b", tunable=True)
+    alpha: Formula = column(Dimension.ANGLE, "joints", "alpha")
+    d: Formula = column(Dimension.LENGTH, "joints", "d", tunable=True)
+    theta: Formula = column(Dimension.ANGLE, "joints", "theta")
+    r: Formula = column(Dimension.LENGTH, "joints", "r", tunable=True)
     body: Body = Body()
     spring: Spring = Spring()
+    rotor_inertia: Formula = column(Dimension.ROTOR_INERTIA, "motors", "IA", symbol="Ia", tunable=True)
     friction: Friction = Friction()
-    rotor_inertia: Formula = ZERO
     wrench: Wrench = Wrench()
+
+    @property
+    def unit(self) -> str:
+        """Unit of the joint variable: m where the joint is prismatic, else rad."""
+        return "m" if self.sigma == 1 else "rad"
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of the generalized force: N where the joint is prismatic, else N m."""
+        return "N" if self.sigma == 1 else "N m"
 
 
 @dataclass(frozen=True)
@@ -111,11 +137,11 @@ class Parameter:
 class Base:
     """Motion of frame 0, in frame 0, and gravity (m/s2), in frame 0."""
 
-    gravity: Vector3 = NO_VECTOR
-    velocity: Vector3 = NO_VECTOR
-    angular_velocity: Vector3 = NO_VECTOR
-    acceleration: Vector3 = NO_VECTOR
-    angular_acceleration: Vector3 = NO_VECTOR
+    gravity: Vector3 = column(Dimension.GRAVITY, "", "G", AXES)
+    velocity: Vector3 = column(Dimension.VELOCITY, "base", "V0", AXES)
+    angular_velocity: Vector3 = column(Dimension.ANGULAR_VELOCITY, "base", "W0", AXES)
+    acceleration: Vector3 = column(Dimension.ACCELERATION, "base", "VP0", AXES)
+    angular_acceleration: Vector3 = column(Dimension.ANGULAR_ACCELERATION, "base", "WP0", AXES)
 
 
 class Orientation(StrEnum):
@@ -149,8 +175,9 @@ class Floating:
 class Machine:
     """A tree of bodies joined by motors, springs, passive joints and fixed frames.
 
-    `joints[j - 1]` is row j of the table. `notes` are remarks carried along; `extras` are
+    `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
+    `source` is the file it was read from.
     """
 
     name: str
@@ -168,7 +195,58 @@ class Machine:
         """Whether its inertial parameters are base parameters, which no real body need have."""
         return self.extras.get(BASE_PARAMETERS) == "true"
 
+    def joint(self, j: int) -> Joint:
+        """Joint number `j`, counted from 1 as in the table."""
+        return self.joints[j - 1]
+
     @property
     def moving(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints that have a variable, in table order: the entries of q."""
         return tuple(j for j, joint in enumerate(self.joints, start=1) if joint.sigma != 2)
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints driven by motors, in table order: the entries of tau."""
+        return self._numbers_of(Kind.MOTOR)
+
+    @property
+    def elastic(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the elastic joints, in table order."""
+        return self._numbers_of(Kind.ELASTIC)
+
+    @property
+    def moving_joints(self) -> tuple[Joint, ...]:
+        """The joints that have a variable, in the order of the entries of q."""
+        return tuple(map(self.joint, self.moving))
+
+    @property
+    def motor_joints(self) -> tuple[Joint, ...]:
+        """The joints driven by motors, in the order of the entries of tau."""
+        return tuple(map(self.joint, self.motors))
+
+    @property
+    def motor_entries(self) -> tuple[int, ...]:
+        """Indices into q (from 0) of the joints driven by motors."""
+        return self.entries(self.motors)
+
+    @property
+    def elastic_entries(self) -> tuple[int, ...]:
+        """Indices into q (from 0) of the elastic joints."""
+        return self.entries(self.elastic)
+
+    def entries(self, joints: Iterable[int]) -> tuple[int, ...]:
+        """Indices into q (from 0) of moving joints given by their numbers (from 1)."""
+        entry = {j: k for k, j in enumerate(self.moving)}
+        return tuple(entry[j] for j in joints)
+
+    def error(self, place: str, what: str) -> InputError:
+        """The error to raise about one place of the machine; it names the file, or the machine without a file."""
+        return InputError(self.label, place, what)
+
+    @property
+    def label(self) -> str:
+        """The file the machine was read from, else its name: what messages call it."""
+        return self.source or self.name
+
+    def _numbers_of(self, kind: Kind) -> tuple[int, ...]:
+        return tuple(j for j in self.moving if self.joint(j).kind is kind)

@@ -18,7 +18,7 @@ def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, sour
 
     A joint may be called by its name, its variable or its number in the table.
     """
-    source = source or scene.source or machine.source or machine.name
+    source = source or scene.source or machine.label
     joints = _joints_by_any_name(machine)
     for model in (*scene.models, *scene.outputs):
         _known(model, models, "model", source, "models" if model in scene.models else "outputs")

@@ -15,21 +15,20 @@ from typing import Any
 
 from symoro_elastic.equations.base_parameters import ROTOR, GroupingRule, Simplify, group, grouping_rules
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS, parameters_of
+from symoro_elastic.equations.regressor import INERTIAL, parameters_of
 from symoro_elastic.equations.spatial import Axis, is_zero
-from symoro_elastic.machine.checks import GEOMETRY, parameter_values, refuse_floating
 from symoro_elastic.machine.checks import formulas as formulas_of
+from symoro_elastic.machine.checks import parameter_values, refuse_floating
+from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import (
     BASE_PARAMETERS,
     Body,
-    Inertia6,
     Joint,
     Kind,
     Machine,
     Parameter,
     Spring,
-    Vector3,
 )
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
@@ -174,9 +173,9 @@ class ZeroPosition:
     @property
     def geometry(self) -> list[str]:
         """Parameters of the geometry and, where the base stands still, of gravity: what the grouping depends on."""
-        cells = [getattr(joint, key) for joint in self.machine.joints for key in GEOMETRY]
-        cells += [] if self.free_base else self.machine.base.gravity
-        used = {name for formula in cells for name in formula.names}
+        found = [formula for joint in self.machine.joints for cell, formula in cells(joint) if _is_geometric(cell)]
+        found += [] if self.free_base else self.machine.base.gravity
+        used = {name for formula in found for name in formula.names}
         return [parameter.name for parameter in self.machine.parameters if parameter.name in used]
 
     def modulo_prime(self) -> Mechanism:
@@ -302,18 +301,22 @@ def _own(mechanism: Mechanism, j: int) -> dict[str, Any]:
 
 def _inertial_names(machine: Machine) -> set[str]:
     """Names that occur in the inertial parameters of a machine."""
-    cells = (
-        formula
-        for joint in machine.joints
-        for formula in (joint.body.mass, *joint.body.moments, *joint.body.inertia, joint.rotor_inertia)
-    )
-    return {name for formula in cells for name in formula.names}
+    found = (formula for joint in machine.joints for cell, formula in cells(joint) if _is_inertial(cell))
+    return {name for formula in found for name in formula.names}
+
+
+def _is_geometric(cell: Cell) -> bool:
+    return cell.column.section == "joints"
+
+
+def _is_inertial(cell: Cell) -> bool:
+    return cell.column.section in ("bodies", "motors")
 
 
 def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites: Mapping[str, Formula]) -> Machine:
     """The machine that has the base parameters only, as parameters of its own where they are sums."""
-    cells, new = _cells(parameters, machine, composites)
-    joints = tuple(_with_cells(joint, j, cells) for j, joint in enumerate(machine.joints, start=1))
+    base, new = _cells(parameters, machine, composites)
+    joints = tuple(_with_inertial(joint, j, base) for j, joint in enumerate(machine.joints, start=1))
     bare = replace(machine, joints=joints, extras={**machine.extras, BASE_PARAMETERS: "true"})
     used = {name for _, formula in formulas_of(bare) for name in formula.names}
     gone = _inertial_names(machine) - used
@@ -324,13 +327,13 @@ def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites
 
 def _cells(
     parameters: Sequence[BaseParameter], machine: Machine, composites: Mapping[str, Formula]
-) -> tuple[dict[tuple[int, str], Formula], list[Parameter]]:
+) -> tuple[dict[Label, Formula], list[Parameter]]:
     """The cell of every base parameter, and the parameters that these name."""
     known = parameter_values(machine)
     for name, formula in composites.items():
         if formula.names <= known.keys():
             known[name] = formula.value(known)
-    cells, new = {}, []
+    found, new = {}, []
     for parameter in parameters:
         formula = parameter.formula
         if formula.names and formula.tree[0] != "name":
@@ -339,21 +342,21 @@ def _cells(
             formula = Formula.parse(parameter.name)
         elif not formula.names and formula.tree[0] != "number":
             formula = Formula.parse(formula.value())
-        cells[parameter.joint, parameter.entry] = formula
-    return cells, new
+        found[parameter.joint, parameter.entry] = formula
+    return found, new
 
 
 def _unit(parameter: BaseParameter) -> str:
-    if parameter.entry == ROTOR:
-        return ""
-    return "kg" if parameter.entry == "M" else "kg m" if parameter.entry in MOMENTS else "kg m2"
+    units = {cell.par: cell.column.dimension.units[0] for cell, _ in cells(Body())}
+    return units.get(parameter.entry, "")
 
 
-def _with_cells(joint: Joint, j: int, cells: Mapping[tuple[int, str], Formula]) -> Joint:
-    moments: Vector3 = tuple(cells.get((j, name), ZERO) for name in MOMENTS)  # type: ignore[assignment]
-    inertia: Inertia6 = tuple(cells.get((j, name), ZERO) for name in INERTIA)  # type: ignore[assignment]
-    body = Body(cells.get((j, "M"), ZERO), moments, inertia)
-    return replace(joint, body=body, rotor_inertia=cells.get((j, ROTOR), ZERO))
+def _with_inertial(joint: Joint, j: int, found: Mapping[Label, Formula]) -> Joint:
+    """The joint with these inertial parameters, zeros where there is none."""
+    return with_cells(
+        replace(joint, body=Body()),
+        lambda cell, formula: found.get((j, cell.par), ZERO) if _is_inertial(cell) else formula,
+    )
 
 
 def _scene(scene: Scene, gone: set[str], new: Sequence[Parameter]) -> Scene:

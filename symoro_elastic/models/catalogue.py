@@ -82,7 +82,7 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     _refuse_idle_outputs(kept, scene, models)
     if kept.is_grouped and "reaction_wrenches" in scene.models:
         what = "base inertial parameters keep the torques, not the reaction wrenches: leave out --base"
-        raise InputError(kept.source or kept.name, "reaction_wrenches", what)
+        raise kept.error("reaction_wrenches", what)
     asked = {name: _asked(kept, scene, name) for name in models}
     points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
     merge = scene.merge_angles is not None
@@ -100,7 +100,7 @@ def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> 
 
 def _source(machine: Machine, scene: Scene) -> str:
     """The file to be named in a message about a scene."""
-    return scene.source or machine.source or machine.name
+    return scene.source or machine.label
 
 
 def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
@@ -112,7 +112,7 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
         if j not in kept.moving:
-            joint = kept.joints[j - 1].name
+            joint = kept.joint(j).name
             why = "is locked" if joint in scene.locked else "is a fixed frame"
             what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)

@@ -33,7 +33,7 @@ class Degeneracy:
         if not self.joint:
             return "with all that it carries it has a motion that meets no inertia: give it a body"
         names = [_name(machine, j) for j in self.moving_together]
-        joints = [machine.joints[j - 1] for j in self.moving_together]
+        joints = [machine.joint(j) for j in self.moving_together]
         if len(joints) == 1:
             return (
                 f"H{self.joint} is zero at every position: {names[0]} moves no inertia; "
@@ -47,7 +47,7 @@ class Degeneracy:
 
 
 def _name(machine: Machine, j: int) -> str:
-    return f"joint {j} ({machine.joints[j - 1].name})"
+    return f"joint {j} ({machine.joint(j).name})"
 
 
 def _listed(names: Sequence[str]) -> str:

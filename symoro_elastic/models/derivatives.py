@@ -225,7 +225,7 @@ def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
     name_torque_derivatives(bound, made)
     by_q, by_qd = dict(made.by_q), dict(made.by_qd)
     for j in bound.machine.moving:
-        joint, (stiffness, _) = bound.machine.joints[j - 1], bound.spring(j)
+        joint, (stiffness, _) = bound.machine.joint(j), bound.spring(j)
         by_q[j, j] = by_q[j, j] + stiffness
         by_qd[j, j] = by_qd[j, j] + bound.cell(joint.friction.viscous) + bound.cell(joint.spring.damping)
     return by_q, by_qd, made.by_qdd
@@ -265,7 +265,7 @@ def _parameters(bound: Bound, outputs: Outputs) -> Variables:
     used = {x for x in reachable(x for entries in outputs.values() for x in entries.values()) if x.operation == SYMBOL}
     names = {x.operands[0]: x for x in used if x.level is Level.PARAMETER}
     if not names:
-        source = bound.machine.source or bound.machine.name
+        source = bound.machine.label
         raise InputError(source, "parameters", "nothing depends on a parameter that has a name: fold fewer of them")
     return {"dp": {c: names[p.name] for c, p in enumerate(bound.machine.parameters) if p.name in names}}
 

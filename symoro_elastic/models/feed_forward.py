@@ -102,7 +102,7 @@ def _balance(bound: Bound) -> Balance:
 
 def _held(bound: Bound, j: int) -> AxialTransform:
     """The last screw of joint j at zero of its variable."""
-    joint = bound.machine.joints[j - 1]
+    joint = bound.machine.joint(j)
     return AxialTransform(Z, *cosine_sine(bound.graph, bound.cell(joint.theta)), bound.cell(joint.r))
 
 
@@ -123,7 +123,7 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
     for j in order:
         behind = balance.outer[j]
         sense, outside = balance.senses[behind], z[behind]
-        spring = bound.machine.joints[behind - 1].spring
+        spring = bound.machine.joint(behind).spring
         compliance, neutral = Fraction(1) / bound.cell(spring.stiffness), bound.cell(spring.neutral)
         torque = solution.series.of(balance.springs[behind], needed[j])
         bent = [(0 if k else neutral) - sense * (compliance * x) for k, x in enumerate(torque)]

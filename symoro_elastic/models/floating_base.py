@@ -8,7 +8,6 @@ from dataclasses import replace
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
 from symoro_elastic.equations.spatial import Scalar, SpatialVector, Twist
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import DIFFERENTIATED, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
 from symoro_elastic.models.bind import Bound
@@ -46,7 +45,7 @@ def on_its_base(model: Model, machine: Machine) -> Model:
         return model
     if model.name not in ADDED:
         what = f"not offered on a floating base, which has: {', '.join(ADDED)}"
-        raise InputError(machine.source or machine.name, model.name, what)
+        raise machine.error(model.name, what)
     chosen = _chosen(floating)
     added = tuple(chosen.get(name, name) for name in ADDED[model.name])
     results = (chosen["found"],) if "known" in ADDED[model.name] else ()

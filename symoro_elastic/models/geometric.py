@@ -15,7 +15,6 @@ from symoro_elastic.equations.kinematics import (
 )
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, Twist
-from symoro_elastic.errors import InputError
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
@@ -111,7 +110,7 @@ def _link(bound: Bound, frame: Frame) -> int:
 def _refuse_without_joints(bound: Bound, model: str) -> None:
     if not bound.machine.moving:
         what = "no joint moves, so no frame has a Jacobian: ask for geometric_model, or free a joint"
-        raise InputError(bound.machine.source or bound.machine.name, model, what)
+        raise bound.machine.error(model, what)
 
 
 GEOMETRIC = (

@@ -53,7 +53,7 @@ def linear_parameters(bound: Bound) -> list[LinearParameter]:
     """
     found = [(j, entry, x) for j in range(1, len(bound.machine.joints) + 1) for entry, x in _values(bound, j)]
     found = [(j, entry, x) for j, entry, x in found if isinstance(x, Expression) or x != 0]
-    cells = [_cell_name(bound.machine.joints[j - 1], entry) for j, entry, _ in found]
+    cells = [_cell_name(bound.machine.joint(j), entry) for j, entry, _ in found]
     return [
         LinearParameter(name if name and cells.count(name) == 1 else f"{entry}{j}", j, entry, x)
         for (j, entry, x), name in zip(found, cells, strict=True)
@@ -62,7 +62,7 @@ def linear_parameters(bound: Bound) -> list[LinearParameter]:
 
 def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
     """Every parameter of joint and body j, with its entry."""
-    link, joint = bound.mechanism.links[j - 1], bound.machine.joints[j - 1]
+    link, joint = bound.mechanism.links[j - 1], bound.machine.joint(j)
     yield from parameters_of(link.body).items()
     if joint.sigma != 2:
         yield ROTOR, link.rotor_inertia
@@ -149,7 +149,7 @@ def _without_zeros(rows: list[list[Scalar]]) -> list[list[Scalar]]:
 
 def _check_any(bound: Bound, columns: Sequence[object]) -> None:
     if not columns:
-        source = bound.machine.source or bound.machine.name
+        source = bound.machine.label
         raise InputError(source, "bodies", "no torque depends on a parameter, so there is no regressor: give masses")
 
 

@@ -32,8 +32,8 @@ class InverseRefused(InputError):
     """Why a machine has no inverse geometric model in closed form; `joint` is the first one to blame, or 0."""
 
     def __init__(self, machine: Machine, joint: int, what: str) -> None:
-        place = place_of(joint, machine.joints[joint - 1]) if joint else "joints"
-        super().__init__(machine.source or machine.name, place, what)
+        place = place_of(joint, machine.joint(joint)) if joint else "joints"
+        super().__init__(machine.label, place, what)
         self.joint = joint
 
 
@@ -94,13 +94,13 @@ def _path(machine: Machine, frame: Frame) -> list[int]:
     j, start = frame.number, frame.seen_from or 0
     while j > start:
         path.insert(0, j)
-        j = machine.joints[j - 1].antecedent
+        j = machine.joint(j).antecedent
     if j != start:
         raise InverseRefused(machine, start, f"frame {start} does not carry frame {frame.number}")
     for number in machine.moving:
-        joint = machine.joints[number - 1]
+        joint = machine.joint(number)
         if number not in path:
-            what = f"this joint does not move the frame to be placed, {machine.joints[frame.number - 1].name}"
+            what = f"this joint does not move the frame to be placed, {machine.joint(frame.number).name}"
             raise InverseRefused(machine, number, f"{what}: lock it in a scene, or ask for a frame beyond it")
         if joint.kind is not Kind.MOTOR:
             what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
@@ -162,7 +162,7 @@ def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
     movers: list[Mover] = []
     between = [STILL]
     for j in numbers:
-        joint = bound.machine.joints[j - 1]
+        joint = bound.machine.joint(j)
         before, after = _constant_steps(bound, joint)
         for step in before:
             between[-1] = between[-1].moved(step)

@@ -50,7 +50,7 @@ def name_results(bound: Bound, q: Mapping[int, Sequence[Scalar]], tau: Mapping[i
     for j, (variable, velocity, *_) in q.items():
         here = Section(MOTION, j, "[9]")
         if j not in tau:
-            bound.names.give(1 / bound.cell(bound.machine.joints[j - 1].spring.stiffness), f"y{j}_compliance", here)
+            bound.names.give(1 / bound.cell(bound.machine.joint(j).spring.stiffness), f"y{j}_compliance", here)
         bound.names.give(variable, f"y{j}_{'motor' if j in tau else 'spring'}", here)
         bound.names.give(velocity, f"qd{j}", here)
     for j, torque in tau.items():

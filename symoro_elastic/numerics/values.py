@@ -5,11 +5,11 @@ A name says nothing: what it stands for is derived from the cells of the table i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from symoro_elastic.machine.checks import body_cells
+from symoro_elastic.machine.columns import Dimension, cells
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
 
@@ -38,6 +38,24 @@ ANGLE, LENGTH = _either_sign(0.3, 1.2), _either_sign(0.2, 1.0)  # rad, m
 ROTOR, STIFFNESS, DAMPING, NEUTRAL = _between(0.1, 1.0), _between(100, 1000), _between(0.1, 1.0), _between(-0.2, 0.2)
 FRICTION, FORCE, GRAVITY, MOTION = _between(0.1, 1.0), _either_sign(1, 10), _either_sign(5, 10), _either_sign(0.3, 2)
 MASS = _between(1.0, 5.0)  # kg
+DRAWS: dict[Dimension, Draw] = {
+    Dimension.ANGLE: ANGLE,
+    Dimension.LENGTH: LENGTH,
+    Dimension.ROTOR_INERTIA: ROTOR,
+    Dimension.STIFFNESS: STIFFNESS,
+    Dimension.DAMPING: DAMPING,
+    Dimension.POSITION: NEUTRAL,
+    Dimension.VISCOUS_FRICTION: FRICTION,
+    Dimension.COULOMB_FRICTION: FRICTION,
+    Dimension.FORCE: FORCE,
+    Dimension.MOMENT: FORCE,
+    Dimension.VELOCITY: MOTION,
+    Dimension.ANGULAR_VELOCITY: MOTION,
+    Dimension.ACCELERATION: MOTION,
+    Dimension.ANGULAR_ACCELERATION: MOTION,
+    Dimension.GRAVITY: GRAVITY,
+}
+"""How numbers are drawn, in this order; those of bodies depend on one another."""
 
 
 def parameter_values(machine: Machine, seed: int = 0) -> Values:
@@ -64,16 +82,11 @@ def given_values(machine: Machine) -> Values:
 def _draw(machine: Machine, rng: np.random.Generator) -> Values:
     values = given_values(machine)
     for joint in machine.joints:
-        for formula, draw in _cells(joint):
-            _settle(values, formula, draw(rng))
+        _settle_cells(values, joint, rng)
         _settle_body(values, joint.body, rng)
     if machine.floating:
         _settle_body(values, machine.floating.body, rng)
-    for name in ("velocity", "angular_velocity", "acceleration", "angular_acceleration"):
-        for formula in getattr(machine.base, name):
-            _settle(values, formula, MOTION(rng))
-    for formula in machine.base.gravity:
-        _settle(values, formula, GRAVITY(rng))
+    _settle_cells(values, machine.base, rng)
     for parameter in machine.parameters:
         values.setdefault(parameter.name, ORDER_ONE(rng))
     return {parameter.name: values[parameter.name] for parameter in machine.parameters}
@@ -88,16 +101,12 @@ def _settle(values: Values, formula: Formula, value: float) -> None:
             values.setdefault(name, abs(value))
 
 
-def _cells(joint: Joint) -> Iterator[tuple[Formula, Draw]]:
-    yield from ((formula, ANGLE) for formula in (joint.gamma, joint.alpha, joint.theta))
-    yield from ((formula, LENGTH) for formula in (joint.b, joint.d, joint.r))
-    yield joint.rotor_inertia, ROTOR
-    yield joint.spring.stiffness, STIFFNESS
-    yield joint.spring.damping, DAMPING
-    yield joint.spring.neutral, NEUTRAL
-    yield joint.friction.viscous, FRICTION
-    yield joint.friction.coulomb, FRICTION
-    yield from ((formula, FORCE) for formula in (*joint.wrench.force, *joint.wrench.moment))
+def _settle_cells(values: Values, owner: Joint | Base, rng: np.random.Generator) -> None:
+    """Draw the numbers that stand for themselves, all but those of the body."""
+    found = [(cell.column, formula) for cell, formula in cells(owner) if cell.column.section != "bodies"]
+    order = list(DRAWS)
+    for column, formula in sorted(found, key=lambda one: order.index(one[0].dimension)):
+        _settle(values, formula, DRAWS[column.dimension](rng))
 
 
 def _settle_body(values: Values, body: Body, rng: np.random.Generator) -> None:
@@ -130,15 +139,14 @@ def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
 def _undefined_cell(machine: Machine, values: Values) -> str:
     """The first cell without a finite real value; empty where all have one."""
     for j, joint in enumerate(machine.joints, start=1):
-        body = (joint.body.mass, *joint.body.moments, *joint.body.inertia)
-        for formula in (*(formula for formula, _ in _cells(joint)), *body):
+        for _, formula in cells(joint):
             if _known(formula, values) is None:
                 return f"joint {j} ({joint.name}), {formula}"
     if machine.floating:
-        for place, formula in body_cells(machine.floating.body):
+        for cell, formula in cells(machine.floating.body):
             if _known(formula, values) is None:
-                return f"base, {place}"
-    for name in Base.__dataclass_fields__:
-        if any(_known(formula, values) is None for formula in getattr(machine.base, name)):
-            return name
+                return f"base, {cell.label}"
+    for cell, formula in cells(machine.base):
+        if _known(formula, values) is None:
+            return cell.column.key
     return ""

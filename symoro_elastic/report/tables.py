@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.described import SINGULAR
+from symoro_elastic.machine.columns import cells, declared
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.feed_forward import MOTION
@@ -14,8 +15,6 @@ from symoro_elastic.symbolic.program import OperationCount, saved
 
 if TYPE_CHECKING:
     from symoro_elastic.numerics.verify import Verification
-
-GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
 
 
 def count_json(count: OperationCount) -> dict[str, int]:
@@ -68,12 +67,13 @@ def machine_table(machine: Machine) -> Any:
     """The table of geometric parameters."""
     from rich.table import Table
 
-    columns = [name for name in GEOMETRY if name not in ("gamma", "b") or _any(machine, name)]
-    table = Table("j", "name", "a(j)", "kind", "sigma", *columns, "body", "joint")
+    geometry = [column.key for column in declared(Joint, "joints")]
+    shown = [name for name in geometry if name not in ("gamma", "b") or _any(machine, name)]
+    table = Table("j", "name", "a(j)", "kind", "sigma", *shown, "body", "joint")
     for j, joint in enumerate(machine.joints, start=1):
-        cells = [_cell(joint, name) for name in columns]
+        geometric = [_cell(joint, name) for name in shown]
         kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
-        table.add_row(str(j), joint.name, *kind, *cells, _body(joint), _law(joint))
+        table.add_row(str(j), joint.name, *kind, *geometric, _body(joint), _law(joint))
     return table
 
 
@@ -89,20 +89,13 @@ def _cell(joint: Joint, name: str) -> str:
 
 
 def _body(joint: Joint) -> str:
-    cells = (joint.body.mass, *joint.body.moments, *joint.body.inertia)
-    return "massless" if all(cell.is_zero for cell in cells) else f"M = {joint.body.mass}"
+    massless = all(formula.is_zero for _, formula in cells(joint.body))
+    return "massless" if massless else f"M = {joint.body.mass}"
 
 
 def _law(joint: Joint) -> str:
-    shown = {
-        "k": joint.spring.stiffness,
-        "d": joint.spring.damping,
-        "q0": joint.spring.neutral,
-        "Ia": joint.rotor_inertia,
-        "Fv": joint.friction.viscous,
-        "Fs": joint.friction.coulomb,
-    }
-    return ", ".join(f"{name} = {cell}" for name, cell in shown.items() if not cell.is_zero)
+    shown = ((cell.column.symbol, formula) for cell, formula in cells(joint) if cell.column.symbol)
+    return ", ".join(f"{symbol} = {formula}" for symbol, formula in shown if not formula.is_zero)
 
 
 def verification_table(result: Verification) -> Any:

@@ -7,14 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Inertia6, Joint, Machine, Parameter, Vector3
+from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quoted
-
-CENTRE = ("center_of_mass.x", "center_of_mass.y", "center_of_mass.z")
-MOMENTS = ("MX", "MY", "MZ")
-INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 
 
 def with_named_cells(machine: Machine) -> Machine:
@@ -23,7 +20,7 @@ def with_named_cells(machine: Machine) -> Machine:
     Parameters keep their names. Zeros and angles stay as they are: they are the structure of a machine.
     """
     named: list[Parameter] = []
-    joints = tuple(_Namer(joint.name, named).joint(joint) for joint in machine.joints)
+    joints = tuple(_with_named_numbers(joint, named) for joint in machine.joints)
     return replace(machine, joints=joints, parameters=(*machine.parameters, *named))
 
 
@@ -51,37 +48,14 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
             raise InputError(source, name, f"{x:g} is no number to compute with")
 
 
-class _Namer:
-    """Names the cells of one joint."""
+def _with_named_numbers(joint: Joint, named: list[Parameter]) -> Joint:
+    """The joint with names in place of the numbers that may be tuned; their values are added to `named`."""
 
-    def __init__(self, joint: str, named: list[Parameter]) -> None:
-        self.name, self.named = joint, named
-
-    def cell(self, formula: Formula, quantity: str) -> Formula:
-        if formula.names or formula.is_zero:
+    def name(cell: Cell, formula: Formula) -> Formula:
+        if formula.names or formula.is_zero or not cell.column.tunable:
             return formula
-        name = f"{self.name}.{quantity}"
-        self.named.append(Parameter(name, formula))
+        name = f"{joint.name}.{cell.name}"
+        named.append(Parameter(name, formula))
         return Formula(name, ("name", name))
 
-    def joint(self, joint: Joint) -> Joint:
-        spring, friction = joint.spring, joint.friction
-        return replace(
-            joint,
-            b=self.cell(joint.b, "b"),
-            d=self.cell(joint.d, "d"),
-            r=self.cell(joint.r, "r"),
-            rotor_inertia=self.cell(joint.rotor_inertia, "rotor_inertia"),
-            body=self.body(joint.body),
-            spring=replace(
-                spring, **{name: self.cell(getattr(spring, name), name) for name in ("stiffness", "damping", "neutral")}
-            ),
-            friction=replace(friction, viscous=self.cell(friction.viscous, "viscous")),
-        )
-
-    def body(self, body: Body) -> Body:
-        x, y, z = map(self.cell, body.moments, CENTRE if body.central else MOMENTS)
-        xx, xy, xz, yy, yz, zz = map(self.cell, body.inertia, INERTIA)
-        moments: Vector3 = (x, y, z)
-        inertia: Inertia6 = (xx, xy, xz, yy, yz, zz)
-        return Body(self.cell(body.mass, "mass"), moments, inertia, body.central)
+    return with_cells(joint, name)

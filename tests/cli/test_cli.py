@@ -24,7 +24,7 @@ EXAMPLES = ROOT / "examples"
 TWO_R = EXAMPLES / "planar_2r.toml"
 FLEX4 = EXAMPLES / "flex4.par"
 PRINTED = EXAMPLES / "two_axis_printed.par"
-PACKAGE = {"__init__.py", "_run.py", "_notes.py", "_buffers.py", "_direct_dynamics.py", "_inverse_dynamics.py"}
+PACKAGE = {"__init__.py", "_runtime.py", "_direct_dynamics.py", "_inverse_dynamics.py"}
 COUNTS = {"mul", "add", "div", "sincos"}
 
 
@@ -122,7 +122,7 @@ def test_single_precision_has_a_name_of_its_own(run: Run) -> None:
 def test_generate_json(run: Run) -> None:
     found = run("generate", FLEX4, "--json").figures
     assert found.keys() == {"written", "models"}
-    assert all(Path(path).is_file() for path in found["written"]) and len(found["written"]) == 9
+    assert all(Path(path).is_file() for path in found["written"]) and len(found["written"]) == 7
     assert found["models"].keys() == {"direct_dynamics", "inverse_dynamics"}
     for figures in found["models"].values():
         assert figures.keys() == COUNTS | {"once"} and figures["once"].keys() == COUNTS
@@ -204,7 +204,7 @@ def test_the_table_is_plain_where_the_terminal_is(tmp_path: Path) -> None:
 def test_warnings_go_to_stderr_and_refuse_nothing(run: Run, tmp_path: Path) -> None:
     machine = edited(TWO_R, tmp_path, 'inertia = [0, "I1", "I1"]', "inertia = [0, 5, 1]")
     ran = run("generate", machine, "--json")
-    assert ran.code == 0 and len(json.loads(ran.out)["written"]) == 9
+    assert ran.code == 0 and len(json.loads(ran.out)["written"]) == 7
     assert ran.err.startswith("warning: joint 1 (shoulder): ") and ran.err.count("\n") == 1
 
 
@@ -216,7 +216,7 @@ def test_without_arguments_help_is_shown(run: Run) -> None:
 
 def test_the_same_through_python_m_and_the_entry_point(tmp_path: Path) -> None:
     ran = outside("generate", TWO_R, "--json", folder=tmp_path)
-    assert len(ran.figures["written"]) == 9
+    assert len(ran.figures["written"]) == 7
     ran = outside("generate", "none.toml", folder=tmp_path)
     assert ran == Ran(2, "", "error: none.toml: file: there is no such file\n")
     from importlib.metadata import entry_points
@@ -404,12 +404,12 @@ def test_a_list_of_files_that_leads_out_of_the_folder_removes_nothing(listed: st
     run("generate", TWO_R)
     (tmp_path / "generated/precious.txt").write_text("mine")
     manifest = tmp_path / "generated/planar_2r" / MANIFEST
-    manifest.write_text(json.dumps({"files": [listed.format(folder=tmp_path / "generated"), "_run.py"]}))
+    manifest.write_text(json.dumps({"files": [listed.format(folder=tmp_path / "generated"), "_runtime.py"]}))
     for name in ("planar_2r.c", "planar_2r.h"):
         (manifest.parent / name).unlink()
     assert run("generate", TWO_R, "--target", "c").code == 0
     assert (tmp_path / "generated/precious.txt").read_text() == "mine"
-    assert not (manifest.parent / "_run.py").exists() and (manifest.parent / "__init__.py").exists()
+    assert not (manifest.parent / "_runtime.py").exists() and (manifest.parent / "__init__.py").exists()
 
 
 def test_a_full_disk_leaves_the_old_files(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

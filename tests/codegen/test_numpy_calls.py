@@ -60,7 +60,7 @@ def sizes_of(model: Any) -> list[int]:
 def plainly(model: Any, states: Sequence[Array], p: Array) -> list[Array]:
     """The program on whole arrays, an array for each variable; rows of states, any p; constants of one p on floats."""
     columns = [np.ascontiguousarray(x.T) for x in states]
-    floats = support(two_r(), "_run").Floats
+    floats = support(two_r(), "_runtime").Floats
     once = (floats, p.tolist()) if p.ndim == 1 else (ON_ARRAYS, np.ascontiguousarray(p.T))
     with np.errstate(all="ignore"):
         entries = model.program(ON_ARRAYS, *columns, model.constants(*once))
@@ -130,7 +130,7 @@ def test_steps_share_buffers() -> None:
 
 
 def test_a_block_is_no_longer_than_the_cache_allows() -> None:
-    buffers = support(two_r(), "_run")._buffers
+    buffers = support(two_r(), "_runtime")
     steps = model_of(two_r(), "direct_dynamics").steps
     double, single = np.dtype(np.float64), np.dtype(np.float32)
     assert steps.block_length(10**6, double) <= 2048 and 2048 < steps.block_length(10**6, single) <= 4096
@@ -142,7 +142,7 @@ def test_a_block_is_no_longer_than_the_cache_allows() -> None:
 def test_calls_of_one_shape_use_the_same_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a few shapes, and only where the buffers are not large."""
     module, (p,) = two_r(), drawn([len(two_r().PARAMETERS)], ())
-    steps, buffers = model_of(module, "direct_dynamics").steps, support(module, "_run")._buffers
+    steps, buffers = model_of(module, "direct_dynamics").steps, support(module, "_runtime")
     steps.kept.clear()
     for count in (30, 30, 40, 30):
         module.direct_dynamics(*drawn([2, 2, 2], (count,)), p)
@@ -170,10 +170,10 @@ def test_parameter_sets_do_not_stay_in_the_buffers() -> None:
 @pytest.fixture
 def blocks_of_eight(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """The 2R arm, all stacks on buffers, eight states at a time."""
-    run = support(two_r(), "_run")
-    monkeypatch.setattr(run, "FEW", 0)
-    monkeypatch.setattr(run._buffers, "SHORTEST", 64)
-    monkeypatch.setattr(run._buffers, "LONGEST", 64)
+    runtime = support(two_r(), "_runtime")
+    monkeypatch.setattr(runtime, "FEW", 0)
+    monkeypatch.setattr(runtime, "SHORTEST", 64)
+    monkeypatch.setattr(runtime, "LONGEST", 64)
     return two_r()
 
 

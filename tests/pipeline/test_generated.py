@@ -24,7 +24,9 @@ from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, random_machine, random_state
 
 CONTRACT = 1e-12
+NOT_COMMITTED = Golden("two_axis.toml", "all_models", FIVE)
 FOLDERS = [pytest.param(golden, id=f"{golden.folder}/{golden.example}") for golden in GOLDEN]
+ALL_FOLDERS = [*FOLDERS, pytest.param(NOT_COMMITTED, id="not committed/two_axis.toml")]
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1")
 
 
@@ -69,7 +71,10 @@ def valued(example: str) -> Machine:
     return replace(machine, parameters=tuple(parameters))
 
 
-def folder_of(golden: Golden) -> Path:
+def folder_of(golden: Golden, tmp_path: Path) -> Path:
+    """The committed folder of an example, or the one made of an example that is not committed."""
+    if golden not in GOLDEN:
+        return tmp_path / make(golden, tmp_path)[0].parent
     return GENERATED / golden.folder / read_machine(ROOT / "examples" / golden.example)[0].name
 
 
@@ -103,11 +108,11 @@ def tuple_of(result: Any) -> tuple[Any, ...]:
     return result if isinstance(result, tuple) else (result,)
 
 
-@pytest.mark.parametrize("golden", FOLDERS)
+@pytest.mark.parametrize("golden", ALL_FOLDERS)
 def test_committed_numpy_and_c_are_right(golden: Golden, tmp_path: Path) -> None:
     """numpy within 1e-12 of 50 digits, stacked states within 8 u of single ones, and C the same bits as numpy."""
     assert COMPILERS, "neither gcc nor clang"
-    machine, folder = valued(golden.example), folder_of(golden)
+    machine, folder = valued(golden.example), folder_of(golden, tmp_path)
     module = imported(folder)
     p = module.parameters(**values_of(machine))
     libraries = [compiled(folder, tmp_path, compiler) for compiler in COMPILERS]
@@ -130,9 +135,9 @@ def test_committed_numpy_and_c_are_right(golden: Golden, tmp_path: Path) -> None
             assert worst(output, np.stack([single[k] for single in singles])) < CONTRACT, model
 
 
-@pytest.mark.parametrize("golden", FOLDERS)
-def test_committed_packages_keep_the_contract(golden: Golden) -> None:
-    machine, module = valued(golden.example), imported(folder_of(golden))
+@pytest.mark.parametrize("golden", ALL_FOLDERS)
+def test_committed_packages_keep_the_contract(golden: Golden, tmp_path: Path) -> None:
+    machine, module = valued(golden.example), imported(folder_of(golden, tmp_path))
     rows = [machine.joints[j - 1] for j in machine.moving]
     assert tuple(row.name for row in rows) == module.JOINTS
     assert tuple(k for k, row in enumerate(rows) if row.kind == "motor") == module.MOTORS
@@ -196,11 +201,11 @@ def test_units_cannot_leave_their_comment(tmp_path: Path) -> None:
     assert codes[0] == codes[1]
 
 
-@pytest.mark.parametrize("golden", FOLDERS)
+@pytest.mark.parametrize("golden", ALL_FOLDERS)
 def test_headers_serve_cpp(golden: Golden, tmp_path: Path) -> None:
     if not shutil.which("g++"):
         pytest.skip("needs g++")
-    folder = folder_of(golden)
+    folder = folder_of(golden, tmp_path)
     source = tmp_path / "twice.cpp"
     header = f'#include "{folder.name}.h"\n'
     source.write_text(
@@ -212,10 +217,10 @@ def test_headers_serve_cpp(golden: Golden, tmp_path: Path) -> None:
     assert re.search(rf"U {folder.name}_direct_dynamics$", symbols, re.MULTILINE)  # C linkage
 
 
-@pytest.mark.parametrize("golden", FOLDERS)
+@pytest.mark.parametrize("golden", ALL_FOLDERS)
 def test_c_has_no_state_and_needs_only_mathematics(golden: Golden, tmp_path: Path) -> None:
     """No variable that can be written, nothing undefined but functions of math.h and memcpy."""
-    folder = folder_of(golden)
+    folder = folder_of(golden, tmp_path)
     for compiler in COMPILERS:
         command = [compiler, *STRICT, "-O2", "-fno-pic", "-c", str(folder / f"{folder.name}.c"), "-o"]
         subprocess.run([*command, str(tmp_path / "model.o")], check=True)
@@ -292,12 +297,12 @@ def sanitizer() -> str:
     return ""
 
 
-@pytest.mark.parametrize("golden", FOLDERS)
+@pytest.mark.parametrize("golden", ALL_FOLDERS)
 def test_no_function_leaves_its_arrays(golden: Golden, tmp_path: Path) -> None:
     """Every function, on arrays of exactly the declared sizes, under the address and undefined-behaviour sanitizers."""
     if not sanitizer():
         pytest.skip("needs sanitizers")
-    run = sanitized(folder_of(golden), tmp_path, sanitizer())
+    run = sanitized(folder_of(golden, tmp_path), tmp_path, sanitizer())
     assert run.returncode == 0, run.stderr
 
 

@@ -4,7 +4,7 @@ Equation numbers are those of Khalil and Gautier. `_f` gives sin, cos, sqrt, sig
 the same lines serve plain floats and stacks of states.
 """
 
-from . import _run
+from . import _runtime
 
 
 def constants(_f, p):
@@ -58,7 +58,7 @@ def program(_f, q, qd, qdd_motor, c):
     )
 
 
-model = _run.Model(
+model = _runtime.Model(
     constants,
     program,
     arguments=dict(q=2, qd=2, qdd_motor=2),

@@ -12,11 +12,9 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
 
-SUPPORT = ("run", "notes", "buffers")
-
 
 def render_numpy(package: Package) -> Files:
-    """`__init__.py`, one module of straight-line code for each model, and three that carry them out."""
+    """`__init__.py`, `_runtime.py` that carries programs out, and a module of straight-line code for each model."""
     functions = [_python_function(package, function) for function in package.functions]
     context = shared(package) | {
         "functions": functions,
@@ -25,8 +23,10 @@ def render_numpy(package: Package) -> Files:
             for p in package.parameters
         ],
     }
-    files = {"__init__.py": render("numpy/__init__.py.j2", **context)}
-    files |= {f"_{name}.py": render(f"numpy/{name}.py.j2") for name in SUPPORT}
+    files = {
+        "__init__.py": render("numpy/__init__.py.j2", **context),
+        "_runtime.py": render("numpy/runtime.py.j2"),
+    }
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files

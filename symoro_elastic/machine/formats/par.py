@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import body_cells
+from symoro_elastic.machine.columns import cells, with_cells, with_columns
 from symoro_elastic.machine.formats.cells import formula, split
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_names import Names
-from symoro_elastic.machine.formats.par_syntax import INERTIAL, ParText, take_apart
+from symoro_elastic.machine.formats.par_syntax import EXTENDED, ParText, take_apart
 from symoro_elastic.machine.formats.par_writing import kind_flags, layout, listed, structure
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table
-from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import (
     Base,
     Body,
     Floating,
-    Friction,
     Joint,
     Kind,
     Machine,
     Orientation,
-    Spring,
-    Wrench,
 )
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.resolve import coordinates, resolve
@@ -39,10 +36,10 @@ def read(text: str, source: str) -> Machine:
     """The machine in a .par text; raises `InputError`. Its meaning is left to `checks.check`."""
     found = take_apart(text, source)
     columns = Columns(found)
-    scene, springs, central, floating = _scene(found), _springs(columns), _central_bodies(columns), _floating(columns)
-    of_base = [formula for _, formula in body_cells(floating.body)] if floating else []
-    names = Names(columns, [*of_base, *_formulas_of_extensions(scene, springs, central, source)])
-    joints = [_joint(columns, j, names, springs[j - 1]) for j in range(1, columns.count + 1)]
+    scene, central, floating = _scene(found), _central_bodies(columns), _floating(columns)
+    of_base = [formula for _, formula in cells(floating.body)] if floating else []
+    names = Names(columns, [*of_base, *_formulas_of_extensions(columns, scene, central, source)])
+    joints = [_joint(columns, j, names) for j in range(1, columns.count + 1)]
     joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
     machine = Machine(
         name=_name(found),
@@ -69,49 +66,16 @@ def write(machine: Machine) -> str:
     return layout(machine, declare=True)
 
 
-def _joint(columns: Columns, j: int, names: Names, spring: Spring) -> Joint:
-    joint = Joint(
-        name=columns.names[j - 1],
-        antecedent=columns.whole("ant", j, 0),
-        kind=columns.kind(j),
-        sigma=columns.whole("sigma", j, 0),
-        gamma=columns.formula("gamma", j),
-        b=columns.formula("b", j),
-        alpha=columns.formula("alpha", j),
-        d=columns.formula("d", j),
-        theta=columns.formula("theta", j),
-        r=columns.formula("r", j),
-        body=_body(columns, j),
-        spring=spring,
-        friction=Friction(columns.formula("FV", j), columns.formula("FS", j)),
-        rotor_inertia=columns.formula("IA", j),
-        wrench=Wrench(columns.vector("FX", "FY", "FZ", j=j), columns.vector("CX", "CY", "CZ", j=j)),
-    )
+def _joint(columns: Columns, j: int, names: Names) -> Joint:
+    bare = Joint(columns.names[j - 1], columns.whole("ant", j, 0), columns.kind(j), columns.whole("sigma", j, 0))
+    joint = with_cells(bare, lambda cell, _: columns.cell(cell, j))
     if joint.sigma not in (0, 1):
         return joint
     return split(joint, names.variable(j, joint.sigma), columns.source, columns.place(j, ""))
 
 
-def _body(columns: Columns, j: int) -> Body:
-    xx, xy, xz, yy, yz, zz = (columns.formula(key, j) for key in ("XX", "XY", "XZ", "YY", "YZ", "ZZ"))
-    return Body(columns.formula("M", j), columns.vector("MX", "MY", "MZ", j=j), (xx, xy, xz, yy, yz, zz))
-
-
-def _springs(columns: Columns) -> list[Spring]:
-    damping, neutral = columns.extension("damping"), columns.extension("neutral")
-    elastic = [columns.kind(j) == Kind.ELASTIC for j in range(1, columns.count + 1)]
-    stiffness = [columns.formula("k", j) if spring else ZERO for j, spring in enumerate(elastic, start=1)]
-    return [Spring(*laws) for laws in zip(stiffness, damping, neutral, strict=True)]
-
-
 def _base(columns: Columns) -> Base:
-    return Base(
-        gravity=columns.base_vector("G"),
-        velocity=columns.base_vector("V0"),
-        angular_velocity=columns.base_vector("W0"),
-        acceleration=columns.base_vector("VP0"),
-        angular_acceleration=columns.base_vector("WP0"),
-    )
+    return with_columns(Base(), lambda column, _: columns.base_vector(column.par[0]))
 
 
 def _floating(columns: Columns) -> Floating | None:
@@ -123,16 +87,15 @@ def _floating(columns: Columns) -> Floating | None:
         if "orientation" in columns.found.extensions:
             raise columns.fail("orientation", "only a floating base has one: add is_floating = 1")
         return None
-    cells = (columns.base_formula(columns.of_base, key) for key in INERTIAL)
-    xx, xy, xz, yy, yz, zz, mx, my, mz, m = cells
-    return Floating(Orientation(orientation), columns.known_of_base, Body(m, (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
+    body = with_cells(Body(), lambda cell, _: columns.base_formula(columns.of_base, cell.par))
+    return Floating(Orientation(orientation), columns.known_of_base, body)
 
 
 def _formulas_of_extensions(
-    scene: Scene | None, springs: Iterable[Spring], central: Mapping[int, Body], source: str
+    columns: Columns, scene: Scene | None, central: Mapping[int, Body], source: str
 ) -> Iterator[Formula]:
-    for spring in springs:
-        yield from (spring.damping, spring.neutral)
+    for formulas in zip(*map(columns.extension, EXTENDED), strict=True):
+        yield from formulas
     for body in central.values():
         yield from (*body.moments, *body.inertia)
     if scene:
@@ -146,11 +109,11 @@ def _central_bodies(columns: Columns) -> dict[int, Body]:
     if not isinstance(table, dict):
         raise columns.fail("central", "must be a table: {joint = {x, y, z, XX, XY, XZ, YY, YZ, ZZ}, ...}")
     bodies = {}
-    for name, cells in table.items():
+    for name, written in table.items():
         if name not in columns.names:
             raise columns.fail("central", f"no joint {quoted(name)}{did_you_mean(name, columns.names)}")
         j = columns.names.index(name) + 1
-        bodies[j] = _central_body(columns.formula("M", j), cells, columns, j)
+        bodies[j] = _central_body(columns.formula("M", j), written, columns, j)
     return bodies
 
 

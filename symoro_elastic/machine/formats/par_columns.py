@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import Cell
 from symoro_elastic.machine.formats.cells import formula, whole
-from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, INERTIAL, JOINT, VECTORS, ParText
+from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, INERTIAL, JOINT, LISTS, VECTORS, ParText
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Given, Kind, Vector3
 from symoro_elastic.machine.names import quoted, reserved
@@ -25,6 +26,7 @@ class Columns:
         self.of_base = self._of_base()
         self.names = self._names()
         self._formulas: dict[str, tuple[Formula, ...]] = {}
+        self._extensions: dict[str, list[Formula]] = {}
 
     def place(self, j: int, key: str) -> str:
         """The name of one cell in messages."""
@@ -54,10 +56,11 @@ class Columns:
             self._formulas[key] = tuple(formula(text, self.source, self.place(i, key)) for i, text in cells)
         return self._formulas[key][j - 1]
 
-    def vector(self, *keys: str, j: int) -> Vector3:
-        """Three columns of one row."""
-        x, y, z = (self.formula(key, j) for key in keys)
-        return x, y, z
+    def cell(self, cell: Cell, j: int) -> Formula:
+        """The expression in a cell of the table, from a list of the format or from an extension line."""
+        if cell.par in LISTS:
+            return ZERO if cell.par == "k" and self.kind(j) is not Kind.ELASTIC else self.formula(cell.par, j)
+        return self.extension(cell.par)[j - 1]
 
     def base_vector(self, key: str) -> Vector3:
         """A list of three that belongs to frame 0."""
@@ -68,6 +71,11 @@ class Columns:
 
     def extension(self, key: str) -> list[Formula]:
         """A list in an extension line, an entry a joint; zeros where there is none."""
+        if key not in self._extensions:
+            self._extensions[key] = self._extension(key)
+        return self._extensions[key]
+
+    def _extension(self, key: str) -> list[Formula]:
         if key not in self.found.extensions:
             return [ZERO] * self.count
         value = self.found.extensions[key]

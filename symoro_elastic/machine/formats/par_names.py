@@ -6,14 +6,15 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import declared
 from symoro_elastic.machine.formats.cells import OTHER, SELECTED, formula, offset_of
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_syntax import BODY, VECTORS
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Kind, Parameter
+from symoro_elastic.machine.machine import Joint, Kind, Parameter
 from symoro_elastic.machine.names import did_you_mean, quoted
 
-GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r")
+GEOMETRY = tuple(key for column in declared(Joint, "joints") for key in column.par)
 
 
 class Names:

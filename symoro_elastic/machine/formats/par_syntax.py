@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import declared
+from symoro_elastic.machine.machine import Joint
 from symoro_elastic.machine.names import did_you_mean, quoted
 
-GEOMETRIC = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+GEOMETRIC = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
 BODY = (*INERTIAL, "IA", "FV", "FS", "FX", "FY", "FZ", "CX", "CY", "CZ")
 JOINT = ("eta", "k", "QP", "QDP", "GAM")
 VECTORS = ("W0", "WP0", "V0", "VP0", "G")
@@ -25,8 +27,10 @@ ALIASES = {
     **{key.capitalize(): key for key in ("IA", "FV", "FS")},
     **{"type": "Type", "Nl": "NL", "Nj": "NJ", "Nf": "NF"},
 }
+EXTENDED = tuple(key for column in declared(Joint) for key in column.par if key not in LISTS)
+"""Cells of joints that are no lists of the format: they stand in extension lines."""
 EXTENSIONS = (
-    *("name", "names", "parameters", "values", "units", "damping", "neutral", "central"),
+    *("name", "names", "parameters", "values", "units", *EXTENDED, "central"),
     *("notes", "scene", "extras", "orientation"),
 )
 # Headings that writers of .par files put in; they are no remarks about the machine.

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.cells import cell_of
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formats.central import about_origin
-from symoro_elastic.machine.formats.par_syntax import HEADINGS, INERTIAL, JOINT, entries
+from symoro_elastic.machine.formats.par_syntax import BODY, EXTENDED, GEOMETRIC, HEADINGS, JOINT, entries
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
-
-Column = Callable[[Joint], str]
 
 
 def layout(machine: Machine, declare: bool) -> str:
@@ -98,47 +98,39 @@ def _is_type(text: str) -> bool:
 
 
 def _geometry(machine: Machine) -> list[str]:
-    extras = written_extras(machine)
-    columns: dict[str, Column] = {
-        "ant": lambda joint: str(joint.antecedent),
-        "sigma": lambda joint: str(joint.sigma),
-        "b": lambda joint: joint.b.text,
-        "d": lambda joint: joint.d.text,
-        "r": lambda joint: cell_of(joint.variable if joint.sigma == 1 else None, joint.r),
-        "gamma": lambda joint: joint.gamma.text,
-        "alpha": lambda joint: joint.alpha.text,
-        "mu": lambda joint: kind_flags(joint)[0],
-        "theta": lambda joint: cell_of(joint.variable if joint.sigma == 0 else None, joint.theta),
-    }
-    rows = {key: [column(joint) for joint in machine.joints] for key, column in columns.items()}
-    rows["mu"] = extras.get("mu", rows["mu"])
-    return _aligned(rows)
+    rows = [_geometric_cells(joint) for joint in machine.joints]
+    mu = written_extras(machine).get("mu")
+    return _aligned({**{key: [row[key] for row in rows] for key in GEOMETRIC}, **({"mu": mu} if mu else {})})
+
+
+def _geometric_cells(joint: Joint) -> dict[str, str]:
+    """Geometric columns of one row; the joint variable stands in the cell that sigma selects."""
+    texts = {cell.par: formula.text for cell, formula in cells(joint)}
+    if joint.variable is not None:
+        column = SELECTED[joint.sigma]
+        texts[column] = cell_of(joint.variable, getattr(joint, column))
+    return {**texts, "ant": str(joint.antecedent), "sigma": str(joint.sigma), "mu": kind_flags(joint)[0]}
 
 
 def _bodies(machine: Machine) -> list[str]:
-    bodies = [_about_origin(joint.body, f"joint {joint.name}", machine) for joint in machine.joints]
-    inertial = [(*body.inertia, *body.moments, body.mass) for body in bodies]
-    rows = {key: [body[i].text for body in inertial] for i, key in enumerate(INERTIAL)}
-    rows["IA"] = [joint.rotor_inertia.text for joint in machine.joints]
-    rows["FV"] = [joint.friction.viscous.text for joint in machine.joints]
-    rows["FS"] = [joint.friction.coulomb.text for joint in machine.joints]
-    for axis, key in enumerate(("FX", "FY", "FZ")):
-        rows[key] = [joint.wrench.force[axis].text for joint in machine.joints]
-    for axis, key in enumerate(("CX", "CY", "CZ")):
-        rows[key] = [joint.wrench.moment[axis].text for joint in machine.joints]
+    rows = [_body_cells(joint, f"joint {joint.name}", machine) for joint in machine.joints]
     if machine.floating:
-        base = _about_origin(machine.floating.body, "base", machine)
-        cells = dict(zip(INERTIAL, (*base.inertia, *base.moments, base.mass), strict=True))
-        rows = {key: [cells.get(key, ZERO).text, *row] for key, row in rows.items()}
-    return _aligned(rows)
+        base = Joint("base", 0, Kind.FIXED, 2, body=machine.floating.body)
+        rows.insert(0, _body_cells(base, "base", machine))
+    return _aligned({key: [row[key].text for row in rows] for key in BODY})
 
 
-def _about_origin(body: Body, place: str, machine: Machine) -> Body:
+def _body_cells(joint: Joint, place: str, machine: Machine) -> dict[str, Formula]:
+    """Columns of a joint with its body about the origin of the frame, by their keys."""
+    return {cell.par: formula for cell, formula in cells(_about_origin(joint, place, machine))}
+
+
+def _about_origin(joint: Joint, place: str, machine: Machine) -> Joint:
     try:
-        return about_origin(body)
+        return replace(joint, body=about_origin(joint.body))
     except FormulaError as error:
         what = f"its inertia about the origin cannot be written ({error}): write .toml, or give it about the origin"
-        raise InputError(machine.source or machine.name, f"{place}, inertia", what) from None
+        raise machine.error(f"{place}, inertia", what) from None
 
 
 def _joint_lists(machine: Machine) -> list[str]:
@@ -171,10 +163,10 @@ def _aligned(rows: dict[str, list[str]]) -> list[str]:
     """Lists whose entries stand below one another."""
     name = max(map(len, rows))
     count = len(next(iter(rows.values())))
-    widths = [max(len(cells[j]) for cells in rows.values()) for j in range(count)]
+    widths = [max(len(row[j]) for row in rows.values()) for j in range(count)]
     lines = []
-    for key, cells in rows.items():
-        padded = [f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)]
+    for key, row in rows.items():
+        padded = [f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)]
         lines.append(f"{key:{name}} = {listed(padded)}")
     return lines
 
@@ -184,13 +176,13 @@ def _extensions(machine: Machine, notes: list[str], declare: bool) -> list[str]:
     turned = machine.floating and machine.floating.orientation
     usual_names = all(joint.name == f"j{j}" for j, joint in enumerate(joints, start=1))
     own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
+    cells_by_key = [{cell.par: formula for cell, formula in cells(joint)} for joint in joints]
     values: dict[str, str] = {
         "names": "" if usual_names else listed(_word(joint.name) for joint in joints),
         "parameters": listed(_word(p.name) for p in parameters) if declare else "",
         "values": _entries({p.name: _word(p.value.text) for p in parameters if p.value}),
         "units": _entries({p.name: _word(p.unit) for p in parameters if p.unit}),
-        "damping": _joint_list(joint.spring.damping for joint in joints),
-        "neutral": _joint_list(joint.spring.neutral for joint in joints),
+        **{key: _joint_list(row[key] for row in cells_by_key) for key in EXTENDED},
         "central": _entries({joint.name: _central(joint.body) for joint in joints if joint.body.central}),
         "orientation": "quaternion" if turned is Orientation.QUATERNION else "",
         "notes": listed(map(_word, machine.notes[len(notes) :])) if machine.notes[len(notes) :] else "",

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import Column, Values, declared, with_columns
 from symoro_elastic.machine.formats.cells import OTHER, SELECTED, split, whole
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite, load
-from symoro_elastic.machine.formats.toml_writing import write
+from symoro_elastic.machine.formats.toml_writing import SECTIONS, write
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import (
     Base,
     Body,
     Floating,
-    Friction,
     Given,
     Inertia6,
     Joint,
@@ -24,21 +25,19 @@ from symoro_elastic.machine.machine import (
     Machine,
     Orientation,
     Parameter,
-    Spring,
-    Wrench,
 )
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.resolve import resolve
 
 __all__ = ["read", "write"]
 
+JOINT_KEYS = ("name", "antecedent", "kind", "sigma", *(column.key for column in declared(Joint, "joints")))
 KEYS = (
-    *("name", "notes", "gravity", "joints", "parameters", "bodies", "springs", "motors", "friction"),
-    *("wrenches", "base", "scene", "extras"),
+    *("name", "notes", "gravity", "joints", "parameters"),
+    *SECTIONS,
+    *("base", "scene", "extras"),
 )
-JOINT_KEYS = ("name", "antecedent", "kind", "sigma", "gamma", "b", "alpha", "d", "theta", "r")
-
-MOTION = ("velocity", "angular_velocity", "acceleration", "angular_acceleration")
+MOTION = tuple(column.key for column in declared(Base, "base"))
 FLOATING = ("floating", "known", "body")
 
 
@@ -75,13 +74,7 @@ def _parameter(table: Table, name: str) -> Parameter:
 
 def _base(top: Table) -> Base:
     table = top.table("base").only((*MOTION, *FLOATING))
-    return Base(
-        gravity=top.vector("gravity"),
-        velocity=table.vector("velocity"),
-        angular_velocity=table.vector("angular_velocity"),
-        acceleration=table.vector("acceleration"),
-        angular_acceleration=table.vector("angular_acceleration"),
-    )
+    return replace(with_columns(Base(), _reader(table, "base")), gravity=top.vector("gravity"))
 
 
 def _floating(top: Table) -> Floating | None:
@@ -111,13 +104,13 @@ def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
     joints = [_joint(row, j, numbers, parameters) for j, row in enumerate(rows, start=1)]
-    for section, fill in SECTIONS.items():
+    for section in SECTIONS:
         for name in top.table(section).entries:
             if name not in numbers:
                 raise InputError(top.source, section, f"no joint {quoted(name)}{did_you_mean(name, numbers)}")
             j = numbers[name]
             entry = top.table(section).table(name)
-            joints[j - 1] = fill(joints[j - 1], replace(entry, place=rows[j - 1].place))
+            joints[j - 1] = _with_section(joints[j - 1], section, replace(entry, place=rows[j - 1].place))
     return tuple(joints)
 
 
@@ -138,13 +131,8 @@ def _joint(row: Table, j: int, numbers: dict[str, int], parameters: set[str]) ->
         antecedent=_antecedent(row, j, numbers),
         kind=kind,
         sigma=_number(row, "sigma") if "sigma" in row.entries else 2,
-        gamma=row.formula("gamma"),
-        b=row.formula("b"),
-        alpha=row.formula("alpha"),
-        d=row.formula("d"),
-        theta=row.formula("theta"),
-        r=row.formula("r"),
     )
+    joint = with_columns(joint, _reader(row, "joints"))
     return _with_variable(joint, row, parameters) if joint.sigma in (0, 1) else joint
 
 
@@ -184,8 +172,23 @@ def _with_variable(joint: Joint, row: Table, parameters: set[str]) -> Joint:
     raise row.fail(column, what)
 
 
-def _body(joint: Joint, table: Table) -> Joint:
-    return replace(joint, body=_body_of(table))
+def _with_section(joint: Joint, section: str, table: Table) -> Joint:
+    """The joint with the entries of one section in its columns."""
+    if section == "bodies":
+        return replace(joint, body=_body_of(table))
+    table.only(tuple(column.key for column in declared(Joint, section)))
+    return with_columns(joint, _reader(table, section))
+
+
+def _reader(table: Table, section: str) -> Callable[[Column, Values], Values]:
+    """What a table says of the columns of its section; others keep their values."""
+
+    def read(column: Column, values: Values) -> Values:
+        if column.section != section:
+            return values
+        return table.vector(column.key) if column.parts else (table.formula(column.key),)
+
+    return read
 
 
 def _body_of(table: Table) -> Body:
@@ -208,25 +211,3 @@ def _inertia(table: Table, key: str) -> Inertia6:
         xx, yy, zz = entries
         entries = (xx, ZERO, ZERO, yy, ZERO, zz)
     return cast(Inertia6, entries)
-
-
-def _spring(joint: Joint, table: Table) -> Joint:
-    table.only(("stiffness", "damping", "neutral"))
-    return replace(joint, spring=Spring(table.formula("stiffness"), table.formula("damping"), table.formula("neutral")))
-
-
-def _motor(joint: Joint, table: Table) -> Joint:
-    return replace(joint, rotor_inertia=table.only(("rotor_inertia",)).formula("rotor_inertia"))
-
-
-def _friction(joint: Joint, table: Table) -> Joint:
-    table.only(("viscous", "coulomb"))
-    return replace(joint, friction=Friction(table.formula("viscous"), table.formula("coulomb")))
-
-
-def _wrench(joint: Joint, table: Table) -> Joint:
-    table.only(("force", "moment"))
-    return replace(joint, wrench=Wrench(table.vector("force"), table.vector("moment")))
-
-
-SECTIONS = {"bodies": _body, "springs": _spring, "motors": _motor, "friction": _friction, "wrenches": _wrench}

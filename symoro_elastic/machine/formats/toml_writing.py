@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
-from symoro_elastic.machine.formats.cells import cell_of
+from symoro_elastic.machine.columns import Column, Values, columns, declared
+from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
+from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 
 # Numbers that TOML reads back with the same text (`-0` would lose its sign).
 _NUMBER = re.compile(r"(?!-0$)-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?", re.ASCII)
 
+SECTIONS = tuple(dict.fromkeys(column.section for column in declared(Joint) if column.section != "joints"))
+"""Tables with an entry for each joint."""
+REQUIRED = ("mass", "center_of_mass")
+"""Columns of a body that are written even where they are zero."""
+DIAGONAL = ("XX", "YY", "ZZ")
 Entry = list[tuple[str, str]]
 
 
@@ -31,14 +37,11 @@ def write(machine: Machine) -> str:
 
 
 def _sections(machine: Machine) -> Iterable[tuple[str, list[str]]]:
-    joints = machine.joints
     yield "parameters", _table((parameter.name, _parameter(parameter)) for parameter in machine.parameters)
-    yield "bodies", _named(joints, _body)
-    yield "springs", _named(joints, _spring)
-    yield "motors", _named(joints, lambda joint: _cells(rotor_inertia=joint.rotor_inertia))
-    yield "friction", _named(joints, lambda j: _cells(viscous=j.friction.viscous, coulomb=j.friction.coulomb))
-    yield "wrenches", _named(joints, lambda j: _vectors(force=j.wrench.force, moment=j.wrench.moment))
-    yield "base", _table([*_base(machine.base), *_floating(machine.floating)])
+    for section in SECTIONS:
+        owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
+        yield section, _named((name, _entry(owner, section)) for name, owner in owners)
+    yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
     yield "extras", _table((key, _text(value)) for key, value in machine.extras.items())
 
 
@@ -51,19 +54,17 @@ def _joints(machine: Machine) -> list[str]:
 
 def _row(joint: Joint, machine: Machine) -> Entry:
     known = 0 < joint.antecedent <= len(machine.joints)
-    theta = cell_of(joint.variable if joint.sigma == 0 else None, joint.theta)
-    r = cell_of(joint.variable if joint.sigma == 1 else None, joint.r)
+    variable = {} if joint.variable is None else {SELECTED[joint.sigma]: joint.variable}
     return [
         ("name", _text(joint.name)),
-        ("antecedent", _text(machine.joints[joint.antecedent - 1].name) if known else str(joint.antecedent)),
+        ("antecedent", _text(machine.joint(joint.antecedent).name) if known else str(joint.antecedent)),
         ("kind", _text(joint.kind.value)),
         ("sigma", str(joint.sigma)),
-        ("gamma", _cell(joint.gamma.text)),
-        ("b", _cell(joint.b.text)),
-        ("alpha", _cell(joint.alpha.text)),
-        ("d", _cell(joint.d.text)),
-        ("theta", _cell(theta)),
-        ("r", _cell(r)),
+        *(
+            (column.key, _cell(cell_of(variable.get(column.key), formula)))
+            for column, (formula, *_) in columns(joint)
+            if column.section == "joints"
+        ),
     ]
 
 
@@ -85,9 +86,9 @@ def _table(entries: Iterable[tuple[str, str]]) -> list[str]:
     return [f"{key:{width}} = {value}" for key, value in rows]
 
 
-def _named(joints: Sequence[Joint], entry: Callable[[Joint], Entry]) -> list[str]:
-    """A line a joint, aligned where all lines have the same keys."""
-    found = [(joint.name, cells) for joint in joints if (cells := entry(joint))]
+def _named(entries: Iterable[tuple[str, Entry]]) -> list[str]:
+    """A line for each joint that has an entry, aligned where all lines have the same keys."""
+    found = [(name, cells) for name, cells in entries if cells]
     same = len({tuple(key for key, _ in cells) for _, cells in found}) == 1
     lines = _aligned([cells for _, cells in found]) if same else [_inline(cells) for _, cells in found]
     return _table((name, line) for (name, _), line in zip(found, lines, strict=True))
@@ -97,49 +98,26 @@ def _inline(entry: Entry) -> str:
     return "{ " + ", ".join(f"{key} = {value}" for key, value in entry) + " }"
 
 
-def _cells(**values: Formula) -> Entry:
-    return [(key, _cell(value.text)) for key, value in values.items() if value != ZERO]
+def _entry(owner: Joint | Base | Body, section: str) -> Entry:
+    """What stands in a section about a joint, a body or the base: columns that are not zero."""
+    found = [(column, values) for column, values in columns(owner) if column.section == section]
+    written = [column.key for column, values in found if any(value != ZERO for value in values)]
+    required = REQUIRED if isinstance(owner, Body) and owner != Body() else ()
+    return [(column.key, _values(column, values)) for column, values in found if column.key in (*written, *required)]
 
 
-def _vectors(**values: tuple[Formula, ...]) -> Entry:
-    return [(key, _list(value)) for key, value in values.items() if value != NO_VECTOR]
-
-
-def _body(joint: Joint) -> Entry:
-    return _body_cells(joint.body)
-
-
-def _body_cells(body: Body) -> Entry:
-    if body == Body():
-        return []
-    moments, inertia = ("center_of_mass", "inertia") if body.central else ("first_moments", "inertia_at_origin")
-    entry = [("mass", _cell(body.mass.text))]
-    if body.central or body.moments != NO_VECTOR:
-        entry.append((moments, _list(body.moments)))
-    if body.inertia != NO_INERTIA:
-        xx, xy, xz, yy, yz, zz = body.inertia
-        entry.append((inertia, _list((xx, yy, zz) if xy == xz == yz == ZERO else body.inertia)))
-    return entry
-
-
-def _spring(joint: Joint) -> Entry:
-    spring = joint.spring
-    return _cells(stiffness=spring.stiffness, damping=spring.damping, neutral=spring.neutral)
-
-
-def _base(base: Base) -> Entry:
-    return _vectors(
-        velocity=base.velocity,
-        angular_velocity=base.angular_velocity,
-        acceleration=base.acceleration,
-        angular_acceleration=base.angular_acceleration,
-    )
+def _values(column: Column, values: Values) -> str:
+    if not column.parts:
+        return _cell(values[0].text)
+    diagonal = [value for part, value in zip(column.parts, values, strict=True) if part in DIAGONAL]
+    others = [value for part, value in zip(column.parts, values, strict=True) if part not in DIAGONAL]
+    return _list(diagonal if diagonal and all(value == ZERO for value in others) else values)
 
 
 def _floating(floating: Floating | None) -> Entry:
     if floating is None:
         return []
-    body = _body_cells(floating.body)
+    body = _entry(floating.body, "bodies")
     entry = [("floating", _text(floating.orientation.value)), ("known", _text(floating.known.value))]
     return [*entry, ("body", _inline(body))] if body else entry
 

@@ -1,0 +1,200 @@
+"""Columns of the table of a machine: what each of its numbers is, and walks over all of them.
+
+A field of a dataclass that holds a formula, or several, is declared with `column(...)`. Checks, file
+formats, test values, sensitivities and reports walk these fields, so a new one is declared once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from enum import Enum
+from functools import cache
+from typing import Any, TypeVar
+
+from symoro_elastic.machine.formula import ZERO, Formula
+
+Owner = TypeVar("Owner")
+Values = tuple[Formula, ...]
+
+COLUMN, CENTRAL = "column", "central"
+AXES = ("x", "y", "z")
+TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+
+
+class Dimension(Enum):
+    """Physical dimension of a number: its unit at a revolute and at a prismatic joint."""
+
+    ANGLE = "angle", "rad"
+    LENGTH = "length", "m"
+    MASS = "mass", "kg"
+    FIRST_MOMENT = "first moment of mass", "kg m"
+    INERTIA = "moment of inertia", "kg m2"
+    ROTOR_INERTIA = "rotor inertia", "kg m2", "kg"
+    STIFFNESS = "stiffness", "N m/rad", "N/m"
+    DAMPING = "damping", "N m s/rad", "N s/m"
+    POSITION = "joint position", "rad", "m"
+    VISCOUS_FRICTION = "viscous friction", "N m s/rad", "N s/m"
+    COULOMB_FRICTION = "Coulomb friction", "N m", "N"
+    FORCE = "force", "N"
+    MOMENT = "moment", "N m"
+    VELOCITY = "velocity", "m/s"
+    ANGULAR_VELOCITY = "angular velocity", "rad/s"
+    ACCELERATION = "acceleration", "m/s2"
+    ANGULAR_ACCELERATION = "angular acceleration", "rad/s2"
+    GRAVITY = "acceleration of gravity", "m/s2"
+
+    def __init__(self, meaning: str, unit: str, prismatic: str = "") -> None:
+        self.meaning, self.units = meaning, (unit, prismatic or unit)
+
+    @property
+    def is_nonnegative(self) -> bool:
+        """Whether a negative value is an error."""
+        return self in NOT_NEGATIVE
+
+
+NOT_NEGATIVE = (
+    *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
+    *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION),
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the table, with an entry for each of `parts` where it is a vector or a tensor.
+
+    `key` is its key in TOML, in the table `section`; `par` is its key in .par files, one for each entry or one for
+    all: a list of that format, or else an extension line. `title` is its name in messages, `symbol` its name in the
+    table that `show` prints. Numbers in it become parameters `<joint>.<name>` of sensitivities where it is `tunable`.
+    """
+
+    key: str
+    section: str
+    dimension: Dimension
+    par: tuple[str, ...]
+    parts: tuple[str, ...] = ()
+    title: str = ""
+    symbol: str = ""
+    tunable: bool = False
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Its entries."""
+        return tuple(Cell(self, k) for k in range(len(self.parts) or 1))
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One entry of a column."""
+
+    column: Column
+    index: int = 0
+
+    @property
+    def label(self) -> str:
+        """Its name in messages: `stiffness`, `inertia XX`."""
+        title = self.column.title or self.column.key
+        return f"{title} {self.column.parts[self.index]}" if self.column.parts else title
+
+    @property
+    def par(self) -> str:
+        """Its key in .par files, empty where that format has no place for it."""
+        keys = self.column.par
+        return keys[self.index if len(keys) > 1 else 0] if keys else ""
+
+    @property
+    def name(self) -> str:
+        """Its name as a parameter: `stiffness`, `XX`, `center_of_mass.x`."""
+        if not self.column.parts:
+            return self.column.key
+        return self.par or f"{self.column.key}.{self.column.parts[self.index]}"
+
+
+def column(
+    dimension: Dimension,
+    section: str,
+    par: str,
+    parts: tuple[str, ...] = (),
+    *,
+    key: str = "",
+    title: str = "",
+    symbol: str = "",
+    tunable: bool = False,
+    central: Column | None = None,
+) -> Any:
+    """A dataclass field that holds a column, zero unless given; its key is the field's name unless given.
+
+    `central` describes the column where the owner's `central` is true.
+    """
+    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable)
+    default = (ZERO,) * len(parts) if parts else ZERO
+    return field(default=default, metadata={COLUMN: one, CENTRAL: central or one})
+
+
+def columns(owner: Any) -> Iterator[tuple[Column, Values]]:
+    """Every column of a joint, body, spring, base ... with the formulas in it, parts of parts included."""
+    for name, one in _fields(owner):
+        value = getattr(owner, name)
+        if isinstance(one, type):
+            yield from columns(value)
+        else:
+            yield _described(owner, one), value if isinstance(value, tuple) else (value,)
+
+
+def cells(owner: Any) -> Iterator[tuple[Cell, Formula]]:
+    """Every cell of a joint, body, spring, base ... with the formula in it."""
+    for one, values in columns(owner):
+        yield from zip(one.cells, values, strict=True)
+
+
+def declared(owner: type, section: str = "") -> tuple[Column, ...]:
+    """Columns of a class, all or those of one section of a TOML file; those of bodies about their origin."""
+    found: list[Column] = []
+    for _, one in _layout(owner):
+        found += declared(one) if isinstance(one, type) else [one[COLUMN]]
+    return tuple(one for one in found if section in ("", one.section))
+
+
+def with_columns(owner: Owner, change: Callable[[Column, Values], Sequence[Formula]]) -> Owner:
+    """The same data with the formulas that `change` gives for each column."""
+    changed: dict[str, Any] = {}
+    for name, one in _fields(owner):
+        value = getattr(owner, name)
+        if isinstance(one, type):
+            changed[name] = with_columns(value, change)
+        elif isinstance(value, tuple):
+            changed[name] = tuple(change(_described(owner, one), value))
+        else:
+            (changed[name],) = change(_described(owner, one), (value,))
+    return replace(owner, **changed)  # type: ignore[type-var]
+
+
+def with_cells(owner: Owner, change: Callable[[Cell, Formula], Formula]) -> Owner:
+    """The same data with the formula that `change` gives for each cell."""
+    return with_columns(owner, lambda one, values: [change(*pair) for pair in zip(one.cells, values, strict=True)])
+
+
+Described = Mapping[str, Column]
+"""What a column is, and what it is in a body about its centre of mass."""
+Layout = tuple[tuple[str, Described | type], ...]
+
+
+def _described(owner: Any, one: Described) -> Column:
+    return one[CENTRAL if getattr(owner, CENTRAL, False) else COLUMN]
+
+
+def _fields(owner: Any) -> Layout:
+    kind: Any = type(owner)
+    return _layout(kind)
+
+
+@cache
+def _layout(owner: type) -> Layout:
+    """Fields that hold a column, with what describes it, and those that hold further columns, with their class."""
+    found: list[tuple[str, Described | type]] = []
+    for one in fields(owner):
+        if COLUMN in one.metadata:
+            found.append((one.name, {name: replace(x, key=x.key or one.name) for name, x in one.metadata.items()}))
+        elif is_dataclass(one.default) and not isinstance(one.default, type):
+            found.append((one.name, type(one.default)))
+    return tuple(found)
