@@ -12,17 +12,18 @@ import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import read_columns
-from symoro_elastic.identification.simulation import numpy_model, runge_kutta
+from symoro_elastic.identification.simulation import runge_kutta
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
+from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import Following, feed_forward, notes, orders
-from symoro_elastic.vibration.reduced import rigid
-from symoro_elastic.vibration.wanted import along, move, read_wanted, through, times
+from symoro_elastic.vibration.reference_trajectory import along, move, read_wanted, through, times
 from tests.references.random_machines import random_machine
 from tests.test_commands import EXAMPLES, refused, run
 from tests.test_feed_forward import with_springs

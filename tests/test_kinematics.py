@@ -24,7 +24,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.model import Frame
-from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression

@@ -13,7 +13,7 @@ from symoro_elastic.cli.reading import numbers, read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.vibration.wanted import Wanted
+    from symoro_elastic.vibration.reference_trajectory import Wanted
 
 
 @click.command("feed-forward")
@@ -56,10 +56,10 @@ def feed_forward(
     Exact for the full elastic model. Its torques need derivatives of the motion: two, and two more for each
     spring in a row. Joints that are no spring behind a motor are to be locked in a scene.
     """
+    from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.vibration import export
     from symoro_elastic.vibration import feed_forward as vibration
-    from symoro_elastic.vibration.cells import with_values
     from symoro_elastic.vibration.plots import plot_following
     from symoro_elastic.vibration.tables import following_table
 

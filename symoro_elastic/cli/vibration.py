@@ -248,7 +248,7 @@ def compare(
     as_json: bool,
 ) -> None:
     """What Spong's reduced model and the rigid limit lose against the full model of MACHINE, on a motion."""
-    from symoro_elastic.identification.measurements import read_measurements
+    from symoro_elastic.time_series.measurements import read_measurements
     from symoro_elastic.vibration import comparison
     from symoro_elastic.vibration.plots import plot_comparison
     from symoro_elastic.vibration.tables import (

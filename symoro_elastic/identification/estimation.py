@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
-
-Array = NDArray[np.float64]
 
 FROM_DATA = 1e-6  # independence of columns of length 1
 GOOD = 0.1  # relative standard deviation

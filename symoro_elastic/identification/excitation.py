@@ -13,17 +13,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.identify import structural_grouping
-from symoro_elastic.identification.optional import optional
 from symoro_elastic.identification.regression import Regressor, regressor
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import independent_columns
-
-Array = NDArray[np.float64]
+from symoro_elastic.packages import for_identification
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
 BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
@@ -215,7 +213,7 @@ def excite(
     keeps them. `progress` is told evaluations done, their number, and the best condition number so far. `known`
     are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
     """
-    optimize = optional("scipy.optimize")
+    optimize = for_identification("scipy.optimize")
     motors = sum(machine.joints[j - 1].kind is Kind.MOTOR for j in machine.moving)
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"

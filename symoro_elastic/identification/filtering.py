@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.identification.optional import optional
-
-Array = NDArray[np.float64]
-AnyArray = NDArray[Any]
+from symoro_elastic.packages import for_identification
+from symoro_elastic.time_series.measurements import Measurements
 
 ORDER = 4
 ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
@@ -146,7 +144,7 @@ def differentiate(x: Array, period: float) -> tuple[Array, Array]:
 
 def smooth(x: Array, chosen: Filter) -> Array:
     """x (N, ...) through the zero-phase Butterworth filter."""
-    signal = optional("scipy.signal")
+    signal = for_identification("scipy.signal")
     sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
     return _both_ways(signal, sections, x, chosen)
 
@@ -158,23 +156,23 @@ def decimate(x: Array, chosen: Filter) -> Array:
     """
     if chosen.factor == 1:
         return x
-    signal = optional("scipy.signal")
+    signal = for_identification("scipy.signal")
     sections = signal.cheby1(DECIMATION_ORDER, RIPPLE, OF_NYQUIST / chosen.factor, output="sos")
     filtered = _both_ways(signal, sections, x, chosen) * 10 ** (RIPPLE / 10)
     return thin(filtered, chosen)
 
 
-def reverses(qd: Array, chosen: Filter | None) -> NDArray[np.bool_]:
+def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
     """Kept samples (samples, n) near which a joint is too slow for the law of friction, Fs sign(qd) + Fv qd.
 
     Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
     """
-    slow: NDArray[np.bool_] = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
+    slow: BoolArray = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
     if chosen is None or chosen.factor == 1:
         return slow
     reach = int(REACH * chosen.factor)
     near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    found: NDArray[np.bool_] = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
+    found: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
     return thin(found, chosen)
 
 

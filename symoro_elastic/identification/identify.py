@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
 from symoro_elastic.identification.filtering import (
@@ -21,13 +21,12 @@ from symoro_elastic.identification.filtering import (
     reverses,
     thin,
 )
-from symoro_elastic.identification.measurements import Measurements
 from symoro_elastic.identification.regression import Column, Regressor, regressor
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
-
-Array = NDArray[np.float64]
+from symoro_elastic.progress import Announce, announce_nothing
+from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 STATES = 60  # random states of the structural rank
@@ -56,10 +55,6 @@ class Identification:
         return self.estimation.estimates
 
 
-def nothing(_: str) -> None:
-    """Progress that nobody watches."""
-
-
 def identify(
     machine: Machine,
     measured: Measurements | Sequence[Measurements],
@@ -67,7 +62,7 @@ def identify(
     known: Mapping[str, float] | None = None,
     bandwidth: float | None = None,
     filtered: bool = True,
-    step: Callable[[str], None] = nothing,
+    step: Announce = announce_nothing,
     Y: Regressor | None = None,
 ) -> Identification:
     """Identify a machine from one or several records of measurements.
@@ -148,7 +143,7 @@ def structural_grouping(
 
 def _stack(
     Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
-    kept: Sequence[int], fixed: Mapping[int, float], step: Callable[[str], None],
+    kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
 ) -> _Stack:  # fmt: skip
     """Both sides of tau = Y X of a record, in as many samples as there is information."""
     motion = motion_of(record, chosen) if chosen else as_measured(record)
@@ -168,7 +163,7 @@ def _stack(
     )
 
 
-def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen: Filter | None) -> NDArray[np.bool_]:
+def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen: Filter | None) -> BoolArray:
     """Rows left out: where a joint with dry friction changes direction, its torque is anything up to Fs."""
     slow = reverses(motion.qd, chosen)
     dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
@@ -182,7 +177,7 @@ def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter |
     if chosen is None:
         return columns
     thinned = np.zeros((len(thin(motion.t, chosen)), columns.shape[1], len(kept)))
-    there: NDArray[np.bool_] = np.asarray(columns.any(axis=0))
+    there: BoolArray = np.asarray(columns.any(axis=0))
     for k in range(len(kept)):
         thinned[:, there[:, k], k] = decimate(columns[:, there[:, k], k], chosen)
     return thinned

@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
@@ -24,8 +24,6 @@ from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
-
-Array = NDArray[np.float64]
 
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 MOMENTS = ("MX", "MY", "MZ")

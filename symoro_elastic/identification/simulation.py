@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.candidates import import_package
-from symoro_elastic.packaging import package
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.time_series.measurements import Measurements
 
-Array = NDArray[np.float64]
 Reference = Callable[[float], tuple[Array, Array, Array]]
 
 
@@ -51,14 +44,6 @@ class Sensors:
     torque_noise: Array
 
 
-def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
-    """The generated numpy package of a machine, imported."""
-    refuse_floating(machine, "simulation")
-    files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
-    with tempfile.TemporaryDirectory() as folder:
-        return import_package(files, Path(folder))
-
-
 def simulate(
     machine: Machine,
     values: Mapping[str, float],
@@ -69,7 +54,7 @@ def simulate(
     substeps: int = 1,
     settle: float = 0.0,
     start: Array | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = no_progress,
 ) -> Measurements:
     """True motion and torques of a machine under control, sampled at `sampling` Hz for `duration` s.
 

@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
-
-Array = NDArray[np.float64]
+from symoro_elastic.time_series.columns import MOST_SAMPLES
 
 POSITION = "--position"
 FORMATS = (".csv", ".npz")
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
-MOST_SAMPLES = 5_000_000
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
 ALLOWED = 1 + 1e-9  # of the limits

@@ -18,7 +18,7 @@ from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.feed_forward import drives, hung_side_by_side
 from symoro_elastic.equations.spatial import Screw, Z
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.flatness import HIGHEST, refuse_high_order, refuse_unfit
+from symoro_elastic.models.feed_forward_checks import HIGHEST, refuse_high_order, refuse_unfit
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.models.naming_feed_forward import name_coordinates, name_results, name_series

@@ -9,25 +9,24 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Numbers, Parameters, evaluated
 from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
 from symoro_elastic.numerics.states import States
+from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.symbolic.expression import reachable
 
-Array = NDArray[np.float64]
 Found = Mapping[str, Numbers | Sequence[Numbers]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
-Progress = Callable[[int, int], None]
 
 NUMBERS_AT_ONCE = 2_000_000
 LEAST_MOVES = 32
@@ -82,7 +81,7 @@ def measure(
     precision: Precision = DOUBLE,
     *,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Errors:
     """Errors of `results`, which code of this precision gave for `states` and the parameters `values`.
 
@@ -96,8 +95,7 @@ def measure(
     for start in range(0, len(states) if HAS_EXTENDED else 0, chunk):
         part = slice(start, start + chunk)
         errors[part], effects[part] = judge.quickly(part, np.random.default_rng([seed, start]))
-        if progress:
-            progress(min(start + chunk, len(states)), len(states))
+        progress(min(start + chunk, len(states)), len(states))
     judge.prove_worst(errors)
     judge.prove_worst_effect(errors, effects, random.Random(seed))
     return _summary(errors, effects, judge.u)

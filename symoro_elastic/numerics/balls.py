@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.packages import imported
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
@@ -113,9 +113,4 @@ def _arithmetic() -> Arithmetic:
 
 @cache
 def _flint() -> Any:
-    try:
-        import flint
-    except ImportError:
-        what = "proven errors need python-flint: pip install 'symoro-elastic[accuracy]'"
-        raise InputError("symoro-elastic", "accuracy", what) from None
-    return flint
+    return imported("flint", "an error bound", "accuracy")

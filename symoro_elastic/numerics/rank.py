@@ -11,8 +11,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.equations.base_parameters import ROTOR
 from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics, newton_euler
 from symoro_elastic.equations.mechanism import Axis, Link, Mechanism
@@ -22,8 +22,6 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import Grouping, Label, Relations, ZeroPosition
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
 from symoro_elastic.numerics.values import parameter_values
-
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-9
 """Columns are zero or dependent where what is left of them is smaller."""

@@ -14,9 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
@@ -30,7 +28,7 @@ ZERO = 1e-30  # what is smaller is rounding of the reference
 
 Numbers = list[Any]
 Matrix = list[Numbers]
-State = Mapping[str, NDArray[np.float64]]
+State = Mapping[str, Array]
 
 
 class Singular(ArithmeticError):

@@ -19,14 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import compile_library, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.templates import render
-
-Array = NDArray[np.float64]
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
 SHIM = "rounding_modes.c"

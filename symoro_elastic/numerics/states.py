@@ -7,15 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import base_states
+from symoro_elastic.numerics.reference_motions import wanted_motions
 from symoro_elastic.numerics.values import Values, parameter_values
-from symoro_elastic.numerics.wanted_motions import wanted_motions
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 ARGUMENTS = ("q", "qd", "tau", "qdd_motor", "qdd")

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 import random
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
@@ -27,22 +27,21 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
 from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.candidates import (
-    Candidate,
+from symoro_elastic.numerics.feed_forward_residual import torques, unfollowed
+from symoro_elastic.numerics.implementations import (
+    Implementation,
     Results,
     c_code,
     equations_on_floats,
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.followed import torques, unfollowed
 from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
 from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
+from symoro_elastic.progress import Progress, no_progress
 
-Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
 Runs = list[tuple[str, Results]]
 
 BOUND = 1e-12
@@ -131,7 +130,7 @@ def verify(
     *,
     states: tuple[int, int] | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Verification:
     """Compare generated C, generated numpy and the equations on floats with a 50-digit reference.
 
@@ -146,16 +145,15 @@ def verify(
     values = parameter_values(kept, seed)
     moderate, extreme = states or _how_many(traced)
     stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
-    candidates, missing = _run(package(kept, traced, constants), traced, values, stacked)
+    runs, missing = _run(package(kept, traced, constants), traced, values, stacked)
     reference = Reference(kept, values, constants, solved=len(kept.moving) <= MOST_SOLVED)
-    tallies = [_Tally(model, candidates[model.model.name]) for model in traced]
+    tallies = [_Tally(model, runs[model.model.name]) for model in traced]
     for k in range(len(stacked)):
         state = _TestState(k, stacked.titles[k], stacked.at(k), k >= moderate, f"{seed} {k}")
         point = reference.at(state.arguments)
         for tally in tallies:
             tally.add(state, point)
-        if progress:
-            progress(k + 1, len(stacked))
+        progress(k + 1, len(stacked))
     models = tuple(tally.verification() for tally in tallies)
     return Verification(models, len(stacked), _disagreement(reference, traced, stacked), missing)
 
@@ -174,7 +172,7 @@ def _run(
     missing = ""
     with tempfile.TemporaryDirectory() as folder:
         module = import_package(render_numpy(described), Path(folder) / "numpy")
-        found: list[tuple[str, Candidate]] = [
+        found: list[tuple[str, Implementation]] = [
             ("numpy", numpy_code(module, p, stacked=False)),
             ("numpy", numpy_code(module, p, stacked=True)),
             ("equations", equations_on_floats(values)),

@@ -9,15 +9,15 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.package import Package
@@ -30,9 +30,7 @@ from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.states import States, moderate_states
 from symoro_elastic.packaging import package
-
-Array = NDArray[Any]
-Progress = Callable[[int, int], None]
+from symoro_elastic.progress import Progress
 
 STEPS, SAMPLES = 50_000, 50
 LARGEST_TURN = 0.05
@@ -97,7 +95,7 @@ def _without_losses(joint: Joint) -> Joint:
     return replace(joint, spring=spring, friction=Friction(), wrench=Wrench())
 
 
-def _drift(energies: Array) -> float:
+def _drift(energies: AnyArray) -> float:
     """Largest distance from the first."""
     found = float(np.abs(energies - energies[0]).max())
     return found if math.isfinite(found) else math.inf
@@ -123,7 +121,7 @@ class _Motion:
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
         return replace(state, **single, tau=np.zeros_like(state.tau))
 
-    def small_step(self) -> tuple[float, Array]:
+    def small_step(self) -> tuple[float, AnyArray]:
         """The step at which rounding is all that is left of the drift, and the energies with it."""
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
@@ -149,7 +147,7 @@ class _Motion:
             raise InputError(self.machine.source or self.machine.name, "trade", "it has no finite accelerations")
         return max(rate, 1.0)
 
-    def energies(self, form: Form, step: float) -> Array:
+    def energies(self, form: Form, step: float) -> AnyArray:
         """The energy at the start and at `SAMPLES` times, J."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
         x = np.concatenate([self.start.q[0], self.start.qd[0]]).astype(dtype)
@@ -162,10 +160,10 @@ class _Motion:
         other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
         many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
         sampled = States(q=q, qd=qd, **many, titles=("moving",) * len(states))
-        found: Array = self._evaluated(self.energy, sampled).sum(axis=1)
+        found: AnyArray = self._evaluated(self.energy, sampled).sum(axis=1)
         return found
 
-    def _evaluated(self, traced: TracedModel, states: States) -> Array:
+    def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
         (found,) = evaluated(traced, states, self.values, EXTENDED).values()
         return found
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Function, Package
@@ -23,15 +23,13 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.accuracy import rounded, rounded_values
-from symoro_elastic.numerics.candidates import Candidate, c_code, import_package, numpy_code
+from symoro_elastic.numerics.implementations import Implementation, c_code, import_package, numpy_code
 from symoro_elastic.numerics.states import States
+from symoro_elastic.progress import Progress
 from symoro_elastic.trade.builds import Build
 from symoro_elastic.trade.forms import Form
 from symoro_elastic.trade.points import BATCH, CALLS, SINGLE_CALL, Point, judged_in
 from symoro_elastic.trade.timing import Run
-
-Array = NDArray[Any]
-Progress = Callable[[int, int], None]
 
 TIMED_STATES, NUMBERS = 240, 1_000_000
 NUMPY_STATES = 4096
@@ -42,7 +40,7 @@ class Ready:
     """A point that can be run: `results` gives its results at states, `run` is to be timed."""
 
     point: Point
-    results: Candidate
+    results: Implementation
     run: Run
 
 
@@ -126,13 +124,13 @@ def _made(form: Form, build: Build, sources: Mapping[str, str], states: States, 
     return found
 
 
-def parameters(form: Form, precision: Precision) -> Array:
+def parameters(form: Form, precision: Precision) -> AnyArray:
     """The array p of a form."""
     values = rounded_values(form.values, precision)
     return np.array([values[p.name] for p in form.package.parameters], dtype=float)
 
 
-def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], states: States, p: Array) -> Run:
+def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], states: States, p: AnyArray) -> Run:
     """The call of a point for the states that are timed; its arrays live as long as it does."""
     traced, precision = point.form.traced[point.model], point.precision
     function = next(f for f in functions if f.name == traced.model.name)
@@ -173,18 +171,18 @@ def numpy_points(form: Form, states: States, folder: Path) -> list[Ready]:
     return found
 
 
-def _in_type(code: Candidate, precision: Precision) -> Candidate:
+def _in_type(code: Implementation, precision: Precision) -> Implementation:
     """The same on arrays of the precision."""
     dtype = TYPES[precision.state]
 
-    def run(traced: TracedModel, states: States) -> dict[str, Array]:
+    def run(traced: TracedModel, states: States) -> dict[str, AnyArray]:
         return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in states.arguments}))
 
     return run
 
 
 def _numpy_run(
-    function: Callable[..., Any], traced: TracedModel, states: States, p: Array, precision: Precision, call: str
+    function: Callable[..., Any], traced: TracedModel, states: States, p: AnyArray, precision: Precision, call: str
 ) -> Run:
     arrays = [getattr(rounded(states, precision), name) for name in traced.model.arguments]
     arrays = [x.astype(TYPES[precision.state]) for x in arrays]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
-Progress = Callable[[int, int], None]
+from symoro_elastic.progress import Progress, no_progress
 
 BURST = 1e-3  # s
 ROUNDS = 15
@@ -31,15 +31,14 @@ class Time:
     best: float
 
 
-def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress | None = None) -> list[Time]:
+def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
     """Times of all runs; each round takes about `BURST` seconds of each of them."""
     times = [_often_enough(run) for run in runs]
     found: list[list[float]] = [[] for _ in runs]
     for done in range(rounds):
         for run, often, sample in zip(runs, times, found, strict=True):
             sample.append(_seconds(run, often) / (often * run.states) * 1e9)
-        if progress:
-            progress(done + 1, rounds)
+        progress(done + 1, rounds)
     return [Time(median(sample), min(sample)) for sample in found]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,16 +18,13 @@ from symoro_elastic.numerics.accuracy import Errors, measure, rounded_values
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
+from symoro_elastic.progress import Progress, StepProgress, no_step_progress
 from symoro_elastic.trade.builds import ALL, QUICK, USUAL, Build, builds, compilers, flag_sets
 from symoro_elastic.trade.drift import Drift, drifts
 from symoro_elastic.trade.forms import BY_MATRIX, Form, asked_models, forms, refuse_stateless
 from symoro_elastic.trade.points import Figures, judged_in
 from symoro_elastic.trade.running import Ready, compiled_points, judged_states, numpy_points
 from symoro_elastic.trade.timing import ROUNDS, timed
-
-Progress = Callable[[int, int], None]
-Watched = Callable[[str], Progress]
-"""Progress of a step, by its name."""
 
 STATES = 400
 PATIENCE = 60.0  # s of compiling, where not every combination is asked for
@@ -55,12 +52,9 @@ class Trade:
     notes: list[str] = field(default_factory=list)
 
 
-def unwatched(_: str) -> Progress:
-    """Progress that nobody looks at."""
-    return lambda _done, _total: None
-
-
-def trade(machine: Machine, scene: Scene, request: Request | None = None, watched: Watched = unwatched) -> Trade:
+def trade(
+    machine: Machine, scene: Scene, request: Request | None = None, watched: StepProgress = no_step_progress
+) -> Trade:
     """Time and measure every way to compute the models that a scene asks of a machine.
 
     Parameters without value get a plausible one. Without a compiler there are numpy points only, and a note.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.free_base import COORDINATES
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
+from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.vibration.motion import Motion
 
 LEFT_OVER = 1e-10  # of the largest force
 NEWTON_STEPS = 5
@@ -78,7 +79,7 @@ def _settled(motion: Motion, start: Array, tau: Array, sought: list[int]) -> Arr
 
     values, vectors = np.linalg.eigh(curvature(np.zeros(len(sought))))
     downhill = NUDGE * vectors[:, 0] / np.max(np.abs(scale * vectors[:, 0])) * (values[0] < 0)
-    found = optional("scipy.optimize").minimize(
+    found = for_vibrations("scipy.optimize").minimize(
         energy, downhill, jac=True, hess=curvature, method="trust-exact", options={"maxiter": MOST_STEPS}
     )
     return place(found.x)
@@ -96,7 +97,7 @@ def _solved(motion: Motion, q: Array, tau: Array, sought: list[int]) -> Array:
         found, stiffness = motion.forces_and_stiffness(trial)
         return (found - tau)[sought], stiffness[chosen]
 
-    x = optional("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
+    x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
     unbalanced, stiffness = balance(x)
     for _ in range(NEWTON_STEPS):
         better = x - np.linalg.lstsq(stiffness, unbalanced, rcond=None)[0]

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.identification.simulation import numpy_model
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.vibration.cells import with_values
+from symoro_elastic.machine.named_cells import with_values
+from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.time_series.measurements import Measurements
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, modes
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
-from symoro_elastic.vibration.reduced import reduced, rigid, with_ratios
+from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.tracking import pair
 
 PERIODS = 5.0  # of the first vibration, for a move
@@ -176,7 +177,7 @@ def move(
 
     times = np.linspace(0.0, duration, SAMPLES)
     rest = np.concatenate([start.q[others], np.zeros(len(others))])
-    solve = optional("scipy.integrate").solve_ivp
+    solve = for_vibrations("scipy.integrate").solve_ivp
     states = (
         solve(rate, (0.0, duration), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T if others else [rest] * SAMPLES
     )

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Array
 
 GRAVITY = "gravity and loads"
 

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.balance import balanced
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Array, Motion, State
+from symoro_elastic.vibration.motion import Motion, State
 
 
 def equilibrium(

@@ -14,11 +14,10 @@ import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.files import save_bytes, save_text
-from symoro_elastic.packages import imported
+from symoro_elastic.packages import for_vibrations, imported
 from symoro_elastic.vibration.energies import frame_shapes
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.optional import optional
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.sensitivity import Sensitivity
 from symoro_elastic.vibration.tracking import Tracked
@@ -132,6 +131,6 @@ def _npz(arrays: Mapping[str, Any]) -> bytes:
 def _mat(arrays: Mapping[str, Any]) -> bytes:
     stream = io.BytesIO()
     cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
-    optional("scipy.io").savemat(stream, cells)
+    for_vibrations("scipy.io").savemat(stream, cells)
     head = "; ".join(["MATLAB 5.0 MAT-file", *arrays.get("notes", ())]).encode("ascii", "replace")
     return head[:MAT_TEXT].ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]

@@ -11,17 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.simulation import numpy_model
 from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.machine.formats.files import save_text
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.expression import SYMBOL, reachable
-from symoro_elastic.vibration.cells import with_values
 from symoro_elastic.vibration.export import CSV, save_arrays
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.wanted import Wanted
+from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.reference_trajectory import Wanted
 
 MODEL = "feed_forward"
 STILL = 1e-3  # of the largest value

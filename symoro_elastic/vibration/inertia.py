@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.motion import Array, Motion
+from symoro_elastic.vibration.motion import Motion
 
 ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""

@@ -14,11 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.vibration.free_base import with_base_coordinates
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Array, Motion, State
+from symoro_elastic.vibration.motion import Motion, State
 from symoro_elastic.vibration.signals import (
     FrameSignal,
     Signal,

@@ -9,13 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
+from symoro_elastic.packages import for_vibrations
 from symoro_elastic.vibration.inertia import ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.motion import Array
-from symoro_elastic.vibration.optional import optional
 
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
@@ -33,7 +32,7 @@ class Modes:
     eigenvalues: Array
     shapes: Array
     damping_ratios: Array
-    poles: NDArray[np.complex128]
+    poles: ComplexArray
 
     @property
     def frequencies(self) -> Array:
@@ -104,7 +103,7 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     shapes[free, : len(free)] = _normal_basis(M[np.ix_(free, free)])
     values = np.zeros(n)
     if len(stiff):
-        found, vectors = optional("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
+        found, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
         found[np.abs(found) <= ROUNDING * n * np.abs(found).max()] = 0.0
         values[len(free) :] = found
         shapes[stiff, len(free) :] = vectors
@@ -118,7 +117,7 @@ def _normal_basis(M: Array) -> Array:
     return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
 
 
-def damped(linear: Linearization) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
     """Poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for those that are struck out.
 
     Coordinates on which nothing depends give poles at exactly 0. Raises `InputError` where M is not positive definite.
@@ -150,8 +149,8 @@ def _damping_ratios(
     linear: Linearization,
     eigenvalues: Array,
     shapes: Array,
-    poles: NDArray[np.complex128],
-    vectors: NDArray[np.complex128],
+    poles: ComplexArray,
+    vectors: ComplexArray,
 ) -> Array:
     """-Re p / |p| of the pole pair whose shape is most alike; phi^T D phi / (2 omega) for motions that do not swing."""
     ratios = np.full(len(eigenvalues), np.nan)
@@ -164,7 +163,7 @@ def _damping_ratios(
     projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
     norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
     cost = -projected / np.maximum(norms, np.finfo(float).tiny) + np.abs(np.log(np.abs(poles[pairs]) / omega[:, None]))
-    rows, columns = optional("scipy.optimize").linear_sum_assignment(cost)
+    rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
     found = poles[pairs[columns]]
     ratios[swings[rows]] = -found.real / np.abs(found)
     return ratios

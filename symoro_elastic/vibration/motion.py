@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy
 from symoro_elastic.equations.kinematics import seen_motion, velocities, view
@@ -24,15 +24,14 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
+from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Scalar
 from symoro_elastic.symbolic.reverse import slopes
-from symoro_elastic.vibration.cells import refuse_values, with_named_cells
 
-Array = NDArray[np.float64]
 DUALS = differentiating(FLOATS)
 LARGEST = 1e9
 """Of a position, a velocity or a torque that is given, SI units."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
@@ -15,7 +16,6 @@ from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import labels
 from symoro_elastic.vibration.feed_forward import Following
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Array
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.tracking import Tracked
 

@@ -8,18 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
-from symoro_elastic.vibration.motion import Array
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
 POINTS, MOST_POINTS = 2000, 200_000
 BLOCK = 256
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Response:
     """
 
     frequencies: Array
-    values: Complex
+    values: ComplexArray
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     notes: tuple[str, ...] = ()
@@ -73,7 +71,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes))
 
 
-def _resonances(linear: Linearization, frequencies: Array) -> tuple[NDArray[np.bool_], list[str]]:
+def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:
     """Which frequencies are those of undamped poles, and what to say about it."""
     poles, _ = damped(linear)
     undamped = np.abs(poles.imag[np.abs(poles.real) <= ON_RESONANCE * np.abs(poles)]) / (2 * np.pi)

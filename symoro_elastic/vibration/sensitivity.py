@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Array, Motion, State
+from symoro_elastic.vibration.motion import Motion, State
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
@@ -187,7 +187,7 @@ def tracked_conclusion(tracked: Tracked) -> str:
     return "; ".join(parts)
 
 
-def _positions(growth: NDArray[np.float64]) -> str:
+def _positions(growth: Array) -> str:
     count = int(np.count_nonzero(growth))
     return f"{count} of {len(growth)} positions, so it is no vibration there"
 

@@ -6,7 +6,7 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -14,12 +14,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, clusters, modes
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
+from symoro_elastic.vibration.motion import Motion
 
 DOUBTFUL = 0.5
 MOST_POSITIONS = 10_000
@@ -64,7 +66,7 @@ def over_grid(
     torques: Mapping[str, float] | None = None,
     held: Sequence[str] = (),
     gains: Mapping[str, tuple[float, float]] | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = no_progress,
 ) -> Tracked:
     """Modes at the equilibrium of every position of a grid, paired along it; the last joint moves fastest.
 
@@ -128,7 +130,7 @@ def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
         subspaces[cluster] = subspaces[cluster].sum(axis=0)
     for cluster in _indices(here.eigenvalues):
         subspaces[:, cluster] = subspaces[:, cluster].sum(axis=1, keepdims=True)
-    _, order = optional("scipy.optimize").linear_sum_assignment(-np.minimum(subspaces, 1.0) - 1e-6 * criterion)
+    _, order = for_vibrations("scipy.optimize").linear_sum_assignment(-np.minimum(subspaces, 1.0) - 1e-6 * criterion)
     shapes, values = here.shapes[:, order].copy(), here.eigenvalues[order]
     for cluster in _indices(values):
         overlap = shapes[:, cluster].T @ mass @ old[:, cluster]

@@ -9,13 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
+from symoro_elastic.packages import for_vibrations
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped
-from symoro_elastic.vibration.motion import Array
-from symoro_elastic.vibration.optional import optional
 
 VANISHING = 1e-10
 SAME = 1e-6
@@ -23,7 +22,6 @@ NOTHING = 1e-12
 """Of the largest response that a motion of this size can have."""
 PLACES, OFF_POLES = 12, 1j * np.pi / 3
 """How many s a response is looked at, and their angle: between the imaginary axis and unstable poles."""
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -35,8 +33,8 @@ class PolesAndZeros:
 
     input: str
     output: str
-    poles: Complex
-    zeros: Complex
+    poles: ComplexArray
+    zeros: ComplexArray
     is_zero: bool = False
 
     @property
@@ -51,7 +49,7 @@ class PolesAndZeros:
         return _swinging(near)
 
 
-def _swinging(roots: Complex) -> Array:
+def _swinging(roots: ComplexArray) -> Array:
     found: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
     return found
 
@@ -75,7 +73,7 @@ def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str)
     return names.index(name)
 
 
-def _is_zero(linear: Linearization, i: int, j: int, poles: Complex) -> bool:
+def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool:
     """Whether G is 0 to rounding against all that moves, from below the slowest to above the fastest pole."""
     scale = 1 / np.sqrt(np.diag(linear.M))
     both, b = np.outer(scale, scale), linear.F[:, j] * scale
@@ -89,7 +87,7 @@ def _is_zero(linear: Linearization, i: int, j: int, poles: Complex) -> bool:
     return True
 
 
-def _zeros(linear: Linearization, i: int, j: int) -> Complex:
+def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
     """Zeros in units of rad/s, found with time in units of the fastest pole."""
     n = len(linear.K)
     scale = 1 / np.sqrt(np.diag(linear.M))
@@ -109,7 +107,7 @@ def _zeros(linear: Linearization, i: int, j: int) -> Complex:
     pencil = np.block([[A, B[:, None]], [C[None], np.array([[feed]])]])
     of_s = np.zeros_like(pencil)
     of_s[: 2 * n, : 2 * n] = np.eye(2 * n)
-    over, under = optional("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
+    over, under = for_vibrations("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         roots = np.where(np.abs(under) > 0, over / under, np.inf)
     roots = roots[np.argsort(np.abs(roots), kind="stable")][:count]
@@ -129,7 +127,7 @@ def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
     return 0
 
 
-def _cancelled(poles: Complex, zeros: Complex, near: float) -> tuple[Complex, Complex]:
+def _cancelled(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
     """What is left when poles and zeros at one place cancel each other."""
     left, kept = list(zeros), []
     for pole in poles:

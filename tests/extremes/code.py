@@ -14,7 +14,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
-from symoro_elastic.numerics.candidates import Results, c_code
+from symoro_elastic.numerics.implementations import Results, c_code
 from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package

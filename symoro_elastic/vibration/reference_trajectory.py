@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import named_columns, read_columns
-from symoro_elastic.identification.trajectory import MOST_SAMPLES, motors_of
+from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.models.flatness import HIGHEST
-from symoro_elastic.vibration.motion import LARGEST, Array
-from symoro_elastic.vibration.optional import optional
+from symoro_elastic.models.feed_forward_checks import HIGHEST
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
+from symoro_elastic.vibration.motion import LARGEST
 
 RATE = 1000.0  # samples/s
 STROKE = 0.1  # rad or m
@@ -83,7 +84,7 @@ def through(
     if len(t) <= degree:
         what = f"{len(t)} points are too few for a spline of degree {degree}: give {degree + 1} or more"
         raise InputError(source, "t", what)
-    make = optional("scipy.interpolate").make_interp_spline
+    make = for_vibrations("scipy.interpolate").make_interp_spline
     curves = {name: make(t, y, k=degree) for name, y in positions.items()}
     found = along(curves, times(t[0], t[-1], rate), source)
     if len(t) <= 2 * degree:
@@ -119,7 +120,7 @@ def move(
     first, far = (_of_motors(x, machine, place) for x, place in ((start, "--at"), (strokes, "--stroke")))
     knots = duration / degree * np.arange(-degree - 1, 2 * degree + 2)
     rising = np.repeat([0.0, 1.0], degree + 1)
-    spline = optional("scipy.interpolate").BSpline
+    spline = for_vibrations("scipy.interpolate").BSpline
     curves = {name: spline(knots, first[name] + far[name] * rising, degree) for name in names}
     return along(curves, times(0.0, duration, rate, beyond=True), source)
 

@@ -1,4 +1,4 @@
-"""What is compared with the reference: generated C, generated numpy, and the equations on floats."""
+"""Implementations of a model that can be run: generated C, generated numpy, the traced program on floats."""
 
 from __future__ import annotations
 
@@ -6,28 +6,32 @@ import importlib.util
 import itertools
 import math
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage
-from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.states import States
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.program import Program
 
-Array = NDArray[np.float64]
 Results = dict[str, Array]
-Candidate = Callable[[TracedModel, States], Results]
+Implementation = Callable[[TracedModel, States], Results]
 
 _numbers = itertools.count()
 
 
-def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Candidate:
+def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implementation:
     """The compiled functions: state by state, or all states by one call where a model depends on the state."""
 
     def run(traced: TracedModel, states: States) -> Results:
@@ -37,7 +41,7 @@ def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Candidat
     return run
 
 
-def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
+def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
     """The generated package: all states in one call, or one at a time on plain floats."""
 
     def run(traced: TracedModel, states: States) -> Results:
@@ -50,7 +54,7 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
     return run
 
 
-def equations_on_floats(values: Mapping[str, float]) -> Candidate:
+def equations_on_floats(values: Mapping[str, float]) -> Implementation:
     """The traced program in double precision, without code; NaN where it has no value."""
 
     def run(traced: TracedModel, states: States) -> Results:
@@ -62,6 +66,14 @@ def equations_on_floats(values: Mapping[str, float]) -> Candidate:
         }
 
     return run
+
+
+def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
+    """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base."""
+    refuse_floating(machine, "simulation")
+    files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
+    with tempfile.TemporaryDirectory() as folder:
+        return import_package(files, Path(folder))
 
 
 def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:

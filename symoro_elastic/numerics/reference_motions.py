@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import LOADED, STILL
-
-Array = NDArray[np.float64]
 
 
 def wanted_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:
