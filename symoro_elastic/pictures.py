@@ -9,7 +9,7 @@ from typing import Any
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import imported
 
-FORMATS = ("png", "svg", "pdf")
+PICTURE_FORMATS = ("png", "svg", "pdf")
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -24,8 +24,8 @@ def save_figures(figures: Mapping[str, Any], folder: str | Path, form: str = "pn
 
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
-    if form not in FORMATS:
-        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(FORMATS)}")
+    if form not in PICTURE_FORMATS:
+        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

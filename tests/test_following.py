@@ -22,8 +22,8 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.time_series.columns import read_columns
-from symoro_elastic.vibration.feed_forward import Following, feed_forward, notes, orders
-from symoro_elastic.vibration.reference_trajectory import along, move, read_wanted, through, times
+from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
+from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
 from tests.references.random_machines import random_machine
 from tests.test_commands import EXAMPLES, refused, run
 from tests.test_feed_forward import with_springs
@@ -51,7 +51,7 @@ def outboard(machine: Machine, q: Any) -> Any:
     return np.stack([block.sum(axis=1) for block in np.split(q, first[1:], axis=1)], axis=1)
 
 
-def simulated(found: Following) -> Any:
+def simulated(found: FeedForward) -> Any:
     """q (N, n) under the torques alone, by the direct model; steps of two samples, so that stages are at samples."""
     model = numpy_model(found.machine)
     h, q, qd = found.t[2] - found.t[0], found.q[0], found.qd[0]
@@ -144,7 +144,7 @@ def columns(order: int, degree: int = 9, letter: str = "y") -> dict[str, Any]:
 @pytest.mark.parametrize("letter", ["y", "q"])
 def test_columns_of_a_file(name: str, letter: str, tmp_path: Path) -> None:
     machine = drive()
-    found = feed_forward(machine, read_wanted(written(tmp_path / name, columns(4, letter=letter)), machine))
+    found = feed_forward(machine, read_reference(written(tmp_path / name, columns(4, letter=letter)), machine))
     wanted = feed_forward(machine, move(machine, {}, {"": 0.1}, 0.4, 9, 500))
     np.testing.assert_allclose(found.tau, wanted.tau, rtol=0, atol=1e-12 * abs(wanted.tau).max())
 
@@ -154,7 +154,7 @@ def test_positions_of_a_file(tmp_path: Path) -> None:
     machine = drive()
     t = np.linspace(0, 1, 41)
     path = written(tmp_path / "w.csv", {"t [ms]": 1e3 * t, "y_motor [mm]": 50 * np.cos(3 * t)})
-    found = feed_forward(machine, read_wanted(path, machine, usual=9, rate=100))
+    found = feed_forward(machine, read_reference(path, machine, usual=9, rate=100))
     torque = 0.05 * (-9 * 8 + 81 * 15 / 2e4) * np.cos(3 * found.t)
     np.testing.assert_allclose(found.tau[:, 0], torque, rtol=0, atol=1e-6 * abs(torque).max())
     assert not notes(found)[0].startswith("motor: derivative")
@@ -189,7 +189,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
 def test_files_refused(columns: dict[str, Any], said: str, tmp_path: Path) -> None:
     machine = drive()
     with pytest.raises(InputError) as error:
-        feed_forward(machine, read_wanted(written(tmp_path / "w.npz", columns), machine))
+        feed_forward(machine, read_reference(written(tmp_path / "w.npz", columns), machine))
     assert f"w.npz: {said}" in str(error.value) and "\n" not in str(error.value)
 
 

@@ -14,7 +14,7 @@ from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.vibration.motion import Motion, State
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from tests.references.random_machines import random_machine
 
 MODEL = "linearization"
@@ -27,7 +27,7 @@ def test_it_is_the_slope_of_the_equations_of_motion(seed: int) -> None:
     machine = random_machine(seed, joints=6, massless=0.0)
     states = moderate_states(machine, 3)
     found = evaluated(trace(machine, MODEL), states, parameter_values(machine), np.float64)
-    motion, n = Motion(machine), len(machine.moving)
+    motion, n = EquationsOfMotion(machine), len(machine.moving)
     for k in range(len(states)):
         state = State(states.q[k], states.qd[k], states.qdd[k], np.zeros(n))
         for name, wanted in zip("KDM", motion.jacobians(motion.residual, state), strict=True):

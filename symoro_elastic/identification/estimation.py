@@ -67,7 +67,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Solution:
+class LeastSquares:
     """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n),
     condition number of columns of length 1, and for each parameter the share of position noise (0 to 1) in the part
     of its column that the others do not imitate."""
@@ -91,7 +91,7 @@ class Estimation:
     """Estimates by parameter, the solution on the columns that the data tell apart, and notes for the user."""
 
     estimates: tuple[Estimate, ...]
-    solution: Solution
+    solution: LeastSquares
     grouping: IndependentColumns
     joints: tuple[str, ...]
     notes: tuple[str, ...]
@@ -108,7 +108,7 @@ class Estimation:
         return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
 
 
-def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> Solution:
+def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> LeastSquares:
     """Weighted least squares of Y (samples, n, c) X = tau (samples, n).
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
@@ -130,7 +130,7 @@ def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array]
     X, spread, condition, noise = _weighted(Y, tau, sigma, disturbed)
     predicted = Y @ X
     residuals = tau - predicted
-    return Solution(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
+    return LeastSquares(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
 
 
 def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Array:
@@ -251,7 +251,7 @@ def _judged(
     c: int,
     grouping: IndependentColumns,
     unknowns: Sequence[Unknown],
-    solution: Solution,
+    solution: LeastSquares,
     Y: Array,
     hidden: dict[int, str],
 ) -> Estimate:
@@ -270,7 +270,7 @@ def _judged(
     return Estimate(unknowns[c], value, std, Verdict.POOR, "; ".join(filter(None, (why, reason))))
 
 
-def _hidden(Y: Array, tau: Array, solution: Solution, joints: Sequence[str]) -> dict[int, str]:
+def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str]) -> dict[int, str]:
     """Columns that noise of the positions hides, and why.
 
     A joint without measured torque gives its parameters up to a common factor: where the factor is hidden, so
@@ -314,7 +314,7 @@ def _consistency(found: Iterable[Estimate]) -> list[str]:
     return notes
 
 
-def _whiteness(solution: Solution, joints: Sequence[str]) -> list[str]:
+def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
     """Standard deviations suppose independent residuals: neighbours' correlation r makes them too small."""
     notes = []
     for j, joint in enumerate(joints):

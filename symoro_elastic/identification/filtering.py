@@ -29,7 +29,7 @@ OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
 RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
 EDGE = 6  # kept samples
 SLOW, REACH = 0.02, 1.5  # of the largest velocity; in kept samples
-HIGHEST = 0.9  # of the Nyquist frequency
+HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Filter:
 
 
 @dataclass(frozen=True)
-class Motion:
+class FilteredMotion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
     `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `noise` (n) is
@@ -79,7 +79,7 @@ class Motion:
     still: tuple[int, ...] = ()
     noise: Array | None = None
 
-    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> Motion:
+    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> FilteredMotion:
         """The same motion with as much sensor noise again, through the same filter; still joints stay still."""
         if self.noise is None:
             return self
@@ -103,10 +103,10 @@ def default_filter(found: Measurements, motors: Sequence[int] = (), bandwidth: f
     """
     sampling = 1 / found.period
     motion = bandwidth or _bandwidth(found, motors)
-    if not 0 < motion <= HIGHEST * sampling / 2:
+    if not 0 < motion <= HIGHEST_CUTOFF * sampling / 2:
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
         raise InputError(found.source, "t", what)
-    cutoff = min(ABOVE_MOTION * motion, HIGHEST * sampling / 2)
+    cutoff = min(ABOVE_MOTION * motion, HIGHEST_CUTOFF * sampling / 2)
     factor = max(1, int(OF_NYQUIST * sampling / 2 / (KEPT_BAND * motion)))
     return Filter(sampling, motion, cutoff, factor)
 
@@ -191,7 +191,7 @@ def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
     return filtered
 
 
-def motion_of(found: Measurements, chosen: Filter) -> Motion:
+def motion_of(found: Measurements, chosen: Filter) -> FilteredMotion:
     """Filtered positions, their derivatives, and the torques of the same samples (still unfiltered).
 
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
@@ -216,10 +216,10 @@ def motion_of(found: Measurements, chosen: Filter) -> Motion:
     for k in still:
         positions[:, k] = positions[:, k].mean()
         rates[:, k] = rates2[:, k] = 0.0
-    return Motion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still, noise)
+    return FilteredMotion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still, noise)
 
 
-def as_measured(found: Measurements) -> Motion:
+def as_measured(found: Measurements) -> FilteredMotion:
     """Measurements used as they are; velocities and accelerations must be among them, or are differences."""
     velocity, acceleration = differentiate(found.q, found.period)
     inner = slice(2, len(found.q) - 2)
@@ -227,7 +227,7 @@ def as_measured(found: Measurements) -> Motion:
     acceleration = acceleration if found.qdd is None else found.qdd[inner]
     q = found.q[inner]
     still = _still(q, np.zeros_like(q))
-    return Motion(found.t[inner], q, velocity, acceleration, found.tau[inner], still)
+    return FilteredMotion(found.t[inner], q, velocity, acceleration, found.tau[inner], still)
 
 
 def _still(smoothed: Array, removed: Array) -> tuple[int, ...]:

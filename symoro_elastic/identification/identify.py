@@ -13,7 +13,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
 from symoro_elastic.identification.filtering import (
     Filter,
-    Motion,
+    FilteredMotion,
     as_measured,
     decimate,
     default_filter,
@@ -21,7 +21,7 @@ from symoro_elastic.identification.filtering import (
     reverses,
     thin,
 )
-from symoro_elastic.identification.regression import Column, Regressor, regressor
+from symoro_elastic.identification.regression import Regressor, RegressorColumn, regressor
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
@@ -118,7 +118,7 @@ def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: f
     return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
-def _known(columns: Sequence[Column], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
         if label not in numbers:
@@ -163,7 +163,7 @@ def _stack(
     )
 
 
-def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen: Filter | None) -> BoolArray:
+def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
     """Rows left out: where a joint with dry friction changes direction, its torque is anything up to Fs."""
     slow = reverses(motion.qd, chosen)
     dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
@@ -171,7 +171,7 @@ def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen
     return slow
 
 
-def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter | None) -> Array:
+def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: Filter | None) -> Array:
     """Columns of Y along a motion, decimated."""
     columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
     if chosen is None:
@@ -183,7 +183,7 @@ def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter |
     return thinned
 
 
-def _left_side(machine: Machine, motion: Motion) -> Array:
+def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
     """Measured torques of motors, zero for the other joints (samples, n)."""
     tau = np.zeros_like(motion.q)
     tau[:, _motors(machine)] = motion.tau
@@ -194,14 +194,14 @@ def _motors(machine: Machine) -> list[int]:
     return [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
 
 
-def _in_pieces(rows: Callable[..., Array], motion: Motion) -> Array:
+def _in_pieces(rows: Callable[..., Array], motion: FilteredMotion) -> Array:
     """A function of q, qd, qdd over all samples, without large intermediate arrays."""
     pieces = [slice(k, k + PIECE) for k in range(0, len(motion.t), PIECE)]
     return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
 
 def _unknowns(
-    columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns, machine: Machine
+    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns, machine: Machine
 ) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
     found = []
@@ -214,7 +214,9 @@ def _unknowns(
     return found
 
 
-def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns) -> list[str]:
+def _without_effect(
+    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns
+) -> list[str]:
     labels = ", ".join(columns[sought[c]].label for c in structure.vanishing)
     return [f"without effect on any torque of this machine: {labels}"] if labels else []
 

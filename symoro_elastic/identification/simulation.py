@@ -13,7 +13,7 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.time_series.measurements import Measurements
 
-Reference = Callable[[float], tuple[Array, Array, Array]]
+ReferenceMotion = Callable[[float], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Sensors:
 def simulate(
     machine: Machine,
     values: Mapping[str, float],
-    reference: Reference,
+    reference: ReferenceMotion,
     controller: Controller,
     duration: float,
     sampling: float,

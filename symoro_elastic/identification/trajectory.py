@@ -17,7 +17,7 @@ from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.time_series.columns import MOST_SAMPLES
 
 POSITION = "--position"
-FORMATS = (".csv", ".npz")
+FILE_TYPES = (".csv", ".npz")
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
@@ -132,7 +132,7 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
 
 def refuse_file(path: str | Path) -> None:
     """Raise `InputError` for a file that `write` could not write, before the search for its motion."""
-    if Path(path).suffix.lower() not in FORMATS:
+    if Path(path).suffix.lower() not in FILE_TYPES:
         raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
     if not Path(path).parent.is_dir():
         raise InputError(str(path), "file", "its folder does not exist: make it first")

@@ -25,15 +25,15 @@ from symoro_elastic.numerics.states import States
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.symbolic.expression import reachable
 
-Found = Mapping[str, Numbers | Sequence[Numbers]]
+ComputedResults = Mapping[str, Numbers | Sequence[Numbers]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
 
 NUMBERS_AT_ONCE = 2_000_000
 LEAST_MOVES = 32
 MOST_EXTENDED_BITS = 53
 EXTENDED_U = float(np.finfo(EXTENDED).eps)
-NEGLIGIBLE = 2.0**-20
-TINY = 1e-300
+ENCLOSURE_WIDTH = 2.0**-20
+EXTENDED_ZERO = 1e-300
 """Extended results that are smaller are zero."""
 
 
@@ -75,7 +75,7 @@ class Errors:
 
 def measure(
     traced: TracedModel,
-    results: Found,
+    results: ComputedResults,
     states: States,
     values: Mapping[str, float],
     precision: Precision = DOUBLE,
@@ -121,7 +121,12 @@ class _Judge:
     """Compares the results of one model with exact ones."""
 
     def __init__(
-        self, traced: TracedModel, results: Found, states: States, values: Mapping[str, float], precision: Precision
+        self,
+        traced: TracedModel,
+        results: ComputedResults,
+        states: States,
+        values: Mapping[str, float],
+        precision: Precision,
     ) -> None:
         self.traced, self.states, self.values = traced, states, values
         self.found = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
@@ -195,7 +200,7 @@ class _Judge:
         return symbols
 
     def _enclosed(self, symbols: Mapping[str, float]) -> dict[str, Balls]:
-        return enclosures(self.traced.program, symbols, self.u * NEGLIGIBLE)
+        return enclosures(self.traced.program, symbols, self.u * ENCLOSURE_WIDTH)
 
     def exactly(self, state: int) -> float:
         """The proven error at a state; NaN where the exact results are out of range or do not exist."""
@@ -224,6 +229,6 @@ def _distance(found: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbe
         for name, exact in wanted.items():
             difference = np.abs(found[name][0] - exact + sum(found[name][1:])).max(axis=1, initial=0)
             scale = np.abs(exact).max(axis=1, initial=0)
-            relative = (difference / np.where(scale > TINY, scale, 1)).astype(float)
+            relative = (difference / np.where(scale > EXTENDED_ZERO, scale, 1)).astype(float)
             worst = np.maximum(worst, np.where(np.isfinite(relative), relative, np.inf))
     return worst

@@ -16,7 +16,7 @@ from symoro_elastic.symbolic.program import Program
 Balls = list[Any]
 
 FIRST_BITS, MOST_BITS = 160, 20_480
-TINY = 1e-100
+PROVEN_ZERO = 1e-100
 """Results that are proven smaller are zero."""
 
 
@@ -64,7 +64,7 @@ def distance(found: Balls, entries: Balls) -> float:
 def scale(entries: Balls) -> Any:
     """The largest entry, from below; 1 where all are zero."""
     found = max((entry.abs_lower() for entry in entries), default=0)
-    return found if found > TINY else _flint().arb(1)
+    return found if found > PROVEN_ZERO else _flint().arb(1)
 
 
 def is_out_of_range(entries: Balls, most: float) -> bool:
@@ -76,7 +76,7 @@ def _is_tight(entries: Balls, negligible: float) -> bool:
     if not all(entry.is_finite() for entry in entries):
         return False
     largest = max((entry.abs_lower() for entry in entries), default=0)
-    allowed = largest * negligible if largest > TINY else TINY
+    allowed = largest * negligible if largest > PROVEN_ZERO else PROVEN_ZERO
     return all(entry.rad() <= allowed for entry in entries)
 
 

@@ -14,7 +14,7 @@ from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.reference import Numbers, Point, distance, dot
+from symoro_elastic.numerics.reference import Numbers, StateReference, distance, dot
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 
@@ -29,7 +29,7 @@ class Followed:
     forces: Numbers
 
 
-def followed(point: Point, traced: TracedModel) -> Followed:
+def followed(point: StateReference, traced: TracedModel) -> Followed:
     """The motion that a feed-forward gives, derived by time, and its forces."""
     symbols: dict[str, Any] = dict(point.names)
     for argument in traced.program.inputs:
@@ -47,14 +47,14 @@ def followed(point: Point, traced: TracedModel) -> Followed:
     return Followed(place, velocity, acceleration, [dot(row, acceleration) + h for row, h in zip(rows, H, strict=True)])
 
 
-def torques(point: Point, traced: TracedModel) -> dict[str, Numbers]:
+def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
     """Results of a feed-forward, velocities by differentiating q and torques from the equations of motion."""
     found, machine = followed(point, traced), point.reference.machine
     by_joint = {name: dict(zip(machine.moving, x, strict=True)) for name, x in _named(found).items()}
     return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
 
 
-def unfollowed(point: Point, traced: TracedModel) -> float:
+def unfollowed(point: StateReference, traced: TracedModel) -> float:
     """How far springs are from their law, and motors and springs from adding up to y, relative."""
     found, machine = followed(point, traced), point.reference.machine
     joints = [machine.joints[j - 1] for j in machine.moving]

@@ -25,8 +25,8 @@ from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.program import Program
 
-Results = dict[str, Array]
-Implementation = Callable[[TracedModel, States], Results]
+ResultArrays = dict[str, Array]
+Implementation = Callable[[TracedModel, States], ResultArrays]
 
 _numbers = itertools.count()
 
@@ -34,7 +34,7 @@ _numbers = itertools.count()
 def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implementation:
     """The compiled functions: state by state, or all states by one call where a model depends on the state."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         call = compiled.call_batch if batch and traced.model.arguments else compiled.call
         return _spread(traced, call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
 
@@ -44,7 +44,7 @@ def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implemen
 def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
     """The generated package: all states in one call, or one at a time on plain floats."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         function = getattr(module, traced.model.name)
         if stacked:
             return _spread(traced, _named(traced, function(**_arguments(traced, states), p=p)), len(states))
@@ -57,7 +57,7 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
 def equations_on_floats(values: Mapping[str, float]) -> Implementation:
     """The traced program in double precision, without code; NaN where it has no value."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         rows = [_evaluated(traced.program, _symbols(traced, states, state, values)) for state in range(len(states))]
         columns = zip(*rows, strict=True)
         return {
@@ -101,13 +101,13 @@ def _arguments(traced: TracedModel, states: States, state: int | slice = slice(N
     return {name: getattr(states, name)[state] for name in traced.model.arguments}
 
 
-def _named(traced: TracedModel, results: Any) -> Results:
+def _named(traced: TracedModel, results: Any) -> ResultArrays:
     names = tuple(traced.rows)
     return dict(zip(names, results if len(names) > 1 else (results,), strict=True))
 
 
-def _spread(traced: TracedModel, results: Results, states: int) -> Results:
-    """Results by state also where they depend on parameters only."""
+def _spread(traced: TracedModel, results: ResultArrays, states: int) -> ResultArrays:
+    """ResultArrays by state also where they depend on parameters only."""
     shapes = {output.name: output.shape for output in traced.program.outputs}
     return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 

@@ -24,7 +24,7 @@ from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
-ZERO = 1e-30  # what is smaller is rounding of the reference
+REFERENCE_ZERO = 1e-30  # what is smaller is rounding of the reference
 
 Numbers = list[Any]
 Matrix = list[Numbers]
@@ -50,17 +50,17 @@ class Reference:
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
 
-    def at(self, state: State) -> Point:
+    def at(self, state: State) -> StateReference:
         """The models at a state."""
-        return Point(self, state, multiprecision(DIGITS))
+        return StateReference(self, state, multiprecision(DIGITS))
 
-    def near(self, state: State, source: random.Random, forces: bool = False) -> Point:
+    def near(self, state: State, source: random.Random, forces: bool = False) -> StateReference:
         """The models one ulp from a state: its numbers, the parameters, and constants that are rounded.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
         """
-        return Point(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
+        return StateReference(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
 
     def solving(self) -> Reference:
         """The same reference, by solving."""
@@ -89,7 +89,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Point:
+class StateReference:
     """A reference at one state."""
 
     reference: Reference
@@ -341,4 +341,4 @@ def distance(found: Sequence[Any], wanted: Sequence[Any]) -> float:
     """Largest difference over the largest wanted entry, or over 1 where all of these are zero."""
     difference = max((abs(x - y) for x, y in zip(found, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
-    return float(difference / (scale if scale > ZERO else 1))
+    return float(difference / (scale if scale > REFERENCE_ZERO else 1))

@@ -1,4 +1,4 @@
-"""Test states of feed-forward: wanted motions with all their derivatives, as moderate or extreme as their state."""
+"""Test states of feed-forward: reference motions with all their derivatives, as moderate or extreme as their state."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import LOADED, STILL
 
 
-def wanted_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:
+def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:
     """y and its derivatives, (N, 13, m), from q, qd, qdd of motors (N, m).
 
     Each further derivative is up to w times the one before, w from 1 to 100 1/s; with large loads all are to 1e8.

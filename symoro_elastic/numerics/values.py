@@ -1,4 +1,4 @@
-"""Values for parameters that the machine leaves open: physically possible ones, deterministic by seed.
+"""ParameterValues for parameters that the machine leaves open: physically possible ones, deterministic by seed.
 
 A name says nothing: what it stands for is derived from the cells of the table in which it occurs.
 """
@@ -13,7 +13,7 @@ from symoro_elastic.machine.checks import body_cells
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
 
-Values = dict[str, float]
+ParameterValues = dict[str, float]
 Draw = Callable[[np.random.Generator], float]
 
 ATTEMPTS = 50
@@ -40,7 +40,7 @@ FRICTION, FORCE, GRAVITY, MOTION = _between(0.1, 1.0), _either_sign(1, 10), _eit
 MASS = _between(1.0, 5.0)  # kg
 
 
-def parameter_values(machine: Machine, seed: int = 0) -> Values:
+def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
     """A value for every parameter: the machine's own where it gives one, else a drawn one.
 
     Masses of some kg, tensors of bodies that exist, positive rotor inertias (kg m2 or kg) and
@@ -56,12 +56,12 @@ def parameter_values(machine: Machine, seed: int = 0) -> Values:
     raise NoValues(f"{undefined}: no real value in {ATTEMPTS} draws of the parameters; give them values")
 
 
-def given_values(machine: Machine) -> Values:
+def given_values(machine: Machine) -> ParameterValues:
     """The values that the machine gives."""
     return {p.name: p.value.value() for p in machine.parameters if p.value is not None}
 
 
-def _draw(machine: Machine, rng: np.random.Generator) -> Values:
+def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:
     values = given_values(machine)
     for joint in machine.joints:
         for formula, draw in _cells(joint):
@@ -79,7 +79,7 @@ def _draw(machine: Machine, rng: np.random.Generator) -> Values:
     return {parameter.name: values[parameter.name] for parameter in machine.parameters}
 
 
-def _settle(values: Values, formula: Formula, value: float) -> None:
+def _settle(values: ParameterValues, formula: Formula, value: float) -> None:
     """Give a cell that is one name, or its negative, this value, unless the name has one."""
     match formula.tree:
         case ("name", name):
@@ -100,7 +100,7 @@ def _cells(joint: Joint) -> Iterator[tuple[Formula, Draw]]:
     yield from ((formula, FORCE) for formula in (*joint.wrench.force, *joint.wrench.moment))
 
 
-def _settle_body(values: Values, body: Body, rng: np.random.Generator) -> None:
+def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) -> None:
     """Mass, then its place, then inertia: that of the mass at its centre and a nearly round body about it.
 
     Any tensor so drawn, and any mixture of several, is possible: its moments about the centre of
@@ -127,7 +127,7 @@ def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
         return None
 
 
-def _undefined_cell(machine: Machine, values: Values) -> str:
+def _undefined_cell(machine: Machine, values: ParameterValues) -> str:
     """The first cell without a finite real value; empty where all have one."""
     for j, joint in enumerate(machine.joints, start=1):
         body = (joint.body.mass, *joint.body.moments, *joint.body.inertia)

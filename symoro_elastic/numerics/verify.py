@@ -30,19 +30,19 @@ from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.feed_forward_residual import torques, unfollowed
 from symoro_elastic.numerics.implementations import (
     Implementation,
-    Results,
+    ResultArrays,
     c_code,
     equations_on_floats,
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
+from symoro_elastic.numerics.reference import REFERENCE_ZERO, Numbers, Reference, Singular, StateReference, distance
 from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
 from symoro_elastic.progress import Progress, no_progress
 
-Runs = list[tuple[str, Results]]
+Runs = list[tuple[str, ResultArrays]]
 
 BOUND = 1e-12
 FEED_FORWARD = "feed_forward"
@@ -167,7 +167,7 @@ def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
 def _run(
     described: Package, traced: Sequence[TracedModel], values: Mapping[str, float], states: States
 ) -> tuple[dict[str, Runs], str]:
-    """Results of every implementation by model, and what is missing for C."""
+    """ResultArrays of every implementation by model, and what is missing for C."""
     p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
     missing = ""
     with tempfile.TemporaryDirectory() as folder:
@@ -208,7 +208,7 @@ class _Tally:
         self.bound = BOUND
         self.unjudged: list[str] = []
 
-    def add(self, state: _TestState, point: Point) -> None:
+    def add(self, state: _TestState, point: StateReference) -> None:
         """Compare all implementations at a state."""
         try:
             wanted = _wanted(point, self.traced)
@@ -241,7 +241,7 @@ class _Tally:
             tuple(self.unjudged),
         )
 
-    def _error(self, results: Results, wanted: Mapping[str, Numbers], state: int) -> float:
+    def _error(self, results: ResultArrays, wanted: Mapping[str, Numbers], state: int) -> float:
         """The error of the worst result; infinite where one is not a number."""
         return max(_error(results[name][state].ravel(), entries) for name, entries in wanted.items())
 
@@ -253,8 +253,8 @@ class _Tally:
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 
 
-def _wanted(point: Point, traced: TracedModel) -> Mapping[str, Numbers]:
-    """Results of a model by another way."""
+def _wanted(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
+    """ResultArrays of a model by another way."""
     put_back = traced.model.name == FEED_FORWARD and point.reference.solved
     return torques(point, traced) if put_back else point.model(traced)
 
@@ -266,7 +266,7 @@ def _error(found: Array, wanted: Numbers) -> float:
     with np.errstate(all="ignore"):
         difference = float(np.abs((found - high) - low).max(initial=0.0))
     scale = float(np.abs(high).max(initial=0.0))
-    error = difference / (scale if scale > ZERO else 1.0)
+    error = difference / (scale if scale > REFERENCE_ZERO else 1.0)
     return error if math.isfinite(error) else math.inf
 
 

@@ -15,10 +15,10 @@ from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.time_series.measurements import Measurements
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, modes
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.tracking import pair
 
 PERIODS = 5.0  # of the first vibration, for a move
@@ -120,7 +120,7 @@ def _springs(machine: Machine) -> set[str]:
 
 
 def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) -> Modes:
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     return modes(with_motors(linearize(motion, equilibrium(motion, at), (), ()), held))
 
 
@@ -148,7 +148,7 @@ def move(
     It takes `duration` s, or five periods of `frequency` Hz; integrated by an 8th-order Runge-Kutta method.
     Raises `InputError`.
     """
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
     fastest = float(_modes(machine, at, [motion.names[k] for k in motion.motors]).frequencies.max(initial=0.0))

@@ -10,12 +10,12 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.balance import balanced
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Motion, State
 
 
 def equilibrium(
-    motion: Motion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
+    motion: EquationsOfMotion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
 ) -> State:
     """State at rest where r(q, 0, 0) = tau [8], [9]: springs sag under gravity, external wrenches and `torques`.
 
@@ -38,7 +38,7 @@ def equilibrium(
 
 
 def given_state(
-    motion: Motion,
+    motion: EquationsOfMotion,
     at: Mapping[str, float] | None = None,
     rates: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
@@ -58,7 +58,7 @@ def given_state(
     return State(q, qd, qdd, tau)
 
 
-def starting_point(motion: Motion, at: Mapping[str, float]) -> Array:
+def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
     """Where the search begins; raises `InputError` for joints that do not exist."""
     q = motion.neutral_positions()
     for k, x in motion.numbered(at, "--at").items():
@@ -66,7 +66,7 @@ def starting_point(motion: Motion, at: Mapping[str, float]) -> Array:
     return q
 
 
-def _torques(motion: Motion, torques: Mapping[str, float]) -> Array:
+def _torques(motion: EquationsOfMotion, torques: Mapping[str, float]) -> Array:
     tau = np.zeros(len(motion.joints))
     for k, x in motion.numbered(torques, "--torque").items():
         if k not in motion.motors:

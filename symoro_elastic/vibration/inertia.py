@@ -8,15 +8,15 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.motion import Motion
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
-ROUNDING = 100 * float(np.finfo(float).eps)
+MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""
 MOVES = 0.1
 """Share of the largest component with which a joint takes part in a motion, scaled likewise."""
 
 
-def refuse_singular(motion: Motion, M: Array, kept: Sequence[int], can_hold: bool = True) -> None:
+def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], can_hold: bool = True) -> None:
     """Raise `InputError` where M (n, n) of the coordinates `kept` is not positive definite.
 
     It names the joints that move without inertia, and those that need some; `can_hold` tells that --hold helps too.
@@ -30,7 +30,11 @@ def refuse_singular(motion: Motion, M: Array, kept: Sequence[int], can_hold: boo
     ways = [f"give {_listed([names[row] for row in culprits])} an inertia"]
     if can_hold and motors.issuperset(culprits):
         ways.append(" ".join(f"--hold {names[row]}" for row in culprits))
-    wrong = "singular here: nothing has inertia" if least > -ROUNDING else "not positive here: the inertia is negative"
+    wrong = (
+        "singular here: nothing has inertia"
+        if least > -MATRIX_ROUNDING
+        else "not positive here: the inertia is negative"
+    )
     what = f"{wrong} in a motion of {_listed([names[row] for row in idle])}; {' or '.join(ways)}"
     raise InputError(motion.source, "inertia matrix", what)
 
@@ -38,7 +42,7 @@ def refuse_singular(motion: Motion, M: Array, kept: Sequence[int], can_hold: boo
 def without_inertia(M: Array) -> tuple[list[int], float]:
     """Rows that take part in motions without inertia, or with a negative one; the least eigenvalue of M, scaled."""
     values, vectors = _scaled(M)
-    null = vectors[:, values <= ROUNDING]
+    null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
     return [int(row) for row in np.flatnonzero(part > MOVES * part.max(initial=0.0))], float(values.min(initial=1.0))
 
@@ -55,7 +59,7 @@ def needing(M: Array, preferred: Collection[int]) -> list[int]:
 def _scaled(M: Array) -> tuple[Array, Array]:
     """Eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
     diagonal = np.diag(M)
-    least = ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
+    least = MATRIX_ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
     scale = 1 / np.sqrt(np.where(np.abs(diagonal) > least, np.abs(diagonal), 1.0))
     scale[np.abs(diagonal) <= least] = 0.0
     values, vectors = np.linalg.eigh((M + M.T) / 2 * np.outer(scale, scale))

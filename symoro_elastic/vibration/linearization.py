@@ -18,8 +18,8 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Motion, State
 from symoro_elastic.vibration.signals import (
     FrameSignal,
     Signal,
@@ -56,7 +56,7 @@ class Linearization:
     `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
     """
 
-    motion: Motion
+    motion: EquationsOfMotion
     state: State
     M: Array
     D: Array
@@ -117,7 +117,7 @@ class Linearization:
 
 
 def linearize(
-    motion: Motion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
+    motion: EquationsOfMotion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
 ) -> Linearization:
     """The exact linearization about a state; torques of motors and their encoders unless signals are named.
 
@@ -141,16 +141,18 @@ def linearize(
 
 def motion_of(
     machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
-) -> Motion:
+) -> EquationsOfMotion:
     """The equations of motion of a machine, with the points that these signals are at.
 
     A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
     """
     machine = with_base_coordinates(machine)
-    return Motion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
+    return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
 
 
-def _frame_maps(motion: Motion, state: State) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
+def _frame_maps(
+    motion: EquationsOfMotion, state: State
+) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
     """Derivatives of V and of V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
     v, vd = motion.seen
     both = motion.jacobians([*v, *vd], state)
@@ -158,18 +160,18 @@ def _frame_maps(motion: Motion, state: State) -> tuple[tuple[Array, Array, Array
     return velocity, (both[0][len(v) :], both[1][len(v) :], both[2][len(v) :])
 
 
-def _frame_row(motion: Motion, signal: FrameSignal) -> int:
+def _frame_row(motion: EquationsOfMotion, signal: FrameSignal) -> int:
     point = motion.points.index((signal.number, signal.at)) if signal.at else None
     return motion.row_of(signal.number, point) + signal.component
 
 
-def _column(motion: Motion, signal: Signal, maps: Maps, n: int) -> Array:
+def _column(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> Array:
     """Generalized forces of a unit input: J^T of a wrench."""
     found: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
     return found
 
 
-def _rows(motion: Motion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
+def _rows(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
     """Rows of Cq, Cv, Ca of an output."""
     zero = np.zeros(n)
     if not isinstance(signal, FrameSignal):
@@ -216,7 +218,7 @@ def with_motors(
     )  # fmt: skip
 
 
-def _motor(motion: Motion, name: str, place: str) -> int:
+def _motor(motion: EquationsOfMotion, name: str, place: str) -> int:
     k = motion.index(name, place)
     if k not in motion.motors:
         motors = ", ".join(motion.names[m] for m in motion.motors) or "this machine has none"

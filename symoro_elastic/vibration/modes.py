@@ -13,7 +13,7 @@ import numpy as np
 from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import for_vibrations
-from symoro_elastic.vibration.inertia import ROUNDING, refuse_singular
+from symoro_elastic.vibration.inertia import MATRIX_ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
 
 ALIKE = 1e-7
@@ -104,7 +104,7 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     values = np.zeros(n)
     if len(stiff):
         found, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
-        found[np.abs(found) <= ROUNDING * n * np.abs(found).max()] = 0.0
+        found[np.abs(found) <= MATRIX_ROUNDING * n * np.abs(found).max()] = 0.0
         values[len(free) :] = found
         shapes[stiff, len(free) :] = vectors
         shapes[free, len(free) :] = -carried @ vectors
@@ -135,7 +135,7 @@ def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
     poles, shapes = np.zeros(2 * n, dtype=complex), np.zeros((n, 2 * n), dtype=complex)
     if len(kept):
         found, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
-        found[np.abs(found) ** 2 <= ROUNDING * n] = 0.0
+        found[np.abs(found) ** 2 <= MATRIX_ROUNDING * n] = 0.0
         whole = np.zeros((2 * n, len(kept)), dtype=complex)
         whole[kept] = vectors
         poles[: len(kept)], shapes[:, : len(kept)] = found * rate, scale[:, None] * whole[:n]

@@ -14,7 +14,7 @@ from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import labels
-from symoro_elastic.vibration.feed_forward import Following
+from symoro_elastic.vibration.feed_forward import FeedForward
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.tracking import Tracked
@@ -45,7 +45,7 @@ def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> lis
     return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
 
 
-def plot_following(found: Following, folder: str | Path, form: str = "png") -> list[Path]:
+def plot_feed_forward(found: FeedForward, folder: str | Path, form: str = "png") -> list[Path]:
     """Write feed_forward.<form> to a folder; returns its path. Raises `InputError`."""
     return save_figures({"feed_forward": following(found)}, folder, form)
 
@@ -162,16 +162,20 @@ def over_two(tracked: Tracked, mode: int) -> Any:
     return figure
 
 
-def following(found: Following) -> Any:
-    """A column a motor: the wanted motion, how far the motor is ahead of it, the torque."""
+def following(found: FeedForward) -> Any:
+    """A column a motor: the reference trajectory, how far the motor is ahead of it, the torque."""
     joints = motors_of(found.machine)
     figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
     lead = found.at_motors(found.q)
     for m, (column, joint) in enumerate(
         zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
     ):
-        y, unit, force = found.wanted.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
-        rows = ((f"wanted, {unit}", y), (f"motor ahead, {unit}", lead[:, m] - y), (f"torque, {force}", found.tau[:, m]))
+        y, unit, force = found.reference.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
+        rows = (
+            (f"reference, {unit}", y),
+            (f"motor ahead, {unit}", lead[:, m] - y),
+            (f"torque, {force}", found.tau[:, m]),
+        )
         for axis, (label, curve) in zip(column, rows, strict=True):
             axis.plot(found.t, curve, linewidth=0.9)
             axis.set_ylabel(label)

@@ -1,4 +1,4 @@
-"""Wanted motions of what motors drive, with derivatives by time: columns of a file, splines, moves from rest to rest.
+"""Reference trajectories of what motors drive, with derivatives by time: from files, splines, moves from rest to rest.
 
 The coordinate y of a motor is its own plus those of the springs behind it. A motion gives k derivatives where the
 first that jumps is the k-th: the next one would be infinite. A spline of degree k gives k.
@@ -19,10 +19,10 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.models.feed_forward_checks import HIGHEST
+from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
-from symoro_elastic.vibration.motion import LARGEST
+from symoro_elastic.vibration.equations_of_motion import LARGEST
 
 RATE = 1000.0  # samples/s
 STROKE = 0.1  # rad or m
@@ -35,7 +35,7 @@ Doubt = tuple[int, str]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ReferenceTrajectory:
     """t (N,) s and by motor y and its derivatives, (orders + 1, N), rad or m; where they come from.
 
     `columns` is the letter of its columns in a file, empty for splines; `doubts` tells by motor which derivative is
@@ -53,9 +53,9 @@ class Wanted:
         return len(self.y[motor]) - 1
 
 
-def read_wanted(
+def read_reference(
     path: str | Path, machine: Machine, degree: int | None = None, usual: int = 5, rate: float | None = None
-) -> Wanted:
+) -> ReferenceTrajectory:
     """Columns t, y_<motor>, yd_<motor>, ydd_<motor> ... of a .csv or .npz file, or q_, qd_ ... as `excite` writes.
 
     Splines of a degree go through the positions where it is given, and where there are positions only (`usual`);
@@ -73,12 +73,14 @@ def read_wanted(
         raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
-    return Wanted(t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why})
+    return ReferenceTrajectory(
+        t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why}
+    )
 
 
 def through(
     t: Array, positions: Mapping[str, Array], degree: int, rate: float | None = None, source: str = "motion"
-) -> Wanted:
+) -> ReferenceTrajectory:
     """Interpolating splines of a degree through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
     _refuse_degree(degree, source)
     if len(t) <= degree:
@@ -93,7 +95,7 @@ def through(
     return replace(found, doubts=dict(_doubts(found, coarse)))
 
 
-def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
+def _doubts(fine: ReferenceTrajectory, coarse: ReferenceTrajectory) -> Iterator[tuple[str, Doubt]]:
     """By motor the first derivative that half the points tell otherwise, but for the ends."""
     inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
     for name, rows in fine.y.items():
@@ -107,7 +109,7 @@ def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
 def move(
     machine: Machine, start: Mapping[str, float], strokes: Mapping[str, float], duration: float, degree: int,
     rate: float | None = None,
-) -> Wanted:  # fmt: skip
+) -> ReferenceTrajectory:  # fmt: skip
     """All motors from rest to rest in `duration` s, each as far as its stroke: velocity is a B-spline bell.
 
     Of degree 2 it has a triangle of velocity, of degree 3 limited jerk. Raises `InputError`.
@@ -125,12 +127,12 @@ def move(
     return along(curves, times(0.0, duration, rate, beyond=True), source)
 
 
-def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Wanted:
+def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> ReferenceTrajectory:
     """Curves by motor, each a `BSpline` or a piecewise polynomial (`PPoly`) of scipy, at times (N,) s.
 
     As many derivatives as the curve has before one jumps.
     """
-    return Wanted(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
+    return ReferenceTrajectory(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
 
 
 def times(first: float, last: float, rate: float | None = None, beyond: bool = False) -> Array:
@@ -155,20 +157,22 @@ def _smoothness(curve: Any) -> int:
     if hasattr(curve, "t"):
         inside = curve.t[(curve.t > curve.t[curve.k]) & (curve.t < curve.t[-curve.k - 1])]
         most = int(np.unique(inside, return_counts=True)[1].max(initial=1)) if len(inside) else 1
-        return min(int(curve.k) - most + 1, HIGHEST)
-    for k in range(HIGHEST):
+        return min(int(curve.k) - most + 1, HIGHEST_DERIVATIVE)
+    for k in range(HIGHEST_DERIVATIVE):
         slope = curve.derivative(k) if k else curve
         ends = np.diff(slope.x[:-1])
         before = np.array([np.polyval(c, h) for c, h in zip(slope.c[:, :-1].T, ends, strict=True)])
         after = slope.c[-1, 1:]
         if (np.abs(after - before) > JUMP * max(np.abs(before).max(initial=0), np.abs(after).max(initial=0))).any():
             return k
-    return HIGHEST
+    return HIGHEST_DERIVATIVE
 
 
 def _refuse_degree(degree: int, source: str) -> None:
-    if not 1 <= degree <= HIGHEST + 1:
-        raise InputError(source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST + 1}")
+    if not 1 <= degree <= HIGHEST_DERIVATIVE + 1:
+        raise InputError(
+            source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
+        )
 
 
 def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
@@ -208,13 +212,13 @@ def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Mach
     motors = [joint.name for joint in motors_of(machine)]
     others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
     if others:
-        what = "a wanted motion is that of what motors drive, springs included: give y_<motor>, yd_<motor> ... alone"
+        what = "motors and their springs have a trajectory, other joints none: give y_<motor>, yd_<motor> ... alone"
         raise InputError(source, others[0], what)
     found = {}
     for name in motors:
-        orders = [k for k in range(HIGHEST + 1) if (letter + "d" * k, name) in named]
+        orders = [k for k in range(HIGHEST_DERIVATIVE + 1) if (letter + "d" * k, name) in named]
         if orders != list(range(len(orders))) or not orders:
-            lacking = next(k for k in range(HIGHEST + 2) if k not in orders)
+            lacking = next(k for k in range(HIGHEST_DERIVATIVE + 2) if k not in orders)
             raise InputError(source, f"{letter}{'d' * lacking}_{name}", "missing: give it in a column of this name")
         found[name] = np.array([named[letter + "d" * k, name] for k in orders])
         if not np.isfinite(found[name]).all():

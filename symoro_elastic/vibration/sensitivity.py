@@ -16,8 +16,8 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Motion, State
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _eigenvalue_slopes(found: Modes, names: Sequence[str]) -> Array:
     return slopes
 
 
-def _weights(motion: Motion, state: State, by_q: Array) -> Array:
+def _weights(motion: EquationsOfMotion, state: State, by_q: Array) -> Array:
     """w with w^T dr/dp = by_q^T dq/dp: the equilibrium moves by dq/dp = -K^-1 dr/dp."""
     weights, sought = np.zeros_like(by_q), list(state.sought)
     if sought:

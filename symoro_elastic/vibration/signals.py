@@ -17,10 +17,10 @@ from symoro_elastic.models.bind import Points
 
 TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
-AXES = ("x", "y", "z", "rx", "ry", "rz")
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
 FRAME_OUTPUTS = {
-    **{name: (0, k) for k, name in enumerate(AXES)},
+    **{name: (0, k) for k, name in enumerate(DIRECTIONS)},
     **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},
     **{name: (2, k) for k, name in enumerate(("ax", "ay", "az", "wdx", "wdy", "wdz"))},
 }

@@ -13,7 +13,7 @@ from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
-from symoro_elastic.vibration.feed_forward import Following, figures
+from symoro_elastic.vibration.feed_forward import FeedForward, figures
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes, damped
 from symoro_elastic.vibration.sensitivity import Sensitivity
@@ -247,7 +247,7 @@ def losses_table(found: Comparison) -> Any:
     return table
 
 
-def following_table(found: Following) -> Any:
+def feed_forward_table(found: FeedForward) -> Any:
     """A row a motor: derivatives needed, torque, velocity, and how far the motor is ahead of what it drives."""
     from rich.table import Table
 

@@ -18,10 +18,10 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, clusters, modes
-from symoro_elastic.vibration.motion import Motion
 
 DOUBTFUL = 0.5
 MOST_POSITIONS = 10_000
@@ -60,7 +60,7 @@ class Tracked:
 
 
 def over_grid(
-    motion: Motion,
+    motion: EquationsOfMotion,
     grid: Grid,
     at: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,

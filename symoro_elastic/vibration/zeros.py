@@ -16,9 +16,9 @@ from symoro_elastic.packages import for_vibrations
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped
 
-VANISHING = 1e-10
+VANISHING_PARAMETER = 1e-10
 SAME = 1e-6
-NOTHING = 1e-12
+NO_RESPONSE = 1e-12
 """Of the largest response that a motion of this size can have."""
 PLACES, OFF_POLES = 12, 1j * np.pi / 3
 """How many s a response is looked at, and their angle: between the imaginary axis and unstable poles."""
@@ -82,7 +82,7 @@ def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool
     for s in places:
         moved = np.linalg.solve((s * s * linear.M + s * linear.D + linear.K) * both, b.astype(complex))
         seen = (linear.Cq[i] + s * linear.Cv[i] + s * s * linear.Ca[i]) * scale
-        if abs(seen @ moved) > NOTHING * np.linalg.norm(seen) * np.linalg.norm(moved):
+        if abs(seen @ moved) > NO_RESPONSE * np.linalg.norm(seen) * np.linalg.norm(moved):
             return False
     return True
 
@@ -117,11 +117,11 @@ def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
 
 def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
     """Number of finite zeros: states less the relative degree."""
-    if abs(feed) > VANISHING * np.linalg.norm(C) * np.linalg.norm(B):
+    if abs(feed) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(B):
         return len(A)
     moved = B
     for degree in range(1, len(A) + 1):
-        if abs(C @ moved) > VANISHING * np.linalg.norm(C) * np.linalg.norm(moved):
+        if abs(C @ moved) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(moved):
             return len(A) - degree
         moved = A @ moved
     return 0

@@ -53,7 +53,7 @@ class State:
     residual: float = 0.0
 
 
-class Motion:
+class EquationsOfMotion:
     """A machine with values for all its parameters; rows follow the joints that move, in table order."""
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
