@@ -12,7 +12,6 @@ import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.simulation import runge_kutta
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
@@ -21,6 +20,8 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
 from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
@@ -54,16 +55,16 @@ def outboard(machine: Machine, q: Any) -> Any:
 def simulated(found: FeedForward) -> Any:
     """q (N, n) under the torques alone, by the direct model; steps of two samples, so that stages are at samples."""
     model = numpy_model(found.machine)
-    h, q, qd = found.t[2] - found.t[0], found.q[0], found.qd[0]
-    followed = [q]
+    h, y = found.t[2] - found.t[0], np.array([found.q[0], found.qd[0]])
+
+    def rate(t: float, y: Any) -> Any:
+        return np.array([y[1], model.direct_dynamics(*y, found.tau[round(2 * t / h)])])
+
+    positions = [y[0]]
     for k in range(0, len(found.t) - 2, 2):
-
-        def rate(t: float, q: Any, qd: Any) -> Any:
-            return np.asarray(model.direct_dynamics(q, qd, found.tau[round(2 * t / h)]))
-
-        q, qd = runge_kutta(rate, k * h / 2, q, qd, h)
-        followed.append(q)
-    return np.array(followed)
+        y = step(RK4, rate, k * h / 2, y, h)
+        positions.append(y[0])
+    return np.array(positions)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +180,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
          "motor: 2 derivatives of its motion are given (derivative 2 changes by "),
         ({"t": columns(0)["t"]}, "y_motor: missing"),
         ({x: y for x, y in columns(4).items() if x != "ydd_motor"}, "ydd_motor: missing"),
-        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: a wanted motion is that of what motors drive"),
+        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: motors and their springs have a trajectory, other joints none"),
         (columns(0) | {"y_load": columns(0)["t"]}, "y_load: load is elastic and has no motor: y belongs to motor"),
         (columns(0) | {"t": columns(0)["t"][::-1]}, "t: does not increase at sample 2"),
         (columns(0) | {"y_motor": np.full(201, np.nan)}, "y_motor: NaN or infinity"),

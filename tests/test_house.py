@@ -16,7 +16,7 @@ IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
 LONGEST_FUNCTION, LONGEST_FILE = 60, 400
 
 OPEN = {"errors", "scalar", "array_types", "progress"}
-# What each room may import of the others; all may import the open ones. A room that is not named here stands on top of all
+# What each room may import of the others, beside the open ones. A room that is not named here stands on top of all
 # but the report and the command line: no room below may import it.
 ROOMS: dict[str, set[str]] = {
     "errors": set(),

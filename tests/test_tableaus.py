@@ -19,10 +19,9 @@ Tree = tuple["Tree", ...]
 """A rooted tree: those that hang on its root."""
 
 
-def trees(order: int, largest: int | None = None) -> Iterator[Tree]:
+def trees(order: int) -> Iterator[Tree]:
     """Rooted trees with so many nodes, each once: as sorted forests on a root."""
-    for forest in forests(order - 1, order - 1 if largest is None else largest):
-        yield forest
+    yield from forests(order - 1, order - 1)
 
 
 def forests(nodes: int, largest: int) -> Iterator[Tree]:
@@ -48,7 +47,10 @@ def elementary_weights(tableau: Tableau, tree: Tree) -> list[Fraction]:
     """By stage, the product over the branches of sum_j a_ij of the weights of the branch."""
     branches = [elementary_weights(tableau, branch) for branch in tree]
     return [
-        prod((sum((a * x for a, x in zip(row, branch, strict=False)), Fraction(0)) for branch in branches), start=Fraction(1))
+        prod(
+            (sum((a * x for a, x in zip(row, branch, strict=False)), Fraction(0)) for branch in branches),
+            start=Fraction(1),
+        )
         for row in tableau.A
     ]
 
@@ -73,15 +75,14 @@ def test_order_conditions(name: str) -> None:
     assert any(error(tableau, tree) for tree in trees(tableau.order + 1))
 
 
-def test_a_step_is_the_taylor_polynomial_of_a_linear_equation() -> None:
-    """y' = (1 + t) y against a quadrature-free solution: the error of one step of h is of order h^5."""
+def test_a_step_of_rk4_against_the_exact_solution() -> None:
+    """y' = (1 + t) y, an array of two axes: the error of a step is C h^5 (1 + O(h)), 32 times less at half the step."""
 
     def rate(t: float, y: Array) -> Array:
         return (1 + t) * y
 
-    errors = []
-    for h in (0.1, 0.05):
-        found = step(RK4, rate, 0.3, np.array([[2.0, -1.0]]), h)
-        exact = np.array([[2.0, -1.0]]) * exp((1 + 0.3) * h + h * h / 2)
-        errors.append(np.abs(found - exact).max())
-    assert errors[0] < 1e-6 and 28 < errors[0] / errors[1] < 36
+    errors, start = [], np.array([[2.0, -1.0]])
+    for h in (0.02, 0.01):
+        exact = start * exp((1 + 0.3) * h + h * h / 2)
+        errors.append(np.abs(step(RK4, rate, 0.3, start, h) - exact).max())
+    assert errors[0] / errors[1] == pytest.approx(32, rel=0.1)
