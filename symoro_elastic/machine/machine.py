@@ -6,9 +6,11 @@ parameter names. Nothing here computes a model.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.scene import Scene
 
@@ -97,6 +99,16 @@ class Joint:
     rotor_inertia: Formula = ZERO
     wrench: Wrench = Wrench()
 
+    @property
+    def unit(self) -> str:
+        """Unit of the joint variable: m where the joint is prismatic, else rad."""
+        return "m" if self.sigma == 1 else "rad"
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of the generalized force: N where the joint is prismatic, else N m."""
+        return "N" if self.sigma == 1 else "N m"
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -149,8 +161,9 @@ class Floating:
 class Machine:
     """A tree of bodies joined by motors, springs, passive joints and fixed frames.
 
-    `joints[j - 1]` is row j of the table. `notes` are remarks carried along; `extras` are
+    `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
+    `source` is the file it was read from.
     """
 
     name: str
@@ -168,7 +181,58 @@ class Machine:
         """Whether its inertial parameters are base parameters, which no real body need have."""
         return self.extras.get(BASE_PARAMETERS) == "true"
 
+    def joint(self, j: int) -> Joint:
+        """Joint number `j`, counted from 1 as in the table."""
+        return self.joints[j - 1]
+
     @property
     def moving(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints that have a variable, in table order: the entries of q."""
         return tuple(j for j, joint in enumerate(self.joints, start=1) if joint.sigma != 2)
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints driven by motors, in table order: the entries of tau."""
+        return self._numbers_of(Kind.MOTOR)
+
+    @property
+    def elastic(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the elastic joints, in table order."""
+        return self._numbers_of(Kind.ELASTIC)
+
+    @property
+    def moving_joints(self) -> tuple[Joint, ...]:
+        """The joints that have a variable, in the order of the entries of q."""
+        return tuple(map(self.joint, self.moving))
+
+    @property
+    def motor_joints(self) -> tuple[Joint, ...]:
+        """The joints driven by motors, in the order of the entries of tau."""
+        return tuple(map(self.joint, self.motors))
+
+    @property
+    def motor_entries(self) -> tuple[int, ...]:
+        """Indices into q (from 0) of the joints driven by motors."""
+        return self.entries(self.motors)
+
+    @property
+    def elastic_entries(self) -> tuple[int, ...]:
+        """Indices into q (from 0) of the elastic joints."""
+        return self.entries(self.elastic)
+
+    def entries(self, joints: Iterable[int]) -> tuple[int, ...]:
+        """Indices into q (from 0) of moving joints given by their numbers (from 1)."""
+        entry = {j: k for k, j in enumerate(self.moving)}
+        return tuple(entry[j] for j in joints)
+
+    def error(self, place: str, what: str) -> InputError:
+        """The error to raise about one place of the machine; it names the file, or the machine without a file."""
+        return InputError(self.label, place, what)
+
+    @property
+    def label(self) -> str:
+        """The file the machine was read from, else its name: what messages call it."""
+        return self.source or self.name
+
+    def _numbers_of(self, kind: Kind) -> tuple[int, ...]:
+        return tuple(j for j in self.moving if self.joint(j).kind is kind)
