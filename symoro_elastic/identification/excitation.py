@@ -18,7 +18,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.identify import structural_grouping
 from symoro_elastic.identification.regression import Regressor, regressor
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import independent_columns
 from symoro_elastic.packages import for_identification
@@ -125,12 +125,12 @@ class Condition:
 
     def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
         self.machine, self.Y = machine, Y
-        self._motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+        self._motors = list(machine.motor_entries)
         labels = [column.label for column in Y.columns]
         for label in known:
             if label not in labels:
                 what = f"no such parameter{did_you_mean(label, labels)}"
-                raise InputError(machine.source or machine.name, f"known {label}", what)
+                raise machine.error(f"known {label}", what)
         sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(Y, sought, len(machine.moving), machine)
         self._kept = [sought[c] for c in structure.kept]
@@ -141,7 +141,7 @@ class Condition:
         flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
         seen = list(independent_columns(flat, SEEN).kept)
         if not seen:
-            raise InputError(machine.source or machine.name, "limits", "no motion within them excites a parameter")
+            raise machine.error("limits", "no motion within them excites a parameter")
         self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
 
     @property
@@ -214,10 +214,10 @@ def excite(
     are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
-    motors = sum(machine.joints[j - 1].kind is Kind.MOTOR for j in machine.moving)
+    motors = len(machine.motors)
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
-        raise InputError(machine.source or machine.name, "limits", what)
+        raise machine.error("limits", what)
     tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, min(starts, evaluations)))]
     condition = Condition(machine, regressor(machine, values), tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)

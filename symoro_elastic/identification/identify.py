@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
 from symoro_elastic.identification.filtering import (
     Filter,
@@ -80,13 +79,13 @@ def identify(
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
     kept = [sought[c] for c in structure.kept]
     step("filter")
-    chosen = _filter(records, _motors(machine), bandwidth) if filtered else None
+    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
     stacks = [_stack(Y, machine, record, chosen, kept, fixed, step) for record in records]
     step("solve")
     stacked = [np.concatenate(part) for part in zip(*((s.Y, s.tau, s.t) for s in stacks), strict=True)]
     still = sorted(set.intersection(*(set(s.still) for s in stacks)))
     unknowns = _unknowns(Y.columns, sought, structure, machine)
-    names = tuple(machine.joints[j - 1].name for j in machine.moving)
+    names = tuple(joint.name for joint in machine.moving_joints)
     disturbed = [np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True)]
     found = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
     notes = [line for record in records for line in record.warnings]
@@ -123,9 +122,9 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
     for label, value in known.items():
         if label not in numbers:
             what = f"no such parameter{did_you_mean(label, numbers)}"
-            raise InputError(machine.source or machine.name, f"known {label}", what)
+            raise machine.error(f"known {label}", what)
         if not math.isfinite(value):
-            raise InputError(machine.source or machine.name, f"known {label}", "give it a number")
+            raise machine.error(f"known {label}", "give it a number")
     return {numbers[label]: value for label, value in known.items()}
 
 
@@ -137,7 +136,7 @@ def structural_grouping(
     q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
     W = Y.evaluate(q, qd, qdd, sought)
     if not np.isfinite(W).all():
-        raise InputError(machine.source or machine.name, "regressor", "has no value at ordinary positions")
+        raise machine.error("regressor", "has no value at ordinary positions")
     return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
 
 
@@ -186,12 +185,8 @@ def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: 
 def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
     """Measured torques of motors, zero for the other joints (samples, n)."""
     tau = np.zeros_like(motion.q)
-    tau[:, _motors(machine)] = motion.tau
+    tau[:, list(machine.motor_entries)] = motion.tau
     return tau
-
-
-def _motors(machine: Machine) -> list[int]:
-    return [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
 
 
 def _in_pieces(rows: Callable[..., Array], motion: FilteredMotion) -> Array:
@@ -208,7 +203,7 @@ def _unknowns(
     for k, kept in enumerate(structure.kept):
         column = columns[sought[kept]]
         joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
-        joint = machine.joints[machine.moving[column.joint] - 1].name
+        joint = machine.moving_joints[column.joint].name
         text = formula(column.label, joined)
         found.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
     return found
@@ -226,12 +221,12 @@ def _neutral(found: Estimation, machine: Machine) -> dict[str, tuple[float, floa
     labels = {found.estimates[c].unknown.label: k for k, c in enumerate(found.grouping.kept)}
     neutral = {}
     for j in machine.moving:
-        if machine.joints[j - 1].kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
+        if machine.joint(j).kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
             pair = [labels[f"KQ{j}"], labels[f"K{j}"]]
             force, k = found.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
             variance = slope @ found.solution.covariance[np.ix_(pair, pair)] @ slope
-            neutral[machine.joints[j - 1].name] = float(force / k), math.sqrt(float(variance))
+            neutral[machine.joint(j).name] = float(force / k), math.sqrt(float(variance))
     return neutral
 
 

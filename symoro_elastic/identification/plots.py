@@ -13,7 +13,7 @@ import numpy as np
 from symoro_elastic.identification.estimation import Verdict
 from symoro_elastic.identification.excitation import Excitation, Limits
 from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.trajectory import Trajectory, motors_of
+from symoro_elastic.identification.trajectory import Trajectory
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.pictures import new_figure, save_figures
 
@@ -43,7 +43,7 @@ def plot_excitation(
 
 def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
     """Position, velocity and acceleration of each motor, with their limits."""
-    motors = motors_of(machine)
+    motors = machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(motors), 6.0)
     axes = figure.subplots(3, len(motors), sharex=True, squeeze=False)
     rows = (
@@ -56,7 +56,7 @@ def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
             axis.plot(sampled.t, block[:, k], color=DARK, linewidth=0.8)
             for limit in (low[k], high[k]):
                 axis.axhline(limit, color=LIGHT, linewidth=0.8, linestyle="--")
-            axis.set_ylabel(f"{joint.name}, {'m' if joint.sigma == 1 else 'rad'}{per}")
+            axis.set_ylabel(f"{joint.name}, {joint.unit}{per}")
     for axis in axes[-1]:
         axis.set_xlabel("t, s")
     figure.suptitle(f"{machine.name}: exciting motion and its limits")
@@ -75,14 +75,14 @@ def search(found: Excitation) -> Any:
 
 def torques(found: Identification) -> Any:
     """Measured against predicted torque of each motor; of other joints, spring torque against all else."""
-    joints = _joints(found)
+    joints = found.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used = _used(found, k)
         left, right = _sides(found, k, joint)
         for side, label, style in zip((left, right), _words(joint), (MEASURED, PREDICTED), strict=True):
             axis.plot(found.t, np.where(used, side, np.nan), label=label, **style)
-        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+        axis.set_ylabel(f"{joint.name}, {joint.force_unit}")
         axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="x-small", frameon=False)
     axes[-1].set_xlabel("t, s")
     figure.suptitle(f"{found.machine.name}: both sides of tau = Y X")
@@ -91,14 +91,14 @@ def torques(found: Identification) -> Any:
 
 def residuals(found: Identification) -> Any:
     """tau - Y X of each joint, with two standard deviations."""
-    joints = _joints(found)
+    joints = found.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
     solution = found.estimation.solution
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used, sigma = _used(found, k), float(solution.sigma[k])
         axis.axhspan(-2 * sigma, 2 * sigma, color=LIGHT, alpha=0.25, linewidth=0)
         axis.plot(found.t[used], solution.residuals[used, k], ".", color=DARK, markersize=1.5)
-        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+        axis.set_ylabel(f"{joint.name}, {joint.force_unit}")
     axes[-1].set_xlabel("t, s")
     figure.suptitle(f"{found.machine.name}: residuals, band of two standard deviations")
     return figure
@@ -128,10 +128,6 @@ def parameters(found: Identification) -> Any:
     return figure
 
 
-def _joints(found: Identification) -> list[Joint]:
-    return [found.machine.joints[j - 1] for j in found.machine.moving]
-
-
 def _used(found: Identification, k: int) -> Any:
     """Samples that were used for joint k."""
     solution = found.estimation.solution
@@ -150,10 +146,6 @@ def _sides(found: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
 
 def _words(joint: Joint) -> tuple[str, str]:
     return ("measured", "predicted") if joint.kind is Kind.MOTOR else ("springs", "inertia and gravity")
-
-
-def _unit(joint: Joint) -> str:
-    return "N" if joint.sigma == 1 else "N m"
 
 
 def _stacked_axes(count: int) -> tuple[Any, list[Any]]:

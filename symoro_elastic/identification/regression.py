@@ -16,7 +16,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
@@ -81,7 +80,7 @@ class ByLinearity:
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
-        self._joints = [machine.joints[j - 1] for j in machine.moving]
+        self._joints = machine.moving_joints
         self._names = _inertial_names(machine)
         self._rigid = trace(_rigid(machine), "inverse_dynamics").program
 
@@ -134,7 +133,7 @@ class ByLinearity:
 
     def _of_joint(self, k: int) -> list[RegressorColumn]:
         joint, j = self._joints[k], self.machine.moving[k]
-        force, x = ("N", "m") if joint.sigma == 1 else ("N m", "rad")
+        force, x = joint.force_unit, joint.unit
         rotor = RegressorColumn(
             f"IA{j}", "IA", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia)
         )
@@ -216,7 +215,7 @@ def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], g
     missing = sorted({name for formula in formulas for name in formula.names} - given.keys())
     if missing:
         what = f"{', '.join(missing)} without value: identification finds inertias, friction and springs, not geometry"
-        raise InputError(machine.source or machine.name, place, f"{what}; give it a value")
+        raise machine.error(place, f"{what}; give it a value")
 
 
 def has_body(body: Body) -> bool:
@@ -247,8 +246,8 @@ def _value(formula: Formula, values: Mapping[str, float]) -> float:
 
 def _carrier(machine: Machine, j: int) -> int:
     """The nearest joint that moves, from body j towards the base; 0 if there is none."""
-    while j and machine.joints[j - 1].sigma == 2:
-        j = machine.joints[j - 1].antecedent
+    while j and machine.joint(j).sigma == 2:
+        j = machine.joint(j).antecedent
     return j
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.simulation.explicit import step
@@ -65,7 +65,7 @@ def simulate(
     """
     model = numpy_model(machine)
     p = model.parameters(**values)
-    motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+    motors = list(machine.motor_entries)
     n, h = len(machine.moving), 1 / (sampling * substeps)
     y = np.zeros((2, n))
     y[0] = 0.0 if start is None else start

@@ -12,7 +12,7 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
-from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.time_series.columns import MOST_SAMPLES
 
@@ -35,18 +35,12 @@ class Trajectory:
     start: float
 
 
-def motors_of(machine: Machine) -> list[Joint]:
-    """The joints with a motor, in table order."""
-    joints = [machine.joints[j - 1] for j in machine.moving]
-    return [joint for joint in joints if joint.kind is Kind.MOTOR]
-
-
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
     """Limits of each motor from ranges by option and by name of a motor, or of its variable; "" is all others.
 
     Raises `InputError` for a motor without limits, or a name that is no motor's.
     """
-    motors = motors_of(machine)
+    motors = machine.motor_joints
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     ranges: dict[str, list[tuple[float, float]]] = {}
     for option, by_name in given.items():
@@ -140,7 +134,7 @@ def refuse_file(path: str | Path) -> None:
 
 def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
-    path, names = Path(path), [joint.name for joint in motors_of(machine)]
+    path, names = Path(path), [joint.name for joint in machine.motor_joints]
     columns: dict[str, Any] = {"t": found.t}
     for quantity, block in (("q", found.q), ("qd", found.qd), ("qdd", found.qdd)):
         columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
@@ -158,7 +152,7 @@ def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
 def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
     """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
     motion, motors = found.motion, {}
-    for k, joint in enumerate(motors_of(machine)):
+    for k, joint in enumerate(machine.motor_joints):
         q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
         motors[joint.name] = {
             "position": [float(q.min()), float(q.max())],

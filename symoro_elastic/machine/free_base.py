@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine
 from symoro_elastic.machine.scene import BASE
@@ -29,7 +28,7 @@ def with_base_coordinates(machine: Machine) -> Machine:
         return replace(machine, floating=None)
     if any(joint.name == BASE for joint in machine.joints):
         what = f"on a floating base this name belongs to the base: choose another for the joint {BASE!r}"
-        raise InputError(machine.source or machine.name, "joints", what)
+        raise machine.error("joints", what)
     coordinates = [_coordinate(k, name) for k, name in enumerate(COORDINATES)]
     base = Joint(BASE, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
     before = len(coordinates) + 1

@@ -43,7 +43,7 @@ def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
 
 def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
     """Raise `InputError` for a value of a parameter that does not exist, or that is no finite number."""
-    source = machine.source or machine.name
+    source = machine.label
     for name, x in values.items():
         if name not in names:
             raise InputError(source, "parameters", f"no parameter {quoted(name)}{did_you_mean(name, names)}")

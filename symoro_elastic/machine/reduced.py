@@ -80,12 +80,12 @@ def rigid(machine: Machine) -> Machine:
 
 
 def _geared(machine: Machine, name: str, ratio: float) -> int:
-    source = machine.source or machine.name
+    source = machine.label
     names = [joint.name for joint in machine.joints]
     if name not in names:
         raise InputError(source, "--ratio", f"no joint {quoted(name)}{did_you_mean(name, names)}")
     j = names.index(name) + 1
-    joint = machine.joints[j - 1]
+    joint = machine.joint(j)
     if joint.kind is not Kind.MOTOR or joint.sigma != 0 or joint.rotor_inertia.is_zero:
         able = [o.name for o in machine.joints if o.kind is Kind.MOTOR and o.sigma == 0 and not o.rotor_inertia.is_zero]
         what = f"{name} is no revolute motor with a rotor inertia, so no gear ratio belongs to it"

@@ -7,7 +7,6 @@ from typing import NoReturn
 
 from symoro_elastic.equations.feed_forward import Drive
 from symoro_elastic.equations.spatial import is_zero
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
@@ -25,8 +24,8 @@ def refuse_unfit(bound: Bound, found: Sequence[Drive]) -> None:
         _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
     driven = {j for drive in found for j in drive.joints}
     for j in machine.moving:
-        for cell, what in _faults(bound, j, machine.joints[j - 1], j in driven):
-            _refuse(bound, place_of(j, machine.joints[j - 1], cell), what)
+        for cell, what in _faults(bound, j, machine.joint(j), j in driven):
+            _refuse(bound, place_of(j, machine.joint(j), cell), what)
 
 
 def _at_rest(bound: Bound, base: Base) -> bool:
@@ -64,8 +63,8 @@ def refuse_high_order(bound: Bound, j: int, order: int) -> NoReturn:
     """Raise `InputError` for a motion that would be needed with more derivatives than can be given."""
     given = f"at most {HIGHEST_DERIVATIVE} can be given"
     what = f"its motion is needed with {order} derivatives, {given}: lock springs in a scene"
-    _refuse(bound, place_of(j, bound.machine.joints[j - 1]), what)
+    _refuse(bound, place_of(j, bound.machine.joint(j)), what)
 
 
 def _refuse(bound: Bound, place: str, what: str) -> NoReturn:
-    raise InputError(bound.machine.source or bound.machine.name, place, f"feed_forward: {what}")
+    raise bound.machine.error(place, f"feed_forward: {what}")

@@ -57,7 +57,7 @@ def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
 def unfollowed(point: StateReference, traced: TracedModel) -> float:
     """How far springs are from their law, and motors and springs from adding up to y, relative."""
     found, machine = followed(point, traced), point.reference.machine
-    joints = [machine.joints[j - 1] for j in machine.moving]
+    joints = machine.moving_joints
     springs = [
         -point.cell(joint.spring.stiffness) * (q - point.cell(joint.spring.neutral))
         for joint, q in zip(joints, found.q, strict=True)

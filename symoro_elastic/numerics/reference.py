@@ -186,9 +186,6 @@ class StateReference:
         exact = Fraction(float(x))
         return multiprecision(DIGITS).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
-    def _joints(self) -> list[Joint]:
-        return [self.reference.machine.joints[j - 1] for j in self.reference.machine.moving]
-
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
         """Entries of the joints with these numbers; number 0 stands for those of a floating base, in turn."""
         base = iter(entries[: self.of_base])
@@ -209,19 +206,19 @@ class StateReference:
             - self.cell(joint.spring.damping) * qd
             if joint.kind is Kind.ELASTIC
             else self.arithmetic.number(0)
-            for joint, q, qd in zip(self._joints(), self.q, self.qd, strict=True)
+            for joint, q, qd in zip(self.reference.machine.moving_joints, self.q, self.qd, strict=True)
         ]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
         Gamma, tau = self._exerted(), iter(self.numbers("tau"))
-        for k, joint in enumerate(self._joints()):
+        for k, joint in enumerate(self.reference.machine.moving_joints):
             if joint.kind is Kind.MOTOR:
                 Gamma[k] = next(tau)
         return self._solved(traced, [None] * len(Gamma), Gamma)
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
         given = iter(self.numbers("qdd_motor"))
-        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self._joints()]
+        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self.reference.machine.moving_joints]
         return self._solved(traced, known, self._exerted())
 
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:

@@ -21,7 +21,6 @@ from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
@@ -290,4 +289,4 @@ def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     for name in scene.models:
         if not set(MODELS[name].arguments) <= {*ARGUMENTS, *MOTION}:
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
-            raise InputError(machine.source or machine.name, f"check, {name}", what)
+            raise machine.error(f"check, {name}", what)

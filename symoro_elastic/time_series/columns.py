@@ -98,8 +98,8 @@ def _read_npz(path: Path, machine: Machine) -> Columns:
             arrays: dict[str, Any] = {name: np.asarray(file[name], dtype=float) for name in file.files}
     except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
         raise InputError(str(path), "file", f"cannot be read as arrays of numbers: {_reason(error)}") from None
-    joints = [machine.joints[j - 1].name for j in machine.moving]
-    motors = [machine.joints[j - 1].name for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
+    joints = [joint.name for joint in machine.moving_joints]
+    motors = [joint.name for joint in machine.motor_joints]
     columns: Columns = {}
     for name, array in arrays.items():
         names = joints if name.startswith("q") else motors
@@ -162,7 +162,7 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
         raise InputError(source, name, what)
     joint = known[parts["joint"]]
     if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
-        motors = ", ".join(j.name for j in machine.joints if j.kind is Kind.MOTOR)
+        motors = ", ".join(joint.name for joint in machine.motor_joints)
         what = f"{joint.name} is {joint.kind} and has no motor: {parts['quantity']} belongs to {motors}"
         raise InputError(source, name, what)
     return parts["quantity"], joint.name

@@ -15,7 +15,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.time_series.columns import header_of, named_columns, read_columns, with_units
 
 FEWEST = 50  # samples
@@ -61,8 +61,8 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
     """Measurements from columns by header; raises `InputError` for names that are missing, unknown or double."""
     named, warnings = named_columns(columns, machine, source)
     warnings += [f"column {header_of(key)} is passed over" for key in named if key[0] not in MEASURED]
-    joints = [machine.joints[j - 1] for j in machine.moving]
-    motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
+    joints = machine.moving_joints
+    motors = machine.motor_joints
     _refuse_missing(named, joints, motors, source)
     rates = {}
     for quantity in ("qd", "qdd"):
@@ -84,8 +84,8 @@ def check(found: Measurements, machine: Machine, trusted: frozenset[str] = froze
 
     Columns named in `trusted` are taken to be in their unit.
     """
-    joints = [machine.joints[j - 1] for j in machine.moving]
-    motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
+    joints = machine.moving_joints
+    motors = machine.motor_joints
     _check_numbers(found, joints, motors)
     if len(found.t) < FEWEST:
         what = f"{len(found.t)} samples are too few: at least {FEWEST}, and some seconds of motion"
@@ -102,8 +102,8 @@ def check(found: Measurements, machine: Machine, trusted: frozenset[str] = froze
 
 def write_csv(found: Measurements, machine: Machine, path: str | Path) -> None:
     """Write measurements as a CSV file that `read_measurements` reads."""
-    joints = [machine.joints[j - 1].name for j in machine.moving]
-    motors = [machine.joints[j - 1].name for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
+    joints = [joint.name for joint in machine.moving_joints]
+    motors = [joint.name for joint in machine.motor_joints]
     blocks = [("q", found.q, joints), ("qd", found.qd, joints), ("qdd", found.qdd, joints), ("tau", found.tau, motors)]
     header, columns = ["t"], [found.t[:, None]]
     for quantity, block, names in blocks:

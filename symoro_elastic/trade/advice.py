@@ -29,7 +29,7 @@ class Advice:
 
 def advice(found: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
     """The build that is fastest for all models together. Raises `InputError` that names the nearest where none is."""
-    source = found.machine.source or found.machine.name
+    source = found.machine.label
     for model, figures in found.figures.items():
         if fastest_within(figures, tolerance, with_fast_math) is None:
             nearest = most_accurate(figures, with_fast_math)

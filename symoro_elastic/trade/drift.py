@@ -23,7 +23,6 @@ from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.models.catalogue import TracedModel, trace
@@ -130,13 +129,13 @@ class _Motion:
                 return step, energies
             step /= 2
         what = f"energy still drifts in double precision with steps of {step:.1g} s"
-        raise InputError(self.machine.source or self.machine.name, "trade", what)
+        raise self.machine.error("trade", what)
 
     def _fastest_rate(self) -> float:
         """Of springs against inertias and of the motion itself, 1/s."""
         A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
         qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
-        stiffness = [self.machine.joints[j - 1].spring.stiffness.value(self.values) for j in self.machine.moving]
+        stiffness = [self.machine.joint(j).spring.stiffness.value(self.values) for j in self.machine.moving]
         try:
             squares = np.linalg.eigvals(np.linalg.solve(A.reshape(len(qdd), -1), np.diag(stiffness)))
         except np.linalg.LinAlgError:
@@ -144,7 +143,7 @@ class _Motion:
         rate = float(np.sqrt(np.abs(squares).max(initial=0.0)) + np.abs(self.start.qd).max(initial=0.0))
         rate += float(np.sqrt(np.abs(qdd).max(initial=0.0)))
         if not math.isfinite(rate):
-            raise InputError(self.machine.source or self.machine.name, "trade", "it has no finite accelerations")
+            raise self.machine.error("trade", "it has no finite accelerations")
         return max(rate, 1.0)
 
     def energies(self, form: Form, step: float) -> AnyArray:

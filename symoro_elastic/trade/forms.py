@@ -63,7 +63,7 @@ def asked_models(scene: Scene) -> tuple[str, ...]:
 def refuse_stateless(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are no state of a machine."""
     refuse_floating(machine, "trade")
-    source = machine.source or machine.name
+    source = machine.label
     for name in asked_models(scene):
         arguments = MODELS[name].arguments
         if not arguments or not set(arguments) <= {*ARGUMENTS, *MOTION}:
@@ -159,6 +159,4 @@ def _refuse_large(machine: Machine, form: Form) -> None:
     operations = sum(count.products + count.add for count in _counts(form))
     if operations > MOST_OPERATIONS:
         what = f"{operations} operations are more than the {MOST_OPERATIONS} that trade compiles many times over"
-        raise InputError(
-            machine.source or machine.name, "trade", f"{what}: ask for one --model, or for parts (--scene)"
-        )
+        raise InputError(machine.label, "trade", f"{what}: ask for one --model, or for parts (--scene)")

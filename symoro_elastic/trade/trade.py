@@ -88,7 +88,7 @@ def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Sce
         return replace(scene, merge_angles=None), ["angles are not summed: extreme states are beyond any bound"]
     if scene.merge_angles < math.pi:
         what = f"angles of the states tried reach pi: a bound of {scene.merge_angles:g} rad needs 3.15 or more"
-        raise InputError(machine.source or machine.name, "--merge-angles", what)
+        raise machine.error("--merge-angles", what)
     return scene, []
 
 
@@ -110,7 +110,7 @@ def _made(
         return found + [p for k, form in enumerate(plain) for p in numpy_points(form, states, folder / f"numpy{k}")]
     except MemoryError:
         what = "not enough memory for so large a model: ask for one --model, for fewer --states, or --quick"
-        raise InputError(machine.source or machine.name, "trade", what) from None
+        raise machine.error("trade", what) from None
 
 
 def _jobs(written: Sequence[Form], effort: str, notes: list[str]) -> list[tuple[Form, Build]]:

@@ -148,9 +148,7 @@ def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> In
     if not np.isfinite(force).all():
         return InputError(motion.source, "equilibrium", "not found: the search left all bounds; begin elsewhere (--at)")
     named = [k for k, f in zip(sought, force, strict=True) if f > SHARE * force.max(initial=0.0)]
-    loads = ", ".join(
-        f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {'N' if motion.joints[k].sigma == 1 else 'N m'})" for k in named
-    )
+    loads = ", ".join(f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {motion.joints[k].force_unit})" for k in named)
     if any(motion.names[k] in COORDINATES for k in named):
         what = f"there is none: nothing supports {loads}, a free base falls; leave out gravity and what loads it"
         return InputError(motion.source, "equilibrium", what)

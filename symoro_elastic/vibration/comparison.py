@@ -101,7 +101,7 @@ def compare(
     """
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
     less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
-    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    motors = [joint.name for joint in machine.motor_joints]
     kept = {name: x for name, x in (at or {}).items() if name not in _springs(machine)}
     full = _modes(whole, at, motors if held else [])
     course = course or move(whole, at, _slowest(full), stroke, duration)
@@ -126,7 +126,7 @@ def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) ->
 
 def usual_duration(machine: Machine, at: Mapping[str, float] | None = None) -> float:
     """Five periods of the first vibration with motors held, s."""
-    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    motors = [joint.name for joint in machine.motor_joints]
     return PERIODS / _slowest(_modes(machine, at, motors))
 
 
@@ -204,16 +204,15 @@ def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> lis
     tau_less, qdd_less = _inverse(less, course, range(len(whole.moving)))
     rows = [whole.moving.index(j) for j in stiff.moving]
     tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
-    joints = [whole.joints[j - 1] for j in whole.moving]
-    motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
     found = [
-        Loss(joint.name, TORQUE, "N" if joint.sigma == 1 else "N m", tau[:, k], tau_less[:, k], tau_stiff[:, k])
-        for k, joint in enumerate(motors)
+        Loss(joint.name, TORQUE, joint.force_unit, tau[:, k], tau_less[:, k], tau_stiff[:, k])
+        for k, joint in enumerate(whole.motor_joints)
     ]
-    for k, joint in enumerate(joints):
+    for k, joint in enumerate(whole.moving_joints):
         if joint.kind is Kind.ELASTIC:
-            unit = "m/s2" if joint.sigma == 1 else "rad/s2"
-            found.append(Loss(joint.name, ACCELERATION, unit, qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k])))
+            found.append(
+                Loss(joint.name, ACCELERATION, f"{joint.unit}/s2", qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k]))
+            )
     return found
 
 
@@ -221,7 +220,7 @@ def _inverse(machine: Machine, course: Course, rows: Iterable[int]) -> tuple[Arr
     """Motor torques and accelerations of all joints by the paper's inverse model on a motion."""
     chosen = list(rows)
     model = numpy_model(machine, ("inverse_dynamics",))
-    motors = [k for k, j in zip(chosen, machine.moving, strict=True) if machine.joints[j - 1].kind is Kind.MOTOR]
+    motors = [chosen[k] for k in machine.motor_entries]
     tau, qdd = model.inverse_dynamics(course.q[:, chosen], course.qd[:, chosen], course.qdd[:, motors])
     return np.asarray(tau), np.asarray(qdd)
 

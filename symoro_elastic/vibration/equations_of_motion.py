@@ -23,7 +23,7 @@ from symoro_elastic.equations.spatial import ZERO, subtract
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Friction, Machine
 from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound, Points
@@ -61,16 +61,16 @@ class EquationsOfMotion:
         refuse_floating(machine, "linear models")
         self.given, self.points = machine, points
         self.machine = with_named_cells(_without_coulomb(machine))
-        self.joints: list[Joint] = [self.machine.joints[j - 1] for j in machine.moving]
+        self.joints = self.machine.moving_joints
         self.names = [joint.name for joint in self.joints]
-        self.motors = [k for k, joint in enumerate(self.joints) if joint.kind is Kind.MOTOR]
+        self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
         self.parameters = _values(self.machine, values or {})
 
     @property
     def source(self) -> str:
         """The file to be named in messages."""
-        return self.machine.source or self.machine.name
+        return self.machine.label
 
     def index(self, name: str, place: str) -> int:
         """Number in q of a joint called by its name or variable; raises `InputError`."""
@@ -237,7 +237,7 @@ def _spatial_inertia(ten: Sequence[float]) -> Array:
 
 def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
     """Values of all parameters; raises `InputError`."""
-    source, names = machine.source or machine.name, [parameter.name for parameter in machine.parameters]
+    source, names = machine.label, [parameter.name for parameter in machine.parameters]
     refuse_values(machine, given, names)
     missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
     if missing:

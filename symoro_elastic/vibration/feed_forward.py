@@ -13,7 +13,6 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.machine.formats.files import save_text
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
@@ -50,11 +49,11 @@ class FeedForward:
     @property
     def motors(self) -> tuple[str, ...]:
         """Names of the motors."""
-        return tuple(joint.name for joint in motors_of(self.machine))
+        return tuple(joint.name for joint in self.machine.motor_joints)
 
     def at_motors(self, block: Array) -> Array:
         """Columns of the motors of q or qd."""
-        names = [self.machine.joints[j - 1].name for j in self.machine.moving]
+        names = [joint.name for joint in self.machine.moving_joints]
         return block[:, [names.index(name) for name in self.motors]]
 
 
@@ -62,7 +61,7 @@ def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
     program = trace(machine, MODEL).program
     nodes = reachable(x for output in program.outputs for x in output.entries)
-    used, motors = {x.operands[0] for x in nodes if x.operation == SYMBOL}, motors_of(machine)
+    used, motors = {x.operands[0] for x in nodes if x.operation == SYMBOL}, machine.motor_joints
     return {
         joint.name: max((k for k, argument in enumerate(program.inputs) if argument.symbols[m] in used), default=0)
         for m, joint in enumerate(motors)
@@ -140,7 +139,7 @@ def figures(found: FeedForward) -> dict[str, Any]:
 
 def save_feed_forward(found: FeedForward, path: str | Path) -> None:
     """Write t, q_<joint>, qd_<joint>, tau_<motor> to .csv or .npz for `read_measurements`. Raises `InputError`."""
-    joints = [found.machine.joints[j - 1].name for j in found.machine.moving]
+    joints = [joint.name for joint in found.machine.moving_joints]
     columns = {"t": found.t}
     for quantity, block, names in (("q", found.q, joints), ("qd", found.qd, joints), ("tau", found.tau, found.motors)):
         columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0

@@ -82,7 +82,7 @@ class Linearization:
         for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
             k = int(np.argmax(np.abs(values))) if len(values) else 0
             if np.abs(values).max(initial=0.0) > AT_REST:
-                unit = "m" if self.motion.joints[k].sigma == 1 else "rad"
+                unit = self.motion.joints[k].unit
                 found.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
         return (f"not at rest: {', '.join(found)}",) if found else ()
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
@@ -164,13 +163,13 @@ def over_two(tracked: Tracked, mode: int) -> Any:
 
 def following(found: FeedForward) -> Any:
     """A column a motor: the reference trajectory, how far the motor is ahead of it, the torque."""
-    joints = motors_of(found.machine)
+    joints = found.machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
     lead = found.at_motors(found.q)
     for m, (column, joint) in enumerate(
         zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
     ):
-        y, unit, force = found.reference.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
+        y, unit, force = found.reference.y[joint.name][0], joint.unit, joint.force_unit
         rows = (
             (f"reference, {unit}", y),
             (f"motor ahead, {unit}", lead[:, m] - y),

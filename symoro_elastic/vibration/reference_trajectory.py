@@ -16,7 +16,6 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE
@@ -114,11 +113,11 @@ def move(
 
     Of degree 2 it has a triangle of velocity, of degree 3 limited jerk. Raises `InputError`.
     """
-    source = f"{machine.source or machine.name}, move"
+    source = f"{machine.label}, move"
     _refuse_degree(degree, source)
     if not 0 < duration < np.inf:
         raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
-    names = [joint.name for joint in motors_of(machine)]
+    names = [joint.name for joint in machine.motor_joints]
     first, far = (_of_motors(x, machine, place) for x, place in ((start, "--at"), (strokes, "--stroke")))
     knots = duration / degree * np.arange(-degree - 1, 2 * degree + 2)
     rising = np.repeat([0.0, 1.0], degree + 1)
@@ -177,15 +176,13 @@ def _refuse_degree(degree: int, source: str) -> None:
 
 def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
     """Numbers by name of motor; those called by "" are of all others. Raises `InputError`."""
-    motors = motors_of(machine)
+    motors = machine.motor_joints
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     for name, x in given.items():
         if name and name not in known:
-            raise InputError(
-                machine.source or machine.name, place, f"no motor {quoted(name)}{did_you_mean(name, known)}"
-            )
+            raise InputError(machine.label, place, f"no motor {quoted(name)}{did_you_mean(name, known)}")
         if not abs(x) <= LARGEST:
-            raise InputError(machine.source or machine.name, place, f"{x:g} is out of range: give up to {LARGEST:g}")
+            raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST:g}")
     found = {known[name]: x for name, x in given.items() if name}
     return {joint.name: found.get(joint.name, given.get("", 0.0)) for joint in motors}
 
@@ -209,7 +206,7 @@ def _letter(named: Mapping[tuple[str, str], Array]) -> str:
 
 def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, source: str) -> dict[str, Array]:
     """y and its derivatives without gap, by motor. Raises `InputError`."""
-    motors = [joint.name for joint in motors_of(machine)]
+    motors = [joint.name for joint in machine.motor_joints]
     others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
     if others:
         what = "motors and their springs have a trajectory, other joints none: give y_<motor>, yd_<motor> ... alone"

@@ -64,12 +64,12 @@ def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
 
 def default_inputs(machine: Machine) -> list[str]:
     """The torques of all motors."""
-    return [f"{joint.name}.{TORQUE}" for joint in machine.joints if joint.kind is Kind.MOTOR]
+    return [f"{joint.name}.{TORQUE}" for joint in machine.motor_joints]
 
 
 def default_outputs(machine: Machine) -> list[str]:
     """The encoders of all motors."""
-    return [f"{joint.name}.q" for joint in machine.joints if joint.kind is Kind.MOTOR]
+    return [f"{joint.name}.q" for joint in machine.motor_joints]
 
 
 def joint_signals(names: Iterable[str]) -> set[str]:
@@ -115,12 +115,12 @@ def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[st
 
 
 def _joint(machine: Machine, name: str, owner: str, place: str) -> tuple[int, Kind]:
-    names = [machine.joints[j - 1].name for j in machine.moving]
+    names = [joint.name for joint in machine.moving_joints]
     if owner not in names:
         what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, names)}"
         raise _error(machine, place, what)
     k = names.index(owner)
-    return k, machine.joints[machine.moving[k] - 1].kind
+    return k, machine.moving_joints[k].kind
 
 
 def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:
@@ -144,4 +144,4 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
 
 
 def _error(machine: Machine, place: str, what: str) -> InputError:
-    return InputError(machine.source or machine.name, place, what)
+    return machine.error(place, what)

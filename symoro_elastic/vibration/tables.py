@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.identification.trajectory import motors_of
 from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
@@ -38,7 +37,7 @@ def state_lines(linear: Linearization) -> list[str]:
     """Where the machine is, and what its motors hold."""
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
-    units = ["N" if motion.joints[k].sigma == 1 else "N m" for k in motion.motors]
+    units = [motion.joints[k].force_unit for k in motion.motors]
     torques = [f"{motion.names[k]} {state.tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
@@ -253,8 +252,8 @@ def feed_forward_table(found: FeedForward) -> Any:
 
     said = figures(found)["motors"]
     table = Table("motor", "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
-    for joint in motors_of(found.machine):
-        motor, (unit, force) = said[joint.name], ("m", "N") if joint.sigma == 1 else ("rad", "N m")
+    for joint in found.machine.motor_joints:
+        motor, unit, force = said[joint.name], joint.unit, joint.force_unit
         table.add_row(
             joint.name, f"{motor['order']} / {motor['given']}",
             f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
