@@ -52,7 +52,7 @@ def given_state(
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
         for k, x in motion.numbered(named, place).items():
             numbers[k] = x
-    _, _, A = motion.jacobians(motion.residual, State(q, qd, zero, tau))
+    (A,) = motion.matrices("M", q, qd, zero)
     refuse_singular(motion, A, range(len(q)), can_hold=False)
     qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
     return State(q, qd, qdd, tau)
