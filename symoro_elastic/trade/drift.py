@@ -1,4 +1,4 @@
-"""What the form of the state costs in a simulation: energy that a free motion without losses gains or sheds.
+"""Drift of energy in a simulated free motion without losses, by the format of the state.
 
 A step changes a state by little, so a state in single precision loses most of each change to rounding, whatever the
 accuracy of the accelerations. A compensated sum keeps what is lost; a state in double precision hardly loses any.
@@ -41,19 +41,19 @@ FLAGS = ("-O2", "-ffp-contract=off")
 
 
 @dataclass(frozen=True)
-class Form:
-    """How right-hand side and state are kept."""
+class StateFormat:
+    """Precision of the right-hand side, and format of the state."""
 
     title: str
     precision: Precision
     compensated: bool = False
 
 
-FORMS = (
-    Form("all double", DOUBLE),
-    Form("single, state in double (mixed)", MIXED),
-    Form("single, compensated state", SINGLE, True),
-    Form("all single", SINGLE),
+STATE_FORMATS = (
+    StateFormat("all double", DOUBLE),
+    StateFormat("single, state in double (mixed)", MIXED),
+    StateFormat("single, compensated state", SINGLE, True),
+    StateFormat("all single", SINGLE),
 )
 
 
@@ -69,22 +69,22 @@ class Drift:
 
 
 def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress: Progress) -> list[Drift]:
-    """The drift of each form of the state, over the same free motion of a machine without losses.
+    """Return the drift of each format of the state, over the same free motion of a machine without losses.
 
     Raises `InputError` where no such motion can be computed, `CompilerMissing`, `CompilationFailed`.
     """
     motion = _Motion(conservative(machine), values, folder)
     step, energies = motion.small_step()
     found = []
-    for done, form in enumerate(FORMS, start=1):
-        drift = motion.energies(form, step) if form is not FORMS[0] else energies
+    for done, form in enumerate(STATE_FORMATS, start=1):
+        drift = motion.energies(form, step) if form is not STATE_FORMATS[0] else energies
         found.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
-        progress(done, len(FORMS))
+        progress(done, len(STATE_FORMATS))
     return found
 
 
 def conservative(machine: Machine) -> Machine:
-    """The machine without damping, friction and external wrenches, on a base at rest."""
+    """Return the machine without damping, friction and external wrenches, on a base at rest."""
     joints = tuple(_without_losses(joint) for joint in machine.joints)
     return replace(machine, joints=joints, base=Base(gravity=machine.base.gravity))
 
@@ -95,7 +95,7 @@ def _without_losses(joint: Joint) -> Joint:
 
 
 def _drift(energies: AnyArray) -> float:
-    """Largest distance from the first."""
+    """Return the largest difference from the first energy."""
     found = float(np.abs(energies - energies[0]).max())
     return found if math.isfinite(found) else math.inf
 
@@ -124,7 +124,7 @@ class _Motion:
         """The step at which rounding is all that is left of the drift, and the energies with it."""
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
-            energies = self.energies(FORMS[0], step)
+            energies = self.energies(STATE_FORMATS[0], step)
             if _drift(energies) <= NEGLIGIBLE * abs(self.moving_energy):
                 return step, energies
             step /= 2
@@ -146,7 +146,7 @@ class _Motion:
             raise self.machine.error("trade", "it has no finite accelerations")
         return max(rate, 1.0)
 
-    def energies(self, form: Form, step: float) -> AnyArray:
+    def energies(self, form: StateFormat, step: float) -> AnyArray:
         """The energy at the start and at `SAMPLES` times, J."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
         x = np.concatenate([self.start.q[0], self.start.qd[0]]).astype(dtype)
@@ -169,7 +169,7 @@ class _Motion:
 
 def _movers(package: Package, folder: Path) -> dict[str, Any]:
     """The compiled functions that move a state by many steps, by precision."""
-    precisions = {form.precision.name: form.precision for form in FORMS}
+    precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         made = pool.map(lambda precision: _mover(package, precision, folder / precision.name), precisions.values())
         return dict(zip(precisions, made, strict=True))

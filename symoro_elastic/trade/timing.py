@@ -1,4 +1,4 @@
-"""Times of many functions, round by round in turn, so that what disturbs one disturbs all."""
+"""Times of many functions, measured in turn so that other load on the computer affects all alike."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_TIMES = 1 << 20
 
 @dataclass(frozen=True)
 class Run:
-    """Work to be timed: `carry_out(times)` does it that often for `states` states."""
+    """Work to be timed: `carry_out(times)` repeats it for `states` states."""
 
     carry_out: Callable[[int], None]
     states: int
@@ -32,7 +32,7 @@ class Time:
 
 
 def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
-    """Times of all runs; each round takes about `BURST` seconds of each of them."""
+    """Return the times of all runs; each round takes about `BURST` seconds of each of them."""
     times = [_often_enough(run) for run in runs]
     found: list[list[float]] = [[] for _ in runs]
     for done in range(rounds):
@@ -43,7 +43,7 @@ def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_pro
 
 
 def _often_enough(run: Run) -> int:
-    """How often to repeat a run so that a burst takes long enough to be timed."""
+    """Return how often to repeat a run so that a burst is long enough to be timed."""
     run.carry_out(1)
     seconds = max(_seconds(run, 1), 1e-9)
     return min(MOST_TIMES, max(1, math.ceil(BURST / seconds)))
