@@ -1,4 +1,4 @@
-"""Pictures without a window, saved with the same bytes each time; matplotlib is imported when one is drawn."""
+"""Plots without a window, saved with the same bytes each time; matplotlib is imported when one is drawn."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PICTURE_FORMATS = ("png", "svg", "pdf")
 
 
 def new_figure(width: float, height: float) -> Any:
-    """An empty figure, in inches. Raises `InputError` where matplotlib is missing."""
+    """Return an empty figure, in inches. Raises `InputError` where matplotlib is missing."""
     figure = _matplotlib("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
     _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     return figure

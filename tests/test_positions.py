@@ -23,7 +23,7 @@ def test_frequencies_cross_and_keep_their_modes() -> None:
     turn, beside = np.sqrt(1e4 / 4) / radii / (2 * np.pi), np.full(11, 100 / (2 * np.pi))
     np.testing.assert_allclose(found.frequencies, np.stack([beside, turn], axis=1), rtol=1e-14)
     assert found.mac.min() > 1 - 1e-12 and not found.doubtful
-    exactly = found.found[4]
+    exactly = found.modes[4]
     assert radii[4] == 0.5 and len(clusters(np.sort(exactly.eigenvalues))) == 1
     np.testing.assert_allclose(np.abs(exactly.shapes[:, 1]), [1.0, 0.0], atol=1e-12)
 
@@ -41,8 +41,8 @@ def test_sorted_modes_would_be_mixed_up() -> None:
 def test_a_repeated_frequency_keeps_its_shapes() -> None:
     """Any basis of the subspace is right; the one before is kept."""
     found = over_grid(EquationsOfMotion(twins()), {"table": np.linspace(0, 3, 7).tolist()}, held=["table"])
-    first = found.found[0].shapes
-    for each in found.found:
+    first = found.modes[0].shapes
+    for each in found.modes:
         np.testing.assert_allclose(each.shapes, first, atol=1e-12)
     assert found.mac.min() > 1 - 1e-12
 

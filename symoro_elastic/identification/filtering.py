@@ -95,24 +95,24 @@ class FilteredMotion:
         return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
 
 
-def default_filter(found: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
+def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
     """Cut-offs from the motion: Butterworth at 5 times its bandwidth, decimation to 2 times (rule of thumb of Janot).
 
     The motion's bandwidth is that of the fastest motor, or of the upper quartile of the joints if that is more: a
     local mode that rings does not set it. `motors` are 0-based; `bandwidth` in Hz replaces what is found.
     """
-    sampling = 1 / found.period
-    motion = bandwidth or _bandwidth(found, motors)
+    sampling = 1 / measured.period
+    motion = bandwidth or _bandwidth(measured, motors)
     if not 0 < motion <= HIGHEST_CUTOFF * sampling / 2:
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
-        raise InputError(found.source, "t", what)
+        raise InputError(measured.source, "t", what)
     cutoff = min(ABOVE_MOTION * motion, HIGHEST_CUTOFF * sampling / 2)
     factor = max(1, int(OF_NYQUIST * sampling / 2 / (KEPT_BAND * motion)))
     return Filter(sampling, motion, cutoff, factor)
 
 
-def _bandwidth(found: Measurements, motors: Sequence[int]) -> float:
-    each = [bandwidth_of(found.q[:, k], found.period) for k in range(found.q.shape[1])]
+def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
+    each = [bandwidth_of(measured.q[:, k], measured.period) for k in range(measured.q.shape[1])]
     return max([sorted(each)[int(QUARTILE * len(each))], *(each[k] for k in motors)])
 
 
@@ -172,8 +172,8 @@ def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
         return slow
     reach = int(REACH * chosen.factor)
     near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    found: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
-    return thin(found, chosen)
+    slow_nearby: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
+    return thin(slow_nearby, chosen)
 
 
 def thin(x: AnyArray, chosen: Filter) -> AnyArray:
@@ -191,43 +191,43 @@ def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
     return filtered
 
 
-def motion_of(found: Measurements, chosen: Filter) -> FilteredMotion:
+def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
     """Filtered positions, their derivatives, and the torques of the same samples (still unfiltered).
 
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
     filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
     """
-    q = smooth(found.q, chosen)
-    velocity, acceleration = differentiate(q, found.period)
+    q = smooth(record.q, chosen)
+    velocity, acceleration = differentiate(q, record.period)
     inner = slice(2, len(q) - 2)
-    if found.qd is not None:
-        measured = smooth(found.qd, chosen)
-        velocity, acceleration = measured[inner], differentiate(measured, found.period)[0]
-    if found.qdd is not None:
-        acceleration = smooth(found.qdd, chosen)[inner]
+    if record.qd is not None:
+        measured = smooth(record.qd, chosen)
+        velocity, acceleration = measured[inner], differentiate(measured, record.period)[0]
+    if record.qdd is not None:
+        acceleration = smooth(record.qdd, chosen)[inner]
     cut = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2))
     if len(velocity[cut]) < 2:
-        what = f"{len(found.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
-        raise InputError(found.source, "t", what)
+        what = f"{len(record.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
+        raise InputError(record.source, "t", what)
     positions, rates, rates2 = q[inner][cut], velocity[cut].copy(), acceleration[cut].copy()
-    removed = found.q[inner][cut] - positions
+    removed = record.q[inner][cut] - positions
     still = _still(positions, removed)
     noise = removed.std(axis=0) / np.sqrt(1 - 2 * chosen.cutoff / chosen.sampling)
     for k in still:
         positions[:, k] = positions[:, k].mean()
         rates[:, k] = rates2[:, k] = 0.0
-    return FilteredMotion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still, noise)
+    return FilteredMotion(record.t[inner][cut], positions, rates, rates2, record.tau[inner][cut], still, noise)
 
 
-def as_measured(found: Measurements) -> FilteredMotion:
+def as_measured(measured: Measurements) -> FilteredMotion:
     """Measurements used as they are; velocities and accelerations must be among them, or are differences."""
-    velocity, acceleration = differentiate(found.q, found.period)
-    inner = slice(2, len(found.q) - 2)
-    velocity = velocity if found.qd is None else found.qd[inner]
-    acceleration = acceleration if found.qdd is None else found.qdd[inner]
-    q = found.q[inner]
+    velocity, acceleration = differentiate(measured.q, measured.period)
+    inner = slice(2, len(measured.q) - 2)
+    velocity = velocity if measured.qd is None else measured.qd[inner]
+    acceleration = acceleration if measured.qdd is None else measured.qdd[inner]
+    q = measured.q[inner]
     still = _still(q, np.zeros_like(q))
-    return FilteredMotion(found.t[inner], q, velocity, acceleration, found.tau[inner], still)
+    return FilteredMotion(measured.t[inner], q, velocity, acceleration, measured.tau[inner], still)
 
 
 def _still(smoothed: Array, removed: Array) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ from symoro_elastic.identification.filtering import (
     as_measured,
     decimate,
     default_filter,
-    motion_of,
+    filtered_motion,
     reverses,
     thin,
 )
@@ -87,20 +87,27 @@ def identify(
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
     disturbed = [np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True)]
-    found = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
+    estimation = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
     notes = [line for record in records for line in record.warnings]
     notes += chosen.described() if chosen else []
     notes += _without_effect(Y.columns, sought, structure)
-    springs = _springs(found, stacked[0], unknowns)
+    springs = _springs(estimation, stacked[0], unknowns)
     return Identification(
-        machine, found, stacked[2], stacked[1], chosen, (*notes, *found.notes), springs, _neutral(found, machine)
+        machine,
+        estimation,
+        stacked[2],
+        stacked[1],
+        chosen,
+        (*notes, *estimation.notes),
+        springs,
+        _neutral(estimation, machine),
     )
 
 
-def _springs(found: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
+def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
     """Columns of springs and dampers times what was estimated for them."""
-    kept = [(k, c) for k, c in enumerate(found.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
-    return Y[:, :, [c for _, c in kept]] @ found.solution.X[[k for k, _ in kept]]
+    kept = [(k, c) for k, c in enumerate(estimation.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
+    return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
 
 
 @dataclass(frozen=True)
@@ -145,7 +152,7 @@ def _stack(
     kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
 ) -> _Stack:  # fmt: skip
     """Both sides of tau = Y X of a record, in as many samples as there is information."""
-    motion = motion_of(record, chosen) if chosen else as_measured(record)
+    motion = filtered_motion(record, chosen) if chosen else as_measured(record)
     step("stack")
     tau = _left_side(machine, motion) - _in_pieces(
         lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
@@ -199,14 +206,14 @@ def _unknowns(
     columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns, machine: Machine
 ) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
-    found = []
+    unknowns = []
     for k, kept in enumerate(structure.kept):
         column = columns[sought[kept]]
         joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
         joint = machine.moving_joints[column.joint].name
         text = formula(column.label, joined)
-        found.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
-    return found
+        unknowns.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
+    return unknowns
 
 
 def _without_effect(
@@ -216,25 +223,25 @@ def _without_effect(
     return [f"without effect on any torque of this machine: {labels}"] if labels else []
 
 
-def _neutral(found: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
+def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
     """q0 = KQ / K and its standard deviation by first order, for each elastic joint where both were found."""
-    labels = {found.estimates[c].unknown.label: k for k, c in enumerate(found.grouping.kept)}
+    labels = {estimation.estimates[c].unknown.label: k for k, c in enumerate(estimation.grouping.kept)}
     neutral = {}
     for j in machine.moving:
         if machine.joint(j).kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
             pair = [labels[f"KQ{j}"], labels[f"K{j}"]]
-            force, k = found.solution.X[pair]
+            force, k = estimation.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
-            variance = slope @ found.solution.covariance[np.ix_(pair, pair)] @ slope
+            variance = slope @ estimation.solution.covariance[np.ix_(pair, pair)] @ slope
             neutral[machine.joint(j).name] = float(force / k), math.sqrt(float(variance))
     return neutral
 
 
-def table(found: Identification, true: Mapping[str, float] | None = None) -> str:
+def table(result: Identification, true: Mapping[str, float] | None = None) -> str:
     """The estimates as aligned text; `true` values by label where they are known, as in a simulation."""
     heads = ["parameter", *(["true"] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
     rows = [heads]
-    for e in found.estimates:
+    for e in result.estimates:
         given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
         percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
         verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
@@ -250,9 +257,9 @@ def _number(x: float) -> str:
     return "-" if math.isnan(x) else f"{x:.5g}"
 
 
-def as_json(found: Identification) -> dict[str, object]:
+def as_json(result: Identification) -> dict[str, object]:
     """The figures as JSON: parameters, joints' residuals, condition number, notes."""
-    solution = found.estimation.solution
+    solution = result.estimation.solution
     return {
         "parameters": {
             e.unknown.label: {
@@ -264,14 +271,14 @@ def as_json(found: Identification) -> dict[str, object]:
                 "verdict": str(e.verdict),
                 "reason": e.reason,
             }
-            for e in found.estimates
+            for e in result.estimates
         },
-        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in found.neutral.items()},
-        "residual_std": dict(zip(found.estimation.joints, solution.sigma.tolist(), strict=True)),
+        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in result.neutral.items()},
+        "residual_std": dict(zip(result.estimation.joints, solution.sigma.tolist(), strict=True)),
         "condition": solution.condition,
-        "samples": len(found.t),
-        "not_identifiable": list(found.estimation.not_identifiable),
-        "notes": list(found.notes),
+        "samples": len(result.t),
+        "not_identifiable": list(result.estimation.not_identifiable),
+        "notes": list(result.notes),
     }
 
 

@@ -124,12 +124,14 @@ class ByLinearity:
 
     def _inertial(self) -> list[RegressorColumn]:
         moving = {j: k for k, j in enumerate(self.machine.moving)}
-        found = []
+        columns = []
         for j, joint in enumerate(self.machine.joints, start=1):
             values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
             owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
-            found += [RegressorColumn(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()]
-        return found
+            columns += [
+                RegressorColumn(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()
+            ]
+        return columns
 
     def _of_joint(self, k: int) -> list[RegressorColumn]:
         joint, j = self._joints[k], self.machine.moving[k]

@@ -47,13 +47,13 @@ def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, fl
         for name in by_name:
             if name and name not in known:
                 raise InputError("symoro-elastic", option, f"no motor {name!r}{did_you_mean(name, known)}")
-        found = {known[name]: limit for name, limit in by_name.items() if name}
+        limits = {known[name]: limit for name, limit in by_name.items() if name}
         _refuse_without_room(option, by_name)
-        missing = [joint.name for joint in motors if joint.name not in found and "" not in by_name]
+        missing = [joint.name for joint in motors if joint.name not in limits and "" not in by_name]
         if missing:
             what = f"no limit for {', '.join(missing)}: give one for all, or {missing[0]}=..."
             raise InputError("symoro-elastic", option, what)
-        ranges[option] = [found[joint.name] if joint.name in found else by_name[""] for joint in motors]
+        ranges[option] = [limits[joint.name] if joint.name in limits else by_name[""] for joint in motors]
     position, velocity, acceleration = ranges.values()
     low, high = zip(*position, strict=True) if position else ((), ())
     return Limits.of(low, high, [v for _, v in velocity], [a for _, a in acceleration])
@@ -132,11 +132,11 @@ def refuse_file(path: str | Path) -> None:
         raise InputError(str(path), "file", "its folder does not exist: make it first")
 
 
-def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
+def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> Path:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
     path, names = Path(path), [joint.name for joint in machine.motor_joints]
-    columns: dict[str, Any] = {"t": found.t}
-    for quantity, block in (("q", found.q), ("qd", found.qd), ("qdd", found.qdd)):
+    columns: dict[str, Any] = {"t": trajectory.t}
+    for quantity, block in (("q", trajectory.q), ("qd", trajectory.qd), ("qdd", trajectory.qdd)):
         columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
     try:
         if path.suffix.lower() == ".npz":
@@ -149,9 +149,9 @@ def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
     return path
 
 
-def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
+def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
     """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
-    motion, motors = found.motion, {}
+    motion, motors = excitation.motion, {}
     for k, joint in enumerate(machine.motor_joints):
         q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
         motors[joint.name] = {
@@ -166,9 +166,9 @@ def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Mac
             "b": motion.b[k].tolist(),
         }
     return {
-        "condition_before": found.before,
-        "condition": found.condition,
-        "parameters": list(found.columns),
+        "condition_before": excitation.before,
+        "condition": excitation.condition,
+        "parameters": list(excitation.columns),
         "frequency": motion.frequency,
         "duration": float(sampled.t[-1]),
         "start": sampled.start,
@@ -177,12 +177,12 @@ def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Mac
     }
 
 
-def table(found: Mapping[str, Any]) -> Any:
+def table(reached: Mapping[str, Any]) -> Any:
     """What the trajectory reaches of the limits of each motor, from `figures`."""
     from rich.table import Table
 
     drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
-    for name, motor in found["motors"].items():
+    for name, motor in reached["motors"].items():
         (low, high), (lowest, highest) = motor["position"], motor["position_limits"]
         cells = [f"{low:.4g} : {high:.4g}", f"{lowest:.4g} : {highest:.4g}"]
         cells += [f"{motor[key]:.4g}" for key in ("velocity", "velocity_limit", "acceleration", "acceleration_limit")]
@@ -190,12 +190,12 @@ def table(found: Mapping[str, Any]) -> Any:
     return drawn
 
 
-def lines(found: Mapping[str, Any]) -> list[str]:
+def lines(reached: Mapping[str, Any]) -> list[str]:
     """Condition numbers and duration in words, from `figures`."""
-    start, end = found["start"], found["duration"]
+    start, end = reached["start"], reached["duration"]
     return [
-        f"condition number of the regressor: {found['condition_before']:.4g} at the first random motion, "
-        f"{found['condition']:.4g} now",
-        f"for {len(found['parameters'])} parameters: {', '.join(found['parameters'])}",
-        f"{end:g} s, {found['samples']} samples: start and stop {start:g} s each, at rest where it ends",
+        f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "
+        f"{reached['condition']:.4g} now",
+        f"for {len(reached['parameters'])} parameters: {', '.join(reached['parameters'])}",
+        f"{end:g} s, {reached['samples']} samples: start and stop {start:g} s each, at rest where it ends",
     ]

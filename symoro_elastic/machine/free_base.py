@@ -1,4 +1,4 @@
-"""A floating base as six joints without springs: three slides along axes of the world, then three turns.
+"""A floating base as six joints without springs: three prismatic along axes of the world, then three revolute.
 
 Small motions are about a base whose axes are those of the world. One whose acceleration is known is held.
 """
@@ -17,7 +17,7 @@ QUARTER = Formula.parse("pi/2")
 
 
 def with_base_coordinates(machine: Machine) -> Machine:
-    """The machine on a base at rest, its own six degrees of freedom being its first joints.
+    """Return the machine on a base at rest, its six degrees of freedom being the first joints.
 
     Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. Raises `InputError` for a joint
     that has the name of the base.
@@ -37,6 +37,6 @@ def with_base_coordinates(machine: Machine) -> Machine:
 
 
 def _coordinate(k: int, name: str) -> Joint:
-    """Joint k + 1: a slide for k up to 2, then a turn, its axis the next of x, y, z."""
+    """Return joint k + 1: prismatic for k up to 2, then revolute, its axis the next of x, y, z."""
     turns = k > 2
     return Joint(name, k, Kind.PASSIVE, 0 if turns else 1, name, gamma=QUARTER, alpha=QUARTER, theta=ZERO, r=ZERO)

@@ -1,4 +1,4 @@
-"""Numbers in the table become parameters, so that a frequency has a sensitivity to each of them."""
+"""Numbers of the table as parameters, so that a frequency has a sensitivity to each of them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 
 
 def with_named_cells(machine: Machine) -> Machine:
-    """The machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` that have values.
+    """Return the machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` with values.
 
     Parameters keep their names. Zeros and angles stay as they are: they are the structure of a machine.
     """
@@ -28,7 +28,7 @@ def with_named_cells(machine: Machine) -> Machine:
 
 
 def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
-    """The machine with other values of parameters, and of numbers in its table by the names of `with_named_cells`.
+    """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
 
     Raises `InputError` for names that do not exist.
     """

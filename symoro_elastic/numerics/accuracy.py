@@ -129,7 +129,7 @@ class _Judge:
         precision: Precision,
     ) -> None:
         self.traced, self.states, self.values = traced, states, values
-        self.found = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
+        self.results = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
         self.u = 2.0**-precision.bits
         self.inputs = TYPES[precision.state]
         self.is_extended_enough = HAS_EXTENDED and precision.bits <= MOST_EXTENDED_BITS
@@ -139,8 +139,8 @@ class _Judge:
         """Errors, NaN where extended precision cannot tell, and effects of the inputs, of some states."""
         states = self.states.part(part)
         wanted = evaluated(self.traced, states, self.values, EXTENDED)
-        found = {name: [x[part] for x in parts] for name, parts in self.found.items()}
-        errors, effects = _distance(found, wanted) / self.u, np.zeros(len(states))
+        results = {name: [x[part] for x in parts] for name, parts in self.results.items()}
+        errors, effects = _distance(results, wanted) / self.u, np.zeros(len(states))
         within = [(np.abs(entries) <= self.most).all(axis=1) for entries in wanted.values()]
         errors[~np.logical_and.reduce(within)] = np.nan
         for _ in range(math.ceil(LEAST_MOVES / len(self.states))):
@@ -213,7 +213,7 @@ class _Judge:
         return max((self._distance_from(name, state, entries) for name, entries in wanted.items()), default=0.0)
 
     def _distance_from(self, name: str, state: int, entries: Balls) -> float:
-        return distance(sums([x[state].tolist() for x in self.found[name]]), entries) / self.u
+        return distance(sums([x[state].tolist() for x in self.results[name]]), entries) / self.u
 
 
 def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
@@ -222,12 +222,12 @@ def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
     return [np.asarray(x).reshape(states, -1) for x in parts]
 
 
-def _distance(found: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
+def _distance(results: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
     """By state, the largest difference over the largest wanted entry, of the worst result; infinite if not finite."""
     worst = np.zeros(len(next(iter(wanted.values()))))
     with np.errstate(all="ignore"):
         for name, exact in wanted.items():
-            difference = np.abs(found[name][0] - exact + sum(found[name][1:])).max(axis=1, initial=0)
+            difference = np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0)
             scale = np.abs(exact).max(axis=1, initial=0)
             relative = (difference / np.where(scale > EXTENDED_ZERO, scale, 1)).astype(float)
             worst = np.maximum(worst, np.where(np.isfinite(relative), relative, np.inf))

@@ -34,9 +34,9 @@ def enclosures(program: Program, symbols: Mapping[str, float], negligible: float
     bits = FIRST_BITS
     while bits <= MOST_BITS:
         with flint.ctx.workprec(bits):
-            found = _evaluated(program, symbols)
-            if all(_is_tight(entries, negligible) for entries in found.values()):
-                return found
+            results = _evaluated(program, symbols)
+            if all(_is_tight(entries, negligible) for entries in results.values()):
+                return results
         bits *= 2
     raise NoEnclosure(f"no enclosure with {MOST_BITS} bits: the model divides by what cannot be told from zero")
 
@@ -48,23 +48,23 @@ def sums(parts: Sequence[Sequence[float]]) -> Balls:
         return [sum(map(flint.arb, entry), flint.arb(0)) for entry in zip(*parts, strict=True)]
 
 
-def distance(found: Balls, entries: Balls) -> float:
+def distance(computed: Balls, entries: Balls) -> float:
     """Largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
 
     A proven upper bound, infinite where an entry found is not finite.
     """
     flint = _flint()
-    if not all(x.is_finite() for x in found):
+    if not all(x.is_finite() for x in computed):
         return math.inf
     with flint.ctx.workprec(2 * FIRST_BITS):
-        difference = max((abs(x - y).upper() for x, y in zip(found, entries, strict=True)), default=flint.arb(0))
+        difference = max((abs(x - y).upper() for x, y in zip(computed, entries, strict=True)), default=flint.arb(0))
         return float((difference / scale(entries)).upper())
 
 
 def scale(entries: Balls) -> Any:
     """The largest entry, from below; 1 where all are zero."""
-    found = max((entry.abs_lower() for entry in entries), default=0)
-    return found if found > PROVEN_ZERO else _flint().arb(1)
+    largest = max((entry.abs_lower() for entry in entries), default=0)
+    return largest if largest > PROVEN_ZERO else _flint().arb(1)
 
 
 def is_out_of_range(entries: Balls, most: float) -> bool:

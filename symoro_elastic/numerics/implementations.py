@@ -82,14 +82,14 @@ def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     name = f"symoro_elastic_generated_{next(_numbers)}"
-    found = importlib.util.spec_from_file_location(
+    spec = importlib.util.spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
-    if found is None or found.loader is None:
+    if spec is None or spec.loader is None:
         raise ImportError(f"{folder} holds no package")
-    module = sys.modules[name] = importlib.util.module_from_spec(found)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
-        found.loader.exec_module(module)
+        spec.loader.exec_module(module)
     finally:
         for loaded in [loaded for loaded in sys.modules if loaded == name or loaded.startswith(f"{name}.")]:
             del sys.modules[loaded]

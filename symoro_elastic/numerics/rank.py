@@ -37,13 +37,13 @@ class RandomMotion:
     """A mechanism of numbers at many states at once, and its velocities and accelerations."""
 
     mechanism: Mechanism
-    found: Dynamics
+    dynamics: Dynamics
     qdd: list[Array | float]
 
     def torques(self) -> Array:
         """Gamma (states, joints): inertia, gravity and external wrenches."""
-        rows = np.zeros((len(self.found.Gamma), _states(self)))
-        for k, (_, torque) in enumerate(sorted(self.found.Gamma.items())):
+        rows = np.zeros((len(self.dynamics.Gamma), _states(self)))
+        for k, (_, torque) in enumerate(sorted(self.dynamics.Gamma.items())):
             rows[k] = torque
         return rows.T
 
@@ -169,10 +169,10 @@ def stacked_regressor(motion: RandomMotion) -> Stacked:
 
 def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Array]:
     """Torques that a unit of each inertial parameter of body j asks for: (parameters, states) by joint."""
-    found = motion.found
+    known = motion.dynamics
     units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
-    u = hat_plus_hat_squared(found.w[j], found.wd[j])
-    return torques(motion.mechanism, j, newton_euler(units, found.w[j], found.wd[j], found.vd[j], u))
+    u = hat_plus_hat_squared(known.w[j], known.wd[j])
+    return torques(motion.mechanism, j, newton_euler(units, known.w[j], known.wd[j], known.vd[j], u))
 
 
 def enough_states(machine: Machine) -> int:
@@ -186,8 +186,8 @@ def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: i
     stacked = stacked_regressor(random_motion(machine, enough_states(machine), seed))
     labels = stacked.labels
     wanted = [k for k, label in enumerate(labels) if label in first]
-    found = independent_columns(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE, wanted, NEGLIGIBLE_COEFFICIENT)
-    return {labels[k]: {labels[c]: b for c, b in found.terms(i)} for i, k in enumerate(found.kept)}
+    columns = independent_columns(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE, wanted, NEGLIGIBLE_COEFFICIENT)
+    return {labels[k]: {labels[c]: b for c, b in columns.terms(i)} for i, k in enumerate(columns.kept)}
 
 
 def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
@@ -210,11 +210,11 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
     values = parameter_values(machine, seed)
     motion = random_motion(machine, enough_states(machine), seed, values)
     stacked = stacked_regressor(motion)
-    found = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
+    count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
     kept = grouping.kept
     spread = conditioning(stacked.columns(kept), [f"{entry}{j}" for j, entry in kept])
     error = torque_error(machine, grouping, motion, values, seed)
-    return CrossCheck(grouping.count, found, error, spread, _doubt(grouping.count, found, error))
+    return CrossCheck(grouping.count, count, error, spread, _doubt(grouping.count, count, error))
 
 
 def torque_error(

@@ -84,8 +84,8 @@ class Reference:
         x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
         given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
-        found = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
-        return distance([*found.get("f0", ()), *found["tau"]], wanted)
+        results = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
+        return distance([*results.get("f0", ()), *results["tau"]], wanted)
 
 
 @dataclass(frozen=True)
@@ -334,8 +334,8 @@ def solve(matrix: Matrix, right: Numbers) -> Numbers:
     return solution
 
 
-def distance(found: Sequence[Any], wanted: Sequence[Any]) -> float:
+def distance(computed: Sequence[Any], wanted: Sequence[Any]) -> float:
     """Largest difference over the largest wanted entry, or over 1 where all of these are zero."""
-    difference = max((abs(x - y) for x, y in zip(found, wanted, strict=True)), default=0)
+    difference = max((abs(x - y) for x, y in zip(computed, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
     return float(difference / (scale if scale > REFERENCE_ZERO else 1))

@@ -16,13 +16,13 @@ def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rn
 
     Each further derivative is up to w times the one before, w from 1 to 100 1/s; with large loads all are to 1e8.
     """
-    found = np.zeros((len(titles), len(MOTION), q.shape[1]))
-    found[:, 0], found[:, 1], found[:, 2] = q, qd, qdd
+    motions = np.zeros((len(titles), len(MOTION), q.shape[1]))
+    motions[:, 0], motions[:, 1], motions[:, 2] = q, qd, qdd
     for state, title in enumerate(titles):
-        further = found[state, 3:]
+        further = motions[state, 3:]
         if title in LOADED:
             further[:] = 10 ** rng.uniform(2, 8, further.shape) * rng.choice([-1.0, 1.0], further.shape)
         elif title not in STILL:
             rate = 10 ** rng.uniform(0, 2)
             further[:] = rng.uniform(-5, 5, further.shape) * rate ** np.arange(1, len(further) + 1)[:, None]
-    return found
+    return motions

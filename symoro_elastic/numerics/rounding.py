@@ -73,9 +73,9 @@ class RoundingModes:
         return {result.name: _spread([run[result.name] for run in runs]) for result in signature.results}
 
     def _as_generated(self, signature: Function, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        found = self._plain.call(signature.name, **self._inputs(signature, arguments))
+        results = self._plain.call(signature.name, **self._inputs(signature, arguments))
         return {
-            result.name: np.broadcast_to(found[result.name], (states, *result.shape)).reshape(
+            result.name: np.broadcast_to(results[result.name], (states, *result.shape)).reshape(
                 states, math.prod(result.shape)
             )
             for result in signature.results

@@ -55,16 +55,16 @@ def self_check(
     values = parameter_values(kept, seed)
     p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
     drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
-    found = []
+    checks = []
     with tempfile.TemporaryDirectory() as folder:
         modes = RoundingModes(described, Path(folder))
         for k, model in enumerate(traced, start=1):
             spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
             for name in model.results:
                 survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
-                found.append(ResultCheck(model.model.name, name, *survive))
+                checks.append(ResultCheck(model.model.name, name, *survive))
             progress(k, len(traced))
-    return found
+    return checks
 
 
 def _run(modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: Array) -> dict[str, Spread]:

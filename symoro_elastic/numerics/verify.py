@@ -26,7 +26,7 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
 from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.feed_forward_residual import torques, unfollowed
+from symoro_elastic.numerics.feed_forward_residual import torques, residual
 from symoro_elastic.numerics.implementations import (
     Implementation,
     ResultArrays,
@@ -171,17 +171,17 @@ def _run(
     missing = ""
     with tempfile.TemporaryDirectory() as folder:
         module = import_package(render_numpy(described), Path(folder) / "numpy")
-        found: list[tuple[str, Implementation]] = [
+        implementations: list[tuple[str, Implementation]] = [
             ("numpy", numpy_code(module, p, stacked=False)),
             ("numpy", numpy_code(module, p, stacked=True)),
             ("equations", equations_on_floats(values)),
         ]
         try:
             compiled = compile_package(described, Path(folder) / "c", render_c(described))
-            found += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
+            implementations += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
         except CompilerMissing as error:
             missing = str(error)
-        runs = {model.model.name: [(name, run(model, states)) for name, run in found] for model in traced}
+        runs = {model.model.name: [(name, run(model, states)) for name, run in implementations] for model in traced}
     return runs, missing
 
 
@@ -258,12 +258,12 @@ def _wanted(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]
     return torques(point, traced) if put_back else point.model(traced)
 
 
-def _error(found: Array, wanted: Numbers) -> float:
+def _error(computed: Array, wanted: Numbers) -> float:
     """`distance` of floats from the reference, which is taken as a sum of two doubles."""
     high = np.array([float(x) for x in wanted])
     low = np.array([float(x - h) for x, h in zip(wanted, high.tolist(), strict=True)])
     with np.errstate(all="ignore"):
-        difference = float(np.abs((found - high) - low).max(initial=0.0))
+        difference = float(np.abs((computed - high) - low).max(initial=0.0))
     scale = float(np.abs(high).max(initial=0.0))
     error = difference / (scale if scale > REFERENCE_ZERO else 1.0)
     return error if math.isfinite(error) else math.inf
@@ -271,17 +271,17 @@ def _error(found: Array, wanted: Numbers) -> float:
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
-    found = reference.disagreement(states.at(0))
+    worst = reference.disagreement(states.at(0))
     following = [model for model in traced if model.model.name == FEED_FORWARD]
     points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
-    found = max([found, *(unfollowed(point, model) for model in following for point in points)])
+    worst = max([worst, *(residual(point, model) for model in following for point in points)])
     if reference.solved:
-        return found
+        return worst
     solving = replace(reference.at(states.at(0)), reference=reference.solving())
     for model in traced:
         wanted = solving.model(model)
-        found = max(found, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
-    return found
+        worst = max(worst, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
+    return worst
 
 
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:

@@ -42,7 +42,7 @@ _BLOCK = re.compile("[qy]d*|tau")
 
 
 def read_columns(path: str | Path, machine: Machine) -> Columns:
-    """Columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
+    """Return the columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
     path = Path(path)
     if path.suffix.lower() == ".npz":
         return _read_npz(path, machine)
@@ -118,7 +118,7 @@ def _read_npz(path: Path, machine: Machine) -> Columns:
 def named_columns(
     columns: Mapping[str, Array], machine: Machine, source: str
 ) -> tuple[dict[tuple[str, str], Array], list[str]]:
-    """Columns by (quantity, joint name) in SI units, and warnings about those that are passed over.
+    """Return columns by (quantity, joint name) in SI units, and warnings about skipped ones.
 
     Quantities are t, tau, and q or y with a `d` for each derivative by time. Raises `InputError`.
     """
@@ -147,7 +147,7 @@ def header_of(key: tuple[str, str]) -> str:
 
 
 def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
-    """(quantity, joint name) of a header; None for columns that are none of ours."""
+    """Return (quantity, joint name) of a header; None for other columns."""
     if name.lower() in ("t", "time"):
         return "t", ""
     known = {str(j.variable): j for j in machine.joints if j.sigma != 2}
@@ -169,7 +169,7 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
 
 
 def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: str, header: str) -> float:
-    """What turns a column into SI units."""
+    """Return the factor from the unit of a column to SI units."""
     if unit is None:
         return 1.0
     quantity, name = key
@@ -187,13 +187,13 @@ def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: st
 
 
 def _per_second(order: int) -> tuple[str, ...]:
-    """How a unit may end of a derivative by time."""
+    """Return the endings of a unit for a time derivative."""
     if order < 2:
         return ("/s",) if order else ("",)
     return (f"/s{order}", f"/s^{order}", "/s" + str(order).translate(SUPERSCRIPTS))
 
 
 def with_units(columns: Iterable[str]) -> frozenset[str]:
-    """Names of columns that state their unit."""
-    found = (_HEADER.fullmatch(header) for header in columns)
-    return frozenset(parts["name"] for parts in found if parts and parts["unit"] is not None)
+    """Return the names of columns that state their unit."""
+    headers = (_HEADER.fullmatch(header) for header in columns)
+    return frozenset(parts["name"] for parts in headers if parts and parts["unit"] is not None)

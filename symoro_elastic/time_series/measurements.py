@@ -1,4 +1,4 @@
-"""Measured motion and torques of a machine, checked before anything is computed from them.
+"""Measured motion and torques of a machine, with checks.
 
 A record has `t`, `q_<joint>` for every joint that moves, `tau_<motor>` for every motor, and where they are measured
 `qd_<joint>` and `qdd_<joint>`.
@@ -53,12 +53,12 @@ def read_measurements(path: str | Path, machine: Machine) -> Measurements:
     Raises `InputError` naming file and column: columns that are missing, unknown or double, cells that are no
     numbers, time that does not increase or has gaps, NaN, too few samples, lengths that are probably mm.
     """
-    found = read_columns(path, machine)
-    return check(from_columns(found, machine, str(path)), machine, with_units(found))
+    columns = read_columns(path, machine)
+    return check(from_columns(columns, machine, str(path)), machine, with_units(columns))
 
 
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
-    """Measurements from columns by header; raises `InputError` for names that are missing, unknown or double."""
+    """Return measurements from columns by header; raises `InputError` for missing, unknown or double names."""
     named, warnings = named_columns(columns, machine, source)
     warnings += [f"column {header_of(key)} is passed over" for key in named if key[0] not in MEASURED]
     joints = machine.moving_joints
@@ -79,33 +79,38 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
     )  # fmt: skip
 
 
-def check(found: Measurements, machine: Machine, trusted: frozenset[str] = frozenset()) -> Measurements:
-    """The measurements, with warnings; raises `InputError` for what no identification can use.
+def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = frozenset()) -> Measurements:
+    """Return the measurements with warnings; raises `InputError` for those unfit for identification.
 
     Columns named in `trusted` are taken to be in their unit.
     """
     joints = machine.moving_joints
     motors = machine.motor_joints
-    _check_numbers(found, joints, motors)
-    if len(found.t) < FEWEST:
-        what = f"{len(found.t)} samples are too few: at least {FEWEST}, and some seconds of motion"
-        raise InputError(found.source, "t", what)
-    _check_time(found)
-    warnings = [*found.warnings]
+    _check_numbers(measured, joints, motors)
+    if len(measured.t) < FEWEST:
+        what = f"{len(measured.t)} samples are too few: at least {FEWEST}, and some seconds of motion"
+        raise InputError(measured.source, "t", what)
+    _check_time(measured)
+    warnings = [*measured.warnings]
     for k, joint in enumerate(joints):
-        warnings += _check_range(found, k, joint, f"q_{joint.name}" in trusted)
-        _check_slopes(found, k, joint)
-    if not np.ptp(found.q, axis=0).any():
-        raise InputError(found.source, "q", "no joint moves: nothing can be identified at rest")
-    return replace(found, warnings=tuple(warnings))
+        warnings += _check_range(measured, k, joint, f"q_{joint.name}" in trusted)
+        _check_slopes(measured, k, joint)
+    if not np.ptp(measured.q, axis=0).any():
+        raise InputError(measured.source, "q", "no joint moves: nothing can be identified at rest")
+    return replace(measured, warnings=tuple(warnings))
 
 
-def write_csv(found: Measurements, machine: Machine, path: str | Path) -> None:
+def write_csv(measured: Measurements, machine: Machine, path: str | Path) -> None:
     """Write measurements as a CSV file that `read_measurements` reads."""
     joints = [joint.name for joint in machine.moving_joints]
     motors = [joint.name for joint in machine.motor_joints]
-    blocks = [("q", found.q, joints), ("qd", found.qd, joints), ("qdd", found.qdd, joints), ("tau", found.tau, motors)]
-    header, columns = ["t"], [found.t[:, None]]
+    blocks = [
+        ("q", measured.q, joints),
+        ("qd", measured.qd, joints),
+        ("qdd", measured.qdd, joints),
+        ("tau", measured.tau, motors),
+    ]
+    header, columns = ["t"], [measured.t[:, None]]
     for quantity, block, names in blocks:
         if block is not None:
             header += [f"{quantity}_{name}" for name in names]
@@ -131,55 +136,60 @@ def _stacked(named: Mapping[tuple[str, str], Array], quantity: str, joints: Iter
     return np.stack(columns, axis=1) if columns else np.zeros((samples, 0))
 
 
-def _check_numbers(found: Measurements, joints: Sequence[Joint], motors: Sequence[Joint]) -> None:
-    if not np.isfinite(found.t).all():
-        raise InputError(found.source, "t", f"sample {_first(~np.isfinite(found.t))} is no number")
-    blocks = (("q", found.q, joints), ("qd", found.qd, joints), ("qdd", found.qdd, joints), ("tau", found.tau, motors))
+def _check_numbers(measured: Measurements, joints: Sequence[Joint], motors: Sequence[Joint]) -> None:
+    if not np.isfinite(measured.t).all():
+        raise InputError(measured.source, "t", f"sample {_first(~np.isfinite(measured.t))} is no number")
+    blocks = (
+        ("q", measured.q, joints),
+        ("qd", measured.qd, joints),
+        ("qdd", measured.qdd, joints),
+        ("tau", measured.tau, motors),
+    )
     for quantity, block, owners in blocks:
         for k, joint in enumerate(owners if block is not None else ()):
             bad = ~np.isfinite(block[:, k])  # type: ignore[index]
             if bad.any():
                 first = _first(bad)
                 where = (
-                    f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {found.t[first - 1]:g} s)"
+                    f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {measured.t[first - 1]:g} s)"
                 )
-                raise InputError(found.source, f"{quantity}_{joint.name}", f"{where}: cut the record there")
+                raise InputError(measured.source, f"{quantity}_{joint.name}", f"{where}: cut the record there")
 
 
 def _first(bad: BoolArray) -> int:
-    """Number (from 1) of the first sample that is bad."""
+    """Return the number (from 1) of the first bad sample."""
     return int(np.argmax(bad)) + 1
 
 
-def _check_time(found: Measurements) -> None:
-    steps = np.diff(found.t)
+def _check_time(measured: Measurements) -> None:
+    steps = np.diff(measured.t)
     if (steps <= 0).any():
         k = _first(steps <= 0)
-        what = f"does not increase from sample {k} ({found.t[k - 1]:g} s) to {k + 1} ({found.t[k]:g} s)"
-        raise InputError(found.source, "t", f"{what}: join records only with a common clock, drop repeated lines")
+        what = f"does not increase from sample {k} ({measured.t[k - 1]:g} s) to {k + 1} ({measured.t[k]:g} s)"
+        raise InputError(measured.source, "t", f"{what}: join records only with a common clock, drop repeated lines")
     usual = float(np.median(steps))
     if (steps > 1.5 * usual).any():
         k = _first(steps > 1.5 * usual)
-        what = f"gap of {steps[k - 1]:g} s after sample {k} ({found.t[k - 1]:g} s), usually {usual:g} s"
-        raise InputError(found.source, "t", f"{what}: filters need even sampling; cut the record there or resample")
-    even = found.t[0] + found.period * np.arange(len(found.t))
-    worst = int(np.argmax(np.abs(found.t - even)))
-    if abs(found.t[worst] - even[worst]) > UNEVEN * found.period:
-        what = f"uneven sampling: sample {worst + 1} is {found.t[worst] - even[worst]:.3g} s off an even clock of"
-        raise InputError(found.source, "t", f"{what} {found.period:.6g} s; resample it")
-    if found.period >= 0.5:
-        what = f"one sample every {found.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
-        raise InputError(found.source, "t", what)
+        what = f"gap of {steps[k - 1]:g} s after sample {k} ({measured.t[k - 1]:g} s), usually {usual:g} s"
+        raise InputError(measured.source, "t", f"{what}: filters need even sampling; cut the record there or resample")
+    even = measured.t[0] + measured.period * np.arange(len(measured.t))
+    worst = int(np.argmax(np.abs(measured.t - even)))
+    if abs(measured.t[worst] - even[worst]) > UNEVEN * measured.period:
+        what = f"uneven sampling: sample {worst + 1} is {measured.t[worst] - even[worst]:.3g} s off an even clock of"
+        raise InputError(measured.source, "t", f"{what} {measured.period:.6g} s; resample it")
+    if measured.period >= 0.5:
+        what = f"one sample every {measured.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
+        raise InputError(measured.source, "t", what)
 
 
-def _check_range(found: Measurements, k: int, joint: Joint, trusted: bool) -> list[str]:
-    """Warnings about the range of a joint; raises `InputError` for a slide of more than some metres."""
-    span, name = float(np.ptp(found.q[:, k])), f"q_{joint.name}"
+def _check_range(measured: Measurements, k: int, joint: Joint, trusted: bool) -> list[str]:
+    """Return warnings about the range of a joint; raises `InputError` for a prismatic one of more than some metres."""
+    span, name = float(np.ptp(measured.q[:, k])), f"q_{joint.name}"
     if trusted:
         return []
     if joint.sigma == 1 and span > LONGEST_SLIDE:
         what = f"moves over {span:.4g} m: these look like mm. Call the column {name} [mm] (or [m] if it is so)"
-        raise InputError(found.source, name, what)
+        raise InputError(measured.source, name, what)
     if joint.sigma == 0 and span > 2 * math.pi * MOST_TURNS:
         what = (
             f"turns over {span:.4g} rad, {span / (2 * math.pi):.0f} turns: if these are degrees, call it {name} [deg]"
@@ -188,15 +198,15 @@ def _check_range(found: Measurements, k: int, joint: Joint, trusted: bool) -> li
     return []
 
 
-def _check_slopes(found: Measurements, k: int, joint: Joint) -> None:
-    """Refuse velocities in another unit than positions."""
-    if found.qd is None:
+def _check_slopes(record: Measurements, k: int, joint: Joint) -> None:
+    """Raise `InputError` for velocities in another unit than positions."""
+    if record.qd is None:
         return
-    slope, measured = np.gradient(found.q[:, k], found.period), found.qd[:, k]
+    slope, measured = np.gradient(record.q[:, k], record.period), record.qd[:, k]
     power = float(slope @ slope)
     if power == 0.0 or float(np.std(measured)) == 0.0:
         return
     ratio, alike = float(slope @ measured) / power, float(np.corrcoef(slope, measured)[0, 1])
     if abs(alike) > 0.9 and not 1 / SLOPE_RATIO < ratio < SLOPE_RATIO:
         what = f"is {ratio:.3g} times the slope of q_{joint.name}: units or sign differ (rad and deg, m and mm?)"
-        raise InputError(found.source, f"qd_{joint.name}", what)
+        raise InputError(record.source, f"qd_{joint.name}", what)

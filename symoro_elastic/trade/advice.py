@@ -27,17 +27,17 @@ class Advice:
     one_state: tuple[Measurement, ...]
 
 
-def advice(found: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
+def advice(trade: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
     """Return the fastest build for all models together; raises `InputError` that names the nearest if there is none."""
-    source = found.machine.label
-    for model, measurements in found.measurements.items():
+    source = trade.machine.label
+    for model, measurements in trade.measurements.items():
         if fastest_within(measurements, tolerance, with_fast_math) is None:
             nearest = most_accurate(measurements, with_fast_math)
             what = f"none of the ways tried to compute {model} has errors within {tolerance:.1e}: "
             what += f"nearest is {nearest.error:.1e}, with "
             raise InputError(source, "--tolerance", what + nearest.configuration.words)
-    every = [one for measurements in found.measurements.values() for one in measurements]
-    models = list(found.measurements)
+    every = [one for measurements in trade.measurements.values() for one in measurements]
+    models = list(trade.measurements)
     fastest = _of_one_build(every, models, tolerance, with_fast_math)
     if not fastest:
         what = f"no build is within {tolerance:.1e} for all of {', '.join(models)}: ask for one --model at a time"

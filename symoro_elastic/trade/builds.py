@@ -102,13 +102,13 @@ def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_othe
         every = [(precision, flags) for precision in PRECISIONS.values() for flags in tried]
         return [Build(compiler, flags, precision) for precision, flags in every if _makes_sense(precision, flags)]
     precisions = (DOUBLE, SINGLE) if is_other_way or (effort == QUICK and not is_first) else (DOUBLE, SINGLE, MIXED)
-    found = [Build(compiler, sets.best, precision) for precision in precisions]
+    chosen = [Build(compiler, sets.best, precision) for precision in precisions]
     if not is_first or effort == QUICK:
-        return found
-    found += [Build(compiler, flags, DOUBLE) for flags in sets.others]
-    found += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
+        return chosen
+    chosen += [Build(compiler, flags, DOUBLE) for flags in sets.others]
+    chosen += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
     fused = tuple(flag for flag in sets.best if flag == "-march=native")
-    return [*found, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
+    return [*chosen, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
 
 
 def _makes_sense(precision: Precision, flags: Flags) -> bool:

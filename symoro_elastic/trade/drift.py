@@ -75,12 +75,12 @@ def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress
     """
     motion = _Motion(conservative(machine), values, folder)
     step, energies = motion.small_step()
-    found = []
+    results = []
     for done, form in enumerate(STATE_FORMATS, start=1):
         drift = motion.energies(form, step) if form is not STATE_FORMATS[0] else energies
-        found.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
+        results.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
         progress(done, len(STATE_FORMATS))
-    return found
+    return results
 
 
 def conservative(machine: Machine) -> Machine:
@@ -96,8 +96,8 @@ def _without_losses(joint: Joint) -> Joint:
 
 def _drift(energies: AnyArray) -> float:
     """Return the largest difference from the first energy."""
-    found = float(np.abs(energies - energies[0]).max())
-    return found if math.isfinite(found) else math.inf
+    largest = float(np.abs(energies - energies[0]).max())
+    return largest if math.isfinite(largest) else math.inf
 
 
 class _Motion:
@@ -159,12 +159,12 @@ class _Motion:
         other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
         many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
         sampled = States(q=q, qd=qd, **many, titles=("moving",) * len(states))
-        found: AnyArray = self._evaluated(self.energy, sampled).sum(axis=1)
-        return found
+        total: AnyArray = self._evaluated(self.energy, sampled).sum(axis=1)
+        return total
 
     def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
-        (found,) = evaluated(traced, states, self.values, EXTENDED).values()
-        return found
+        (result,) = evaluated(traced, states, self.values, EXTENDED).values()
+        return result
 
 
 def _movers(package: Package, folder: Path) -> dict[str, Any]:

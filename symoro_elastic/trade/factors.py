@@ -84,13 +84,13 @@ FACTORS = (
 def effects(measurements: Sequence[Measurement]) -> list[Effect]:
     """Return the effect of every choice for which there are configurations to compare."""
     measured = [(levels_of(one.configuration), one) for one in measurements]
-    found = []
+    compared = []
     for factor in (*FACTORS, *_compilers(measurements)):
         ratios = list(_ratios(measured, factor))
         if ratios:
             times, errors = zip(*ratios, strict=True)
-            found.append(Effect(factor.words, median(times), median(errors), len(ratios)))
-    return found
+            compared.append(Effect(factor.words, median(times), median(errors), len(ratios)))
+    return compared
 
 
 def levels_of(configuration: Configuration) -> Levels:

@@ -80,7 +80,7 @@ def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulat
     bound, scene = scene.merge_angles, replace(scene, merge_angles=None)
     plain = _form(machine, scene, values)
     _refuse_large(machine, plain)
-    found, last = [plain], (machine, scene, values)
+    kept, last = [plain], (machine, scene, values)
     notes: list[str] = []
     for other, its_scene, its_values in _variants(machine, scene, values, bound, notes):
         try:
@@ -88,11 +88,11 @@ def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulat
         except InputError as error:
             notes.append(str(error))
             continue
-        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in found):
-            found.append(form)
+        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in kept):
+            kept.append(form)
             last = other, its_scene, its_values
     solved = [_by_matrix(*one) for one in ((machine, scene, values), last)]
-    return [*found, *(form for forms in solved[: len(found)] for form in forms)], notes
+    return [*kept, *(form for forms in solved[: len(kept)] for form in forms)], notes
 
 
 def _variants(

@@ -16,11 +16,11 @@ def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> 
 
     Configurations with -ffast-math are on it only if `with_fast_math` allows them.
     """
-    found: list[Measurement] = []
+    best: list[Measurement] = []
     for one in sorted(_allowed(measurements, with_fast_math), key=lambda f: (f.ns, f.error)):
-        if math.isfinite(one.error) and (not found or one.error * MATTERS < found[-1].error):
-            found.append(one)
-    return found
+        if math.isfinite(one.error) and (not best or one.error * MATTERS < best[-1].error):
+            best.append(one)
+    return best
 
 
 def fastest_within(

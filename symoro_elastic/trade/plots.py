@@ -16,14 +16,14 @@ COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double
 UNSAFE, LINE = "#c0392b", "#9aa5b1"
 
 
-def plot(found: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
+def plot(trade: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
     """Write <model>.<form> for each model to a folder; returns the paths.
 
     Raises `InputError` where matplotlib is missing, for an unknown format or a folder that cannot be written.
     """
     pictures = {
-        model: picture(f"{found.machine.name}: {model}", measurements, with_fast_math)
-        for model, measurements in found.measurements.items()
+        model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
+        for model, measurements in trade.measurements.items()
     }
     return save_figures(pictures, folder, form)
 

@@ -55,7 +55,7 @@ def compiled_configurations(
 
     Jobs that have not begun after `seconds` are left out.
     """
-    started, found, notes, late = time.monotonic(), [], [], 0
+    started, ready, notes, late = time.monotonic(), [], [], 0
     sources: dict[tuple[Formulation, str], Mapping[str, str]] = {}
     for form, build in jobs:
         if (form, build.precision.name) not in sources:
@@ -78,10 +78,10 @@ def compiled_configurations(
             elif one is None:
                 late += 1
             else:
-                found += one
+                ready += one
     if late:
         notes.append(f"{late} of {len(jobs)} builds left out after {seconds:.0f} s of compiling: --all waits for them")
-    return found, notes
+    return ready, notes
 
 
 def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
@@ -115,13 +115,13 @@ def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: S
     compiled = CompiledPackage(form.package, library, build.precision)
     loaded = ctypes.CDLL(str(library.resolve()))
     p = parameters(form, build.precision)
-    found = []
+    ready = []
     for model in form.traced:
         for call in CALLS:
             configuration = Configuration(model, form, build, build.precision, call)
             run = _c_run(loaded, configuration, form.package.functions, states, p)
-            found.append(Ready(configuration, c_code(compiled, p, call == BATCH), run))
-    return found
+            ready.append(Ready(configuration, c_code(compiled, p, call == BATCH), run))
+    return ready
 
 
 def parameters(form: Formulation, precision: Precision) -> AnyArray:
@@ -162,15 +162,15 @@ def _timed_states(function: Function) -> int:
 def numpy_configurations(form: Formulation, states: States, folder: Path) -> list[Ready]:
     """Return the generated numpy package: one state on floats, many in double and in single precision."""
     module = import_package(render_numpy(form.package), folder)
-    found = []
+    ready = []
     for precision, call in ((DOUBLE, SINGLE_CALL), (DOUBLE, BATCH), (SINGLE, BATCH)):
         p = parameters(form, precision)
         code = _in_type(numpy_code(module, p, call == BATCH), precision)
         for model, traced in form.traced.items():
             function = getattr(module, traced.model.name)
             run = _numpy_run(function, traced, states, p, precision, call)
-            found.append(Ready(Configuration(model, form, None, precision, call), code, run))
-    return found
+            ready.append(Ready(Configuration(model, form, None, precision, call), code, run))
+    return ready
 
 
 def _in_type(code: Implementation, precision: Precision) -> Implementation:

@@ -32,12 +32,12 @@ def _figure(units: float) -> str:
     return f"{units:.2g}" if units < 10 else f"{units:.0f}" if units < 1e4 else f"{units:.1e}"
 
 
-def effects_table(found: Sequence[Effect]) -> Any:
+def effects_table(compared: Sequence[Effect]) -> Any:
     """Return a table of the effects of single choices."""
     from rich.table import Table
 
     table = Table("choice", "time", "worst error", "points compared")
-    for one in found:
+    for one in compared:
         table.add_row(one.words, f"x {one.time:.2f}", f"x {one.error:.2g}", str(one.pairs))
     return table
 
@@ -54,17 +54,17 @@ def drifts_table(drifts: Sequence[Drift]) -> Any:
 
 
 def trade_json(
-    found: Trade, advised: Advice | None, words: Sequence[str], with_fast_math: bool = False
+    trade: Trade, advised: Advice | None, words: Sequence[str], with_fast_math: bool = False
 ) -> dict[str, Any]:
     """Return everything as plain data; null stands for numbers that are not finite."""
     return {
-        "machine": found.machine.name,
-        "states": "extreme" if found.request.extreme else "moderate",
+        "machine": trade.machine.name,
+        "states": "extreme" if trade.request.extreme else "moderate",
         "models": {
-            model: _model_json(measurements, with_fast_math) for model, measurements in found.measurements.items()
+            model: _model_json(measurements, with_fast_math) for model, measurements in trade.measurements.items()
         },
-        "drift": [_drift_json(one) for one in found.drifts],
-        "notes": found.notes,
+        "drift": [_drift_json(one) for one in trade.drifts],
+        "notes": trade.notes,
         "advice": _advice_json(advised, words) if advised else None,
     }
 

@@ -34,12 +34,12 @@ class Time:
 def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
     """Return the times of all runs; each round takes about `BURST` seconds of each of them."""
     times = [_often_enough(run) for run in runs]
-    found: list[list[float]] = [[] for _ in runs]
+    samples: list[list[float]] = [[] for _ in runs]
     for done in range(rounds):
-        for run, often, sample in zip(runs, times, found, strict=True):
+        for run, often, sample in zip(runs, times, samples, strict=True):
             sample.append(_seconds(run, often) / (often * run.states) * 1e9)
         progress(done + 1, rounds)
-    return [Time(median(sample), min(sample)) for sample in found]
+    return [Time(median(sample), min(sample)) for sample in samples]
 
 
 def _often_enough(run: Run) -> int:

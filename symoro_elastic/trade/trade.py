@@ -69,15 +69,15 @@ def trade(
     notes += unmerged
     draw = extreme_states if request.extreme else moderate_states
     states = draw(restricted(machine, scene), request.states, request.seed, values)
-    found: dict[str, list[Measurement]] = {name: [] for name in asked_models(scene)}
+    measurements: dict[str, list[Measurement]] = {name: [] for name in asked_models(scene)}
     with tempfile.TemporaryDirectory() as folder:
         ready = _made(machine, written, states, request, Path(folder), notes, watched("compile"))
         times = timed([one.run for one in ready], request.rounds, watched("time"))
         errors = _measured(ready, states, request.seed, watched("measure"))
         for one, time, error in zip(ready, times, errors, strict=True):
-            found[one.configuration.model].append(Measurement(one.configuration, time, error))
+            measurements[one.configuration.model].append(Measurement(one.configuration, time, error))
         moved = _drifts(machine, scene, values, Path(folder), notes, watched("move"))
-    return Trade(machine, request, found, moved, notes)
+    return Trade(machine, request, measurements, moved, notes)
 
 
 def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Scene, list[str]]:
@@ -104,10 +104,10 @@ def _made(
     jobs = _jobs(written, request.effort, notes)
     patience = float("inf") if request.effort == ALL else PATIENCE
     try:
-        found, failed = compiled_configurations(jobs, states, folder, patience, progress)
+        compiled, failed = compiled_configurations(jobs, states, folder, patience, progress)
         notes += failed
         plain = [form for form in written if form.way != BY_MATRIX]
-        return found + [
+        return compiled + [
             p for k, form in enumerate(plain) for p in numpy_configurations(form, states, folder / f"numpy{k}")
         ]
     except MemoryError:
@@ -135,7 +135,7 @@ def _jobs(written: Sequence[Formulation], effort: str, notes: list[str]) -> list
 def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progress) -> list[Errors]:
     """Return the errors of each configuration; equal results are measured once."""
     known: dict[tuple[int, str, str, bytes], Errors] = {}
-    found = []
+    errors = []
     for done, one in enumerate(ready, start=1):
         configuration, traced = one.configuration, one.configuration.form.traced[one.configuration.model]
         given = judged_states(states, configuration.precision)
@@ -146,9 +146,9 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
             precision = judged_in(configuration.precision)
             values = rounded_values(configuration.form.values, precision)
             known[key] = measure(traced, results, given, values, precision, seed=seed)
-        found.append(known[key])
+        errors.append(known[key])
         progress(done, len(ready))
-    return found
+    return errors
 
 
 def _drifts(

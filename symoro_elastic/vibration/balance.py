@@ -1,4 +1,4 @@
-"""Where forces balance: springs sag under loads, unsupported loads are named."""
+"""Equilibrium positions: springs deflect under loads; loads that nothing supports are reported."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
 
 
 def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
-    """A position at which r of the `sought` coordinates is tau at rest; raises `InputError` that names the others.
+    """Return a position at rest where r of the `sought` coordinates is tau; raises `InputError` with the loaded joints.
 
     Near the start, or a stable one to which the energy leads. An unstable one is kept where some of them were
     `placed` by the user, or no stable one is found.
@@ -42,23 +42,23 @@ def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[i
 
 
 def _unbalanced(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array | None:
-    """Forces that are left over; None where there are none but rounding."""
+    """Return the unbalanced forces; None where they are rounding."""
     forces, stiffness = motion.forces_and_stiffness(q)
-    found = forces - tau
+    unbalanced = forces - tau
     rounding = POSITION_ROUNDING * (np.abs(stiffness) @ (1 + np.abs(q)))
-    left = np.abs(found) <= np.maximum(rounding, RESIDUAL * _largest_force(motion, q, tau))
-    return None if left[sought].all() else found
+    left = np.abs(unbalanced) <= np.maximum(rounding, RESIDUAL * _largest_force(motion, q, tau))
+    return None if left[sought].all() else unbalanced
 
 
 def _is_stable(motion: EquationsOfMotion, q: Array, sought: list[int]) -> bool:
-    """Whether no direction has a negative stiffness beyond rounding."""
+    """Return whether no direction has a negative stiffness beyond rounding."""
     stiffness = motion.forces_and_stiffness(q)[1][np.ix_(sought, sought)]
     values = np.linalg.eigvalsh((stiffness + stiffness.T) / 2)
     return bool(np.min(values, initial=0.0) >= -1e-12 * np.max(np.abs(values), initial=0.0))
 
 
 def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int]) -> Array:
-    """Where the potential energy, less the work of torques, has a minimum; by Newton's method in a trust region."""
+    """Return a minimum of potential energy less the work of torques, by Newton's method in a trust region."""
     chosen = np.ix_(sought, sought)
     stiff = np.abs(np.diag(motion.forces_and_stiffness(start)[1]))[sought]
     scale = 1 / np.sqrt(np.maximum(stiff, 1e-6 * stiff.max() or 1.0))
@@ -79,14 +79,14 @@ def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought:
 
     values, vectors = np.linalg.eigh(curvature(np.zeros(len(sought))))
     downhill = NUDGE * vectors[:, 0] / np.max(np.abs(scale * vectors[:, 0])) * (values[0] < 0)
-    found = for_vibrations("scipy.optimize").minimize(
+    minimum = for_vibrations("scipy.optimize").minimize(
         energy, downhill, jac=True, hess=curvature, method="trust-exact", options={"maxiter": MOST_STEPS}
     )
-    return place(found.x)
+    return place(minimum.x)
 
 
 def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array:
-    """Least squares of Levenberg and Marquardt, which bears directions that nothing resists; then Newton's steps."""
+    """Return a root of r - tau: Levenberg-Marquardt, which allows singular directions, then Newton steps."""
     if not sought:
         return q
     chosen = np.ix_(sought, sought)
@@ -94,8 +94,8 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) 
     def balance(x: Array) -> tuple[Array, Array]:
         trial = q.copy()
         trial[sought] = x
-        found, stiffness = motion.forces_and_stiffness(trial)
-        return (found - tau)[sought], stiffness[chosen]
+        forces, stiffness = motion.forces_and_stiffness(trial)
+        return (forces - tau)[sought], stiffness[chosen]
 
     x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
     unbalanced, stiffness = balance(x)
@@ -111,7 +111,7 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) 
 
 
 def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
-    """Largest of the forces that balance each other, N or N m."""
+    """Return the largest of the forces that balance each other, N or N m."""
     springs = np.abs(motion.stiffnesses() * (q - motion.neutral_positions()))
     zero = np.zeros_like(q)
     others = np.abs(motion.forces(q, zero, zero)) + springs
@@ -119,19 +119,19 @@ def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
 
 
 def _refuse_unsupported(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> None:
-    """Refuse loads on coordinates that no force of the machine depends on, exactly."""
+    """Raise `InputError` for loads on coordinates that no force of the machine depends on."""
     if not sought:
         return
-    found, stiffness = motion.forces_and_stiffness(q)
+    forces, stiffness = motion.forces_and_stiffness(q)
     free = [k for k in sought if not stiffness[k, sought].any() and not stiffness[sought, k].any()]
     loaded = np.zeros_like(q)
-    loaded[free] = (found - tau)[free]
+    loaded[free] = (forces - tau)[free]
     if np.max(np.abs(loaded), initial=0.0) > RESIDUAL * _largest_force(motion, q, tau):
         raise _none(motion, loaded, sought)
 
 
 def _refuse_far(motion: EquationsOfMotion, q: Array, start: Array) -> None:
-    """Refuse what is an equilibrium on paper only."""
+    """Raise `InputError` for an equilibrium out of reach of the machine."""
     far = _far(motion, q, start)
     if far:
         places = ", ".join(f"{motion.names[k]} = {q[k]:.4g} m" for k in far)

@@ -1,4 +1,4 @@
-"""States of a machine to linearize about: the equilibrium under gravity and loads, or any state that is given."""
+"""States to linearize about: the equilibrium under gravity and loads, or a given state."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symoro_elastic.vibration.inertia import refuse_singular
 def equilibrium(
     motion: EquationsOfMotion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
 ) -> State:
-    """State at rest where r(q, 0, 0) = tau [8], [9]: springs sag under gravity, external wrenches and `torques`.
+    """Return the state at rest where r(q, 0, 0) = tau [8], [9], with gravity, external wrenches and `torques`.
 
     Motors are held `at` their positions (rad or m, 0 unless said) and tau is what holds them; a motor in
     `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
@@ -30,10 +30,10 @@ def equilibrium(
     placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
     q = balanced(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
-    found = motion.forces(q, zero, zero)
-    left = float(np.max(np.abs((found - tau)[sought]), initial=0.0))
+    forces = motion.forces(q, zero, zero)
+    left = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
     held = [k for k in motion.motors if k not in given]
-    tau[held] = found[held]
+    tau[held] = forces[held]
     return State(q, zero, zero, tau, tuple(sought), left)
 
 
@@ -43,7 +43,7 @@ def given_state(
     rates: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
 ) -> State:
-    """Any state: q and qd as given (0 unless said), tau as given, and qdd from A qdd = tau - r(q, qd, 0) [8].
+    """Return a given state: q and qd (0 unless given), tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
 
     Raises `InputError` for joints that do not exist, and where A is singular.
     """
@@ -59,7 +59,7 @@ def given_state(
 
 
 def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
-    """Where the search begins; raises `InputError` for joints that do not exist."""
+    """Return the position where the search begins; raises `InputError` for joints that do not exist."""
     q = motion.neutral_positions()
     for k, x in motion.numbered(at, "--at").items():
         q[k] = x

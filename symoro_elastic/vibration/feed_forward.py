@@ -1,4 +1,4 @@
-"""Feed-forward over time: torques and motions of motors that make what they drive follow a reference trajectory."""
+"""Feed-forward: torques and motions of motors for a reference trajectory beyond the springs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ IN_MOTION = 1e-3  # of the largest value
 
 @dataclass(frozen=True)
 class FeedForward:
-    """What motors must do: t (N,) s, tau (N, m) of the motors, q and qd (N, n) of all joints that move.
+    """Feed-forward of all motors: t (N,) s, tau (N, m) of the motors, q and qd (N, n) of all moving joints.
 
     `reference` is the motion of what they drive, `orders` its derivatives that each motor needs; SI units, radians.
     """
@@ -52,7 +52,7 @@ class FeedForward:
         return tuple(joint.name for joint in self.machine.motor_joints)
 
     def at_motors(self, block: Array) -> Array:
-        """Columns of the motors of q or qd."""
+        """Return the columns of the motors of q or qd."""
         names = [joint.name for joint in self.machine.moving_joints]
         return block[:, [names.index(name) for name in self.motors]]
 
@@ -71,7 +71,7 @@ def orders(machine: Machine) -> dict[str, int]:
 def feed_forward(
     machine: Machine, reference: ReferenceTrajectory, values: Mapping[str, float] | None = None
 ) -> FeedForward:
-    """Torques of motors for a reference trajectory, exact where springs have no damping.
+    """Return the torques of motors for a reference trajectory, exact where springs have no damping.
 
     Raises `InputError` for a machine without feed-forward, and for a motion with too few derivatives.
     """
@@ -103,13 +103,13 @@ def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machin
             raise InputError(reference.source, name, f"{what}: give {lacking if reference.columns else smooth}")
 
 
-def notes(found: FeedForward) -> list[str]:
-    """Lines about a motion in doubt, or that begins or ends in motion: what the machine has to be doing there."""
-    doubts = found.reference.doubts.items()
-    said = [f"{name}: {why}" for name, (k, why) in doubts if k <= found.orders[name]]
+def notes(command: FeedForward) -> list[str]:
+    """Return lines about doubtful derivatives, and about a trajectory that does not begin or end at rest."""
+    doubts = command.reference.doubts.items()
+    said = [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
-        for name, order in found.orders.items():
-            y = found.reference.y[name]
+        for name, order in command.orders.items():
+            y = command.reference.y[name]
             moving = [k for k in range(1, order) if abs(y[k, row]) > IN_MOTION * np.abs(y[k]).max()]
             if moving:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
@@ -117,31 +117,35 @@ def notes(found: FeedForward) -> list[str]:
     return said
 
 
-def figures(found: FeedForward) -> dict[str, Any]:
-    """By motor: order needed and given, largest torque and its root mean square, velocity, lead of the motor; notes."""
-    q, qd = found.at_motors(found.q), found.at_motors(found.qd)
+def figures(command: FeedForward) -> dict[str, Any]:
+    """Return by motor: order needed and given, largest and rms torque, velocity, lead of the motor; notes."""
+    q, qd = command.at_motors(command.q), command.at_motors(command.qd)
     motors = {}
-    for m, name in enumerate(found.motors):
-        tau = found.tau[:, m]
+    for m, name in enumerate(command.motors):
+        tau = command.tau[:, m]
         motors[name] = {
-            "order": found.orders[name],
-            "given": found.reference.order(name),
+            "order": command.orders[name],
+            "given": command.reference.order(name),
             "torque": float(np.abs(tau).max()),
             "torque_rms": float(np.sqrt(np.mean(tau**2))),
             "velocity": float(np.abs(qd[:, m]).max()),
-            "lead": float(np.abs(q[:, m] - found.reference.y[name][0]).max()),
+            "lead": float(np.abs(q[:, m] - command.reference.y[name][0]).max()),
         }
     return {
-        "motion": found.reference.source, "duration": float(found.t[-1] - found.t[0]), "samples": len(found.t),
-        "motors": motors, "notes": notes(found),
+        "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
+        "motors": motors, "notes": notes(command),
     }  # fmt: skip
 
 
-def save_feed_forward(found: FeedForward, path: str | Path) -> None:
+def save_feed_forward(command: FeedForward, path: str | Path) -> None:
     """Write t, q_<joint>, qd_<joint>, tau_<motor> to .csv or .npz for `read_measurements`. Raises `InputError`."""
-    joints = [joint.name for joint in found.machine.moving_joints]
-    columns = {"t": found.t}
-    for quantity, block, names in (("q", found.q, joints), ("qd", found.qd, joints), ("tau", found.tau, found.motors)):
+    joints = [joint.name for joint in command.machine.moving_joints]
+    columns = {"t": command.t}
+    for quantity, block, names in (
+        ("q", command.q, joints),
+        ("qd", command.qd, joints),
+        ("tau", command.tau, command.motors),
+    ):
         columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
     if Path(path).suffix.lower() != CSV:
         save_arrays(columns, path)

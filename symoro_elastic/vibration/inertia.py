@@ -1,4 +1,4 @@
-"""Whether every motion of a machine has inertia; which joints have none, and what would mend it."""
+"""Singular inertia matrices: joints that move without inertia, and remedies."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
 
 
 def without_inertia(M: Array) -> tuple[list[int], float]:
-    """Rows that take part in motions without inertia, or with a negative one; the least eigenvalue of M, scaled."""
+    """Return the rows with a share in motions of no or negative inertia, and the least eigenvalue of scaled M."""
     values, vectors = _scaled(M)
     null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
@@ -48,16 +48,16 @@ def without_inertia(M: Array) -> tuple[list[int], float]:
 
 
 def needing(M: Array, preferred: Collection[int]) -> list[int]:
-    """The fewest rows that leave a positive definite M when they are struck out, `preferred` ones first."""
-    rows, found = list(range(len(M))), []
+    """Return the fewest rows to remove for a positive definite M, `preferred` ones first."""
+    rows, removed = list(range(len(M))), []
     while idle := [rows[k] for k in without_inertia(M[np.ix_(rows, rows)])[0]]:
-        found.append(next((row for row in idle if row in preferred), idle[0]))
-        rows.remove(found[-1])
-    return found
+        removed.append(next((row for row in idle if row in preferred), idle[0]))
+        rows.remove(removed[-1])
+    return removed
 
 
 def _scaled(M: Array) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
+    """Return eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
     diagonal = np.diag(M)
     least = MATRIX_ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
     scale = 1 / np.sqrt(np.where(np.abs(diagonal) > least, np.abs(diagonal), 1.0))

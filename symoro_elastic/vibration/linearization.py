@@ -77,18 +77,18 @@ class Linearization:
 
     @property
     def unrest(self) -> tuple[str, ...]:
-        """A line where the state is given and not at rest, with the fastest joint and the largest acceleration."""
-        found = []
+        """A line if the state moves, with the fastest joint and the largest acceleration."""
+        moving = []
         for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
             k = int(np.argmax(np.abs(values))) if len(values) else 0
             if np.abs(values).max(initial=0.0) > AT_REST:
                 unit = self.motion.joints[k].unit
-                found.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
-        return (f"not at rest: {', '.join(found)}",) if found else ()
+                moving.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
+        return (f"not at rest: {', '.join(moving)}",) if moving else ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A line where the state is not at rest, and one for each motor that is held, whose signals are left out."""
+        """A line if the state moves, and one for each motor that is held."""
         held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
         return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in held)
 
@@ -119,7 +119,7 @@ class Linearization:
 def linearize(
     motion: EquationsOfMotion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
 ) -> Linearization:
-    """The exact linearization about a state; torques of motors and their encoders unless signals are named.
+    """Return the linearization about a state; torques of motors and their encoders unless signals are named.
 
     Points of signals must be among those of `motion` (`motion_of` sees to it). Raises `InputError` for
     signals that do not exist.
@@ -142,7 +142,7 @@ def linearize(
 def motion_of(
     machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
 ) -> EquationsOfMotion:
-    """The equations of motion of a machine, with the points that these signals are at.
+    """Return the equations of motion of a machine, with the points of these signals.
 
     A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
     """
@@ -153,7 +153,7 @@ def motion_of(
 def _frame_maps(
     motion: EquationsOfMotion, state: State
 ) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Derivatives of V and of V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
+    """Return derivatives of V and V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
     v, vd = motion.seen
     both = motion.jacobians([*v, *vd], state)
     velocity = (both[0][: len(v)], both[1][: len(v)], both[2][: len(v)])
@@ -166,13 +166,13 @@ def _frame_row(motion: EquationsOfMotion, signal: FrameSignal) -> int:
 
 
 def _column(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> Array:
-    """Generalized forces of a unit input: J^T of a wrench."""
-    found: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
-    return found
+    """Return the generalized forces of a unit input: J^T of a wrench."""
+    column: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
+    return column
 
 
 def _rows(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
-    """Rows of Cq, Cv, Ca of an output."""
+    """Return the rows of Cq, Cv, Ca of an output."""
     zero = np.zeros(n)
     if not isinstance(signal, FrameSignal):
         rows = [zero, zero, zero]
@@ -189,7 +189,7 @@ def _rows(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> tupl
 def with_motors(
     linear: Linearization, held: Collection[str] = (), gains: Mapping[str, tuple[float, float]] | None = None
 ) -> Linearization:
-    """Some motors held where they are, others under a controller tau = -kp dq - kd dqd, the rest free.
+    """Return the linearization with some motors held, others under a controller tau = -kp dq - kd dqd.
 
     `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
     are no signals any more. Raises `InputError` for joints without motor.

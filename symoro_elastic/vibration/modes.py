@@ -37,27 +37,27 @@ class Modes:
     @property
     def frequencies(self) -> Array:
         """sqrt(omega^2) / 2 pi, Hz; 0 where the motion does not oscillate."""
-        found: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
-        return found
+        hertz: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
+        return hertz
 
     @property
     def growth(self) -> Array:
-        """1/s at which unstable motions grow, exp(growth t); 0 for all others."""
-        found: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
-        return found
+        """Rate 1/s of unstable motions exp(growth t); 0 for all others."""
+        rates: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
+        return rates
 
     @property
     def rigid(self) -> int:
-        """How many modes are at exactly 0 Hz."""
+        """Number of modes at exactly 0 Hz."""
         return int(np.sum(self.eigenvalues == 0.0))
 
     def clusters(self) -> list[slice]:
-        """Modes by repeated frequency, a slice each."""
+        """Return the modes of each repeated frequency, a slice each."""
         return clusters(self.eigenvalues)
 
 
 def modes(linear: Linearization) -> Modes:
-    """Modes of M dqdd + D dqd + K dq = 0.
+    """Return the modes of M dqdd + D dqd + K dq = 0.
 
     Raises `InputError` where K is not symmetric, or M not positive definite.
     """
@@ -77,18 +77,18 @@ def modes(linear: Linearization) -> Modes:
 
 def clusters(eigenvalues: Array) -> list[slice]:
     """Neighbours that are alike to a relative 1e-7, all zeros together."""
-    found: list[slice] = []
+    runs: list[slice] = []
     for k, x in enumerate(eigenvalues):
-        before = eigenvalues[found[-1].start] if found else 0.0
-        if found and abs(x - before) <= ALIKE * max(abs(x), abs(before)):
-            found[-1] = slice(found[-1].start, k + 1)
+        before = eigenvalues[runs[-1].start] if runs else 0.0
+        if runs and abs(x - before) <= ALIKE * max(abs(x), abs(before)):
+            runs[-1] = slice(runs[-1].start, k + 1)
         else:
-            found.append(slice(k, k + 1))
-    return found
+            runs.append(slice(k, k + 1))
+    return runs
 
 
 def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
-    """Eigenvalues in ascending order and mass-normalised shapes.
+    """Return eigenvalues in ascending order and mass-normalised shapes.
 
     Coordinates r without stiffness are eliminated first: phi_r = -Mrr^-1 Mre phi_e, and they move freely alone.
     """
@@ -103,9 +103,9 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     shapes[free, : len(free)] = _normal_basis(M[np.ix_(free, free)])
     values = np.zeros(n)
     if len(stiff):
-        found, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
-        found[np.abs(found) <= MATRIX_ROUNDING * n * np.abs(found).max()] = 0.0
-        values[len(free) :] = found
+        elastic, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
+        elastic[np.abs(elastic) <= MATRIX_ROUNDING * n * np.abs(elastic).max()] = 0.0
+        values[len(free) :] = elastic
         shapes[stiff, len(free) :] = vectors
         shapes[free, len(free) :] = -carried @ vectors
     order = np.argsort(values, kind="stable")
@@ -113,12 +113,12 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
 
 
 def _normal_basis(M: Array) -> Array:
-    """Columns X with X^T M X = 1."""
+    """Return columns X with X^T M X = 1."""
     return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
 
 
 def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
-    """Poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for those that are struck out.
+    """Return poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for rigid-body poles.
 
     Coordinates on which nothing depends give poles at exactly 0. Raises `InputError` where M is not positive definite.
     """
@@ -134,11 +134,11 @@ def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
         kept = kept[~idle]
     poles, shapes = np.zeros(2 * n, dtype=complex), np.zeros((n, 2 * n), dtype=complex)
     if len(kept):
-        found, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
-        found[np.abs(found) ** 2 <= MATRIX_ROUNDING * n] = 0.0
+        roots, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
+        roots[np.abs(roots) ** 2 <= MATRIX_ROUNDING * n] = 0.0
         whole = np.zeros((2 * n, len(kept)), dtype=complex)
         whole[kept] = vectors
-        poles[: len(kept)], shapes[:, : len(kept)] = found * rate, scale[:, None] * whole[:n]
+        poles[: len(kept)], shapes[:, : len(kept)] = roots * rate, scale[:, None] * whole[:n]
     if not linear.D.any() and linear.is_symmetric:
         poles = np.where(np.abs(poles.real) < np.abs(poles.imag), 1j * poles.imag, poles.real)
     order = np.lexsort((poles.imag, np.abs(poles)))
@@ -152,7 +152,7 @@ def _damping_ratios(
     poles: ComplexArray,
     vectors: ComplexArray,
 ) -> Array:
-    """-Re p / |p| of the pole pair whose shape is most alike; phi^T D phi / (2 omega) for motions that do not swing."""
+    """Return -Re p / |p| of the pole pair with the most similar shape; phi^T D phi / (2 omega) without one."""
     ratios = np.full(len(eigenvalues), np.nan)
     swings = np.flatnonzero(eigenvalues > 0)
     omega = np.sqrt(eigenvalues[swings])
@@ -164,6 +164,6 @@ def _damping_ratios(
     norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
     cost = -projected / np.maximum(norms, np.finfo(float).tiny) + np.abs(np.log(np.abs(poles[pairs]) / omega[:, None]))
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
-    found = poles[pairs[columns]]
-    ratios[swings[rows]] = -found.real / np.abs(found)
+    paired = poles[pairs[columns]]
+    ratios[swings[rows]] = -paired.real / np.abs(paired)
     return ratios

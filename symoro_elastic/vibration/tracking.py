@@ -32,30 +32,30 @@ Grid = Mapping[str, Sequence[float]]
 class Tracked:
     """Modes at every position of a grid, column k of all being one mode.
 
-    `positions` (points, joints of the grid), `found` the modes there, `mac` (points, m) how alike each is to the
+    `positions` (points, joints of the grid), `modes` those there, `mac` (points, m) how alike each is to the
     mode that it was paired with, `before` the point that each was paired with (itself at the first).
     """
 
     joints: tuple[str, ...]
     lengths: tuple[int, ...]
     positions: Array
-    found: tuple[Modes, ...]
+    modes: tuple[Modes, ...]
     mac: Array
     before: tuple[int, ...]
 
     @property
     def frequencies(self) -> Array:
         """Hz, (points, m)."""
-        return np.array([each.frequencies for each in self.found])
+        return np.array([each.frequencies for each in self.modes])
 
     @property
     def growth(self) -> Array:
         """1/s at which modes grow that are unstable there, (points, m); 0 for all others."""
-        return np.array([each.growth for each in self.found])
+        return np.array([each.growth for each in self.modes])
 
     @property
     def doubtful(self) -> list[tuple[int, int]]:
-        """(point, mode) where a pair is alike by less than one half: the grid is too coarse there."""
+        """(point, mode) of pairs with a MAC below one half: the grid is too coarse there."""
         return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
 
 
@@ -68,7 +68,7 @@ def over_grid(
     gains: Mapping[str, tuple[float, float]] | None = None,
     progress: Progress = no_progress,
 ) -> Tracked:
-    """Modes at the equilibrium of every position of a grid, paired along it; the last joint moves fastest.
+    """Return the modes at the equilibrium of every position of a grid, paired along it; the last joint varies fastest.
 
     `grid` gives positions (rad or m) by joint, `at` those of other joints; `torques`, `held` and `gains` are
     those of `equilibrium` and `with_motors`. Raises `InputError`.
@@ -86,23 +86,23 @@ def over_grid(
         raise InputError(motion.source, "--over", f"{' and '.join(joints)} are not joints of their own: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
     before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
-    found: list[Modes] = []
+    tracked: list[Modes] = []
     alike = []
     for point, place in enumerate(positions):
         moved = dict(zip(joints, place.tolist(), strict=True))
         with _named(moved):
             state = equilibrium(motion, {**(at or {}), **moved}, torques)
             here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
-        paired, mac = pair(found[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
-        found.append(paired)
+        paired, mac = pair(tracked[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
+        tracked.append(paired)
         alike.append(mac)
         progress(point + 1, count)
-    return Tracked(joints, lengths, positions, tuple(found), np.array(alike), tuple(before))
+    return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
 
 
 @contextmanager
 def _named(place: Mapping[str, float]) -> Iterator[None]:
-    """What is refused there names the position."""
+    """Add the position to the messages of errors."""
     try:
         yield
     except InputError as error:
@@ -111,7 +111,7 @@ def _named(place: Mapping[str, float]) -> Iterator[None]:
 
 
 def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
-    """The neighbour of a point that comes before it; the first point's own number."""
+    """Return the neighbour of a point that comes before it; the first point's own number."""
     moved = list(index)
     for axis in reversed(range(len(lengths))):
         if moved[axis]:
@@ -121,7 +121,7 @@ def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
 
 
 def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
-    """The modes `here` in the order of those `before`, and the MAC of each pair (m,)."""
+    """Return the modes `here` in the order of those `before`, and the MAC of each pair (m,)."""
     mass = (before.linear.M + here.linear.M) / 2
     old, new = _normal(before.shapes, mass), _normal(here.shapes, mass)
     criterion = (old.T @ mass @ new) ** 2
@@ -142,11 +142,11 @@ def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
 
 
 def _normal(shapes: Array, mass: Array) -> Array:
-    found: Array = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
-    return found
+    normal: Array = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
+    return normal
 
 
 def _indices(eigenvalues: Array) -> list[NDArray[np.intp]]:
-    """Modes of each repeated frequency, in any order of modes."""
+    """Return the modes of each repeated frequency."""
     order = np.argsort(eigenvalues, kind="stable")
     return [order[cluster] for cluster in clusters(eigenvalues[order])]

@@ -50,12 +50,12 @@ class PolesAndZeros:
 
 
 def _swinging(roots: ComplexArray) -> Array:
-    found: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    return found
+    frequencies: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
+    return frequencies
 
 
 def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros:
-    """Poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
+    """Return poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
     j, i = _number(linear, ins, linear.inputs, "input"), _number(linear, outs, linear.outputs, "output")
     poles, _ = damped(linear)
     if _is_zero(linear, i, j, poles):
@@ -74,7 +74,7 @@ def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str)
 
 
 def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool:
-    """Whether G is 0 to rounding against all that moves, from below the slowest to above the fastest pole."""
+    """Return whether G is 0 to rounding, from below the slowest to above the fastest pole."""
     scale = 1 / np.sqrt(np.diag(linear.M))
     both, b = np.outer(scale, scale), linear.F[:, j] * scale
     rates = np.abs(poles[poles != 0])
@@ -88,7 +88,7 @@ def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool
 
 
 def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
-    """Zeros in units of rad/s, found with time in units of the fastest pole."""
+    """Return zeros in rad/s, computed with time in units of the fastest pole."""
     n = len(linear.K)
     scale = 1 / np.sqrt(np.diag(linear.M))
     both = np.outer(scale, scale)
@@ -111,12 +111,12 @@ def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         roots = np.where(np.abs(under) > 0, over / under, np.inf)
     roots = roots[np.argsort(np.abs(roots), kind="stable")][:count]
-    found = roots[np.isfinite(roots)] * rate
-    return np.asarray(found[np.lexsort((found.imag, np.abs(found).round(6)))], dtype=complex)
+    zeros = roots[np.isfinite(roots)] * rate
+    return np.asarray(zeros[np.lexsort((zeros.imag, np.abs(zeros).round(6)))], dtype=complex)
 
 
 def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
-    """Number of finite zeros: states less the relative degree."""
+    """Return the number of finite zeros: states less the relative degree."""
     if abs(feed) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(B):
         return len(A)
     moved = B
@@ -128,7 +128,7 @@ def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
 
 
 def _cancelled(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
-    """What is left when poles and zeros at one place cancel each other."""
+    """Return the poles and zeros that do not cancel each other."""
     left, kept = list(zeros), []
     for pole in poles:
         close = [k for k, zero in enumerate(left) if abs(zero - pole) <= near]
