@@ -15,12 +15,12 @@ import numpy as np
 
 from symoro_elastic.identification.excitation import FourierMotion, Limits, excite
 from symoro_elastic.identification.identify import Identification, identify, table
-from symoro_elastic.identification.measurements import read_measurements, write_csv
 from symoro_elastic.identification.plots import plot
 from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
+from symoro_elastic.time_series.measurements import read_measurements, write_csv
 
 HERE = Path(__file__).parent
 GEOMETRY = {"L2": 0.5, "G3": -9.81}

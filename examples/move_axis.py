@@ -9,6 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "generated"))
 import two_axis
 
@@ -24,8 +27,9 @@ def acceleration(t: float) -> np.ndarray:
     return np.array([peak * s * (1 - s) * (1 - 2 * s) if s < 1 else 0.0, 0.0])
 
 
-def rate(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    return two_axis.inverse_dynamics(q, qd, acceleration(t))[1]
+def rate(t: float, y: np.ndarray) -> np.ndarray:
+    """qd and qdd, from q and qd."""
+    return np.array([y[1], two_axis.inverse_dynamics(*y, acceleration(t))[1]])
 
 
 def at_rest() -> np.ndarray:
@@ -33,35 +37,25 @@ def at_rest() -> np.ndarray:
     q, qd = np.zeros(len(two_axis.JOINTS)), np.zeros(len(two_axis.JOINTS))
     for _ in range(3):
         moved = q + 1e-6 * np.eye(len(q))[ELASTIC]
-        slopes = (rate(0.0, moved, qd) - rate(0.0, q, qd))[:, ELASTIC].T / 1e-6
-        q[ELASTIC] -= np.linalg.solve(slopes, rate(0.0, q, qd)[ELASTIC])
+        qdd, qdd_moved = (two_axis.inverse_dynamics(x, qd, acceleration(0.0))[1][..., ELASTIC] for x in (q, moved))
+        q[ELASTIC] -= np.linalg.solve((qdd_moved - qdd).T / 1e-6, qdd)
     return q
-
-
-def step(t: float, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One step of Runge and Kutta's fourth-order method."""
-    h = STEP
-    a1 = rate(t, q, qd)
-    a2 = rate(t + h / 2, q + h / 2 * qd, qd + h / 2 * a1)
-    a3 = rate(t + h / 2, q + h / 2 * qd + h**2 / 4 * a1, qd + h / 2 * a2)
-    a4 = rate(t + h, q + h * qd + h**2 / 2 * a2, qd + h * a3)
-    return q + h * qd + h**2 / 6 * (a1 + a2 + a3), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 def main() -> None:
     q = at_rest()
-    qd = np.zeros_like(q)
-    tau, _ = two_axis.inverse_dynamics(q, qd, acceleration(0.0))
+    y = np.array([q, np.zeros_like(q)])
+    tau, _ = two_axis.inverse_dynamics(*y, acceleration(0.0))
     names = list(two_axis.JOINTS)
     print(f"holding force of motor Y {tau[1]:.1f} N, sag of the ram {1e6 * q[names.index('ram')]:.2f} um")
     print("  t ms   motor X mm   force X N   bed um   cart um")
     for k in range(int(1.2 * DURATION / STEP) + 1):
         t = k * STEP
         if k % 300 == 0:
-            tau, _ = two_axis.inverse_dynamics(q, qd, acceleration(t))
+            q, (tau, _) = y[0], two_axis.inverse_dynamics(*y, acceleration(t))
             bed, cart = 1e6 * q[names.index("bed_x")], 1e6 * q[names.index("cart_x")]
             print(f"{1e3 * t:6.1f} {1e3 * q[X]:12.4f} {round(tau[0], 1) + 0.0:11.1f} {bed:8.2f} {cart:9.2f}")
-        q, qd = step(t, q, qd)
+        y = step(RK4, rate, t, y, STEP)
 
 
 if __name__ == "__main__":

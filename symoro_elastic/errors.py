@@ -1,10 +1,10 @@
-"""Errors that a user can mend: each names the file, the place in it, and the way out."""
+"""Errors a user can fix: each names the file, the place in it, and the remedy."""
 
 from __future__ import annotations
 
 
 class InputError(Exception):
-    """What is wrong with a user's input, as one line `file: place: what, and what to do`."""
+    """An error in a user's input, as one line `file: place: problem, and remedy`."""
 
     def __init__(self, file: str, place: str, what: str) -> None:
         super().__init__(f"{file}: {place}: {what}")

@@ -1,4 +1,4 @@
-"""Packages that only a part of the work needs, imported when it is asked for."""
+"""Optional packages, imported when a function needs them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,26 @@ from typing import Any
 
 from symoro_elastic.errors import InputError
 
+DISTRIBUTIONS = {"flint": "python-flint"}
+"""Names under which packages are installed, where they differ from the name of the module."""
+
 
 def imported(module: str, work: str, extra: str) -> Any:
-    """A module of a package that `work` needs; raises `InputError` that says how to install the extra."""
+    """Return a module of a package that `work` needs; raises `InputError` that says how to install the extra."""
     package = module.partition(".")[0]
+    package = DISTRIBUTIONS.get(package, package)
     try:
         return import_module(module)
     except ImportError:
         what = f"{work} needs {package}: pip install 'symoro-elastic[{extra}]'"
         raise InputError("symoro-elastic", package, what) from None
+
+
+def for_identification(module: str) -> Any:
+    """Return a module of scipy that identification needs; raises `InputError`."""
+    return imported(module, "identification", "identify")
+
+
+def for_vibrations(module: str) -> Any:
+    """Return a module of scipy that the analysis of vibrations needs; raises `InputError`."""
+    return imported(module, "the analysis of vibrations", "analysis")

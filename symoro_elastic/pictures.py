@@ -1,4 +1,4 @@
-"""Pictures without a window, saved with the same bytes each time; matplotlib is imported when one is drawn."""
+"""Plots without a window, saved with the same bytes each time; matplotlib is imported when one is drawn."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import imported
 
-FORMATS = ("png", "svg", "pdf")
+PICTURE_FORMATS = ("png", "svg", "pdf")
 
 
 def new_figure(width: float, height: float) -> Any:
-    """An empty figure, in inches. Raises `InputError` where matplotlib is missing."""
+    """Return an empty figure, in inches. Raises `InputError` where matplotlib is missing."""
     figure = _matplotlib("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
     _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     return figure
@@ -24,8 +24,8 @@ def save_figures(figures: Mapping[str, Any], folder: str | Path, form: str = "pn
 
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
-    if form not in FORMATS:
-        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(FORMATS)}")
+    if form not in PICTURE_FORMATS:
+        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ from symoro_elastic.machine.machine import Machine, Vector3
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace_scene
-from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from symoro_elastic.cli.reading import numbers, read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.vibration.wanted import Wanted
+    from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
 
 @click.command("feed-forward")
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     "--motion",
     metavar="FILE",
     type=click.Path(),
-    help="Wanted motion, .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions alone; a move unless said.",
+    help="Reference trajectory, .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions; a move unless said.",
 )
 @click.option(
     "--stroke", metavar="[MOTOR=]X", multiple=True, help="Of the move, rad or m; 0.1 of every motor unless said."
@@ -56,12 +56,12 @@ def feed_forward(
     Exact for the full elastic model. Its torques need derivatives of the motion: two, and two more for each
     spring in a row. Joints that are no spring behind a motor are to be locked in a scene.
     """
+    from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.vibration import export
     from symoro_elastic.vibration import feed_forward as vibration
-    from symoro_elastic.vibration.cells import with_values
-    from symoro_elastic.vibration.plots import plot_following
-    from symoro_elastic.vibration.tables import following_table
+    from symoro_elastic.vibration.plots import plot_feed_forward
+    from symoro_elastic.vibration.tables import feed_forward_table
 
     if out:
         export.refuse_file(out, (export.CSV, export.NPZ))
@@ -74,13 +74,13 @@ def feed_forward(
     if as_json:
         print_json({**figures, **({"written": out} if out else {})})
     else:
-        print_table(following_table(found), f"{kept.name}: {figures['motion']}")
+        print_table(feed_forward_table(found), f"{kept.name}: {figures['motion']}")
         click.echo("\n".join([f"{figures['duration']:.6g} s, {figures['samples']} samples", *figures["notes"]]))
     if out:
-        vibration.save_following(found, out)
+        vibration.save_feed_forward(found, out)
         click.echo(f"wrote {out}", err=as_json)
     if plots:
-        (picture,) = plot_following(found, plots)
+        (picture,) = plot_feed_forward(found, plots)
         click.echo(f"wrote {picture}", err=True)
 
 
@@ -92,16 +92,16 @@ def _wanted(
     at: Sequence[str],
     degree: int | None,
     rate: float | None,
-) -> Wanted:
+) -> ReferenceTrajectory:
     """The motion that the options ask for."""
-    from symoro_elastic.vibration import wanted
+    from symoro_elastic.vibration import reference_trajectory
     from symoro_elastic.vibration.comparison import usual_duration
     from symoro_elastic.vibration.feed_forward import orders
 
     start = numbers(at, "--at")
     smooth = max(orders(machine).values(), default=0) + 1
     if motion:
-        return wanted.read_wanted(motion, machine, degree, smooth, rate)
-    strokes = numbers([x if "=" in x else f"={x}" for x in stroke], "--stroke") or {"": wanted.STROKE}
+        return reference_trajectory.read_reference(motion, machine, degree, smooth, rate)
+    strokes = numbers([x if "=" in x else f"={x}" for x in stroke], "--stroke") or {"": reference_trajectory.STROKE}
     seconds = usual_duration(machine, start) if duration is None else duration
-    return wanted.move(machine, start, strokes, seconds, smooth if degree is None else degree, rate)
+    return reference_trajectory.move(machine, start, strokes, seconds, smooth if degree is None else degree, rate)

@@ -129,8 +129,8 @@ def identify(
 ) -> None:
     """Estimate the parameters of MACHINE from measurements: CSV or NPZ with t, q_<joint>, tau_<motor>."""
     from symoro_elastic.identification import identify as identification
-    from symoro_elastic.identification.measurements import read_measurements
     from symoro_elastic.identification.plots import plot
+    from symoro_elastic.time_series.measurements import read_measurements
 
     found = read(machine)
     with steps() as step:

@@ -125,16 +125,18 @@ def _words(fold: Sequence[str], base: bool, only: Sequence[str], scene: str | No
 
 def _print(found: Trade, advised: Advice | None, words: Sequence[str], points: bool, fast_math: bool) -> None:
     from symoro_elastic.trade.advice import commands, sentence
-    from symoro_elastic.trade.choices import choices
+    from symoro_elastic.trade.factors import effects
     from symoro_elastic.trade.front import front
-    from symoro_elastic.trade.tables import choices_table, drifts_table, points_table
+    from symoro_elastic.trade.tables import drifts_table, effects_table, measurements_table
 
     kind = "extreme" if found.request.extreme else "moderate"
-    for model, figures in found.figures.items():
+    for model, figures in found.measurements.items():
         best = front(figures, fast_math)
         title = f"{found.machine.name}, {model}: " + ("every point" if points else "none is faster and as accurate")
-        print_table(points_table(figures if points else best, best), f"{title}, {found.request.states} {kind} states")
-        print_table(choices_table(choices(figures)), f"{model}: what a choice does by itself")
+        print_table(
+            measurements_table(figures if points else best, best), f"{title}, {found.request.states} {kind} states"
+        )
+        print_table(effects_table(effects(figures)), f"{model}: what a choice does by itself")
     if found.drifts:
         steps = f"{found.drifts[0].steps} steps of {found.drifts[0].step:.1e} s"
         print_table(drifts_table(found.drifts), f"free motion without losses, {steps}")

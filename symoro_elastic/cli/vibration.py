@@ -14,8 +14,8 @@ from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
     from symoro_elastic.vibration.linearization import Linearization
-    from symoro_elastic.vibration.motion import Motion
 
 Command = Callable[..., Any]
 
@@ -248,7 +248,7 @@ def compare(
     as_json: bool,
 ) -> None:
     """What Spong's reduced model and the rigid limit lose against the full model of MACHINE, on a motion."""
-    from symoro_elastic.identification.measurements import read_measurements
+    from symoro_elastic.time_series.measurements import read_measurements
     from symoro_elastic.vibration import comparison
     from symoro_elastic.vibration.plots import plot_comparison
     from symoro_elastic.vibration.tables import (
@@ -324,7 +324,7 @@ def _refuse_silence(linear: Linearization) -> None:
             raise InputError(linear.motion.source, option, what)
 
 
-def _held(motion: Motion, names: Sequence[str]) -> list[str]:
+def _held(motion: EquationsOfMotion, names: Sequence[str]) -> list[str]:
     return [motion.names[k] for k in motion.motors] if "all" in names else list(names)
 
 

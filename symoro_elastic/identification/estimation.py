@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
-
-Array = NDArray[np.float64]
 
 FROM_DATA = 1e-6  # independence of columns of length 1
 GOOD = 0.1  # relative standard deviation
@@ -69,7 +67,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Solution:
+class LeastSquares:
     """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n),
     condition number of columns of length 1, and for each parameter the share of position noise (0 to 1) in the part
     of its column that the others do not imitate."""
@@ -93,7 +91,7 @@ class Estimation:
     """Estimates by parameter, the solution on the columns that the data tell apart, and notes for the user."""
 
     estimates: tuple[Estimate, ...]
-    solution: Solution
+    solution: LeastSquares
     grouping: IndependentColumns
     joints: tuple[str, ...]
     notes: tuple[str, ...]
@@ -110,7 +108,7 @@ class Estimation:
         return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
 
 
-def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> Solution:
+def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> LeastSquares:
     """Weighted least squares of Y (samples, n, c) X = tau (samples, n).
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
@@ -126,13 +124,13 @@ def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array]
     for _ in range(rounds + 1):
         X, shares = _weighted(Y, tau, sigma, disturbed)[0], _shares(Y, sigma)
         residuals = tau - Y @ X
-        found = np.sqrt((residuals**2).sum(axis=0) / np.maximum(samples - shares, 1.0))
-        first = found if first is None else first
-        sigma = np.maximum(found, np.maximum(_smallest(Y, X, tau, found), COLLAPSE * first))
+        deviations = np.sqrt((residuals**2).sum(axis=0) / np.maximum(samples - shares, 1.0))
+        first = deviations if first is None else first
+        sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
     X, spread, condition, noise = _weighted(Y, tau, sigma, disturbed)
     predicted = Y @ X
     residuals = tau - predicted
-    return Solution(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
+    return LeastSquares(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
 
 
 def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Array:
@@ -147,11 +145,11 @@ def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Arr
     return covariance
 
 
-def _smallest(Y: Array, X: Array, tau: Array, found: Array) -> Array:
+def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:
     """Rounding of each row: no residual is smaller, so that rows without noise have finite weights."""
     terms = np.sqrt(((Y * X) ** 2).sum(axis=2).mean(axis=0)) + np.sqrt((tau**2).mean(axis=0))
     floor = 1e-13 * terms
-    return np.where(floor > 0, floor, max(float(found.max(initial=0.0)), 1e-300))
+    return np.where(floor > 0, floor, max(float(deviations.max(initial=0.0)), 1e-300))
 
 
 def _stacked(Y: Array, sigma: Array, lengths: Array | float = 1.0) -> Array:
@@ -213,16 +211,16 @@ def estimate(
     solution = solve(Y[:, :, kept], tau, disturbed=[Yd[:, :, kept] for Yd in disturbed])
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
-    found = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
-    found |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
-    found |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
+    estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
+    estimates |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
+    estimates |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
     notes = (
-        *_consistency(found.values()),
+        *_consistency(estimates.values()),
         *_whiteness(solution, joints),
         *_standing(names),
-        *_absorbed(found.values()),
+        *_absorbed(estimates.values()),
     )
-    return Estimation(tuple(found[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
+    return Estimation(tuple(estimates[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
 
 
 def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
@@ -253,7 +251,7 @@ def _judged(
     c: int,
     grouping: IndependentColumns,
     unknowns: Sequence[Unknown],
-    solution: Solution,
+    solution: LeastSquares,
     Y: Array,
     hidden: dict[int, str],
 ) -> Estimate:
@@ -272,7 +270,7 @@ def _judged(
     return Estimate(unknowns[c], value, std, Verdict.POOR, "; ".join(filter(None, (why, reason))))
 
 
-def _hidden(Y: Array, tau: Array, solution: Solution, joints: Sequence[str]) -> dict[int, str]:
+def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str]) -> dict[int, str]:
     """Columns that noise of the positions hides, and why.
 
     A joint without measured torque gives its parameters up to a common factor: where the factor is hidden, so
@@ -305,10 +303,10 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
     return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, why)
 
 
-def _consistency(found: Iterable[Estimate]) -> list[str]:
+def _consistency(estimates: Iterable[Estimate]) -> list[str]:
     """Values that no machine can have: what is positive by nature, found negative by more than two std."""
     notes = []
-    for e in found:
+    for e in estimates:
         positive = e.unknown.quantity in ("M", "IA", "FV", "FS", "K", "DA")
         if positive and e.unknown.formula == e.unknown.label and e.value < -2 * e.std:
             what = f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations"
@@ -316,7 +314,7 @@ def _consistency(found: Iterable[Estimate]) -> list[str]:
     return notes
 
 
-def _whiteness(solution: Solution, joints: Sequence[str]) -> list[str]:
+def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
     """Standard deviations suppose independent residuals: neighbours' correlation r makes them too small."""
     notes = []
     for j, joint in enumerate(joints):
@@ -334,6 +332,6 @@ def _standing(still: dict[int, str]) -> list[str]:
     return [f"{name} does not move beyond the noise of its sensor: held still" for name in still.values()]
 
 
-def _absorbed(found: Iterable[Estimate]) -> list[str]:
-    lost = [e.unknown.label for e in found if e.verdict is Verdict.NOT]
+def _absorbed(estimates: Iterable[Estimate]) -> list[str]:
+    lost = [e.unknown.label for e in estimates if e.verdict is Verdict.NOT]
     return [f"not found: {', '.join(lost)}; what they exert is within the values of the others"] if lost else []

@@ -13,17 +13,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.identify import structural_grouping
-from symoro_elastic.identification.optional import optional
 from symoro_elastic.identification.regression import Regressor, regressor
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import independent_columns
-
-Array = NDArray[np.float64]
+from symoro_elastic.packages import for_identification
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
 BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
@@ -127,12 +125,12 @@ class Condition:
 
     def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
         self.machine, self.Y = machine, Y
-        self._motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+        self._motors = list(machine.motor_entries)
         labels = [column.label for column in Y.columns]
         for label in known:
             if label not in labels:
                 what = f"no such parameter{did_you_mean(label, labels)}"
-                raise InputError(machine.source or machine.name, f"known {label}", what)
+                raise machine.error(f"known {label}", what)
         sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(Y, sought, len(machine.moving), machine)
         self._kept = [sought[c] for c in structure.kept]
@@ -143,7 +141,7 @@ class Condition:
         flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
         seen = list(independent_columns(flat, SEEN).kept)
         if not seen:
-            raise InputError(machine.source or machine.name, "limits", "no motion within them excites a parameter")
+            raise machine.error("limits", "no motion within them excites a parameter")
         self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
 
     @property
@@ -215,11 +213,11 @@ def excite(
     keeps them. `progress` is told evaluations done, their number, and the best condition number so far. `known`
     are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
     """
-    optimize = optional("scipy.optimize")
-    motors = sum(machine.joints[j - 1].kind is Kind.MOTOR for j in machine.moving)
+    optimize = for_identification("scipy.optimize")
+    motors = len(machine.motors)
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
-        raise InputError(machine.source or machine.name, "limits", what)
+        raise machine.error("limits", what)
     tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, min(starts, evaluations)))]
     condition = Condition(machine, regressor(machine, values), tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)

@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.identification.optional import optional
-
-Array = NDArray[np.float64]
-AnyArray = NDArray[Any]
+from symoro_elastic.packages import for_identification
+from symoro_elastic.time_series.measurements import Measurements
 
 ORDER = 4
 ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
@@ -31,7 +29,7 @@ OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
 RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
 EDGE = 6  # kept samples
 SLOW, REACH = 0.02, 1.5  # of the largest velocity; in kept samples
-HIGHEST = 0.9  # of the Nyquist frequency
+HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ class Filter:
 
 
 @dataclass(frozen=True)
-class Motion:
+class FilteredMotion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
     `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `noise` (n) is
@@ -81,7 +79,7 @@ class Motion:
     still: tuple[int, ...] = ()
     noise: Array | None = None
 
-    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> Motion:
+    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> FilteredMotion:
         """The same motion with as much sensor noise again, through the same filter; still joints stay still."""
         if self.noise is None:
             return self
@@ -97,24 +95,24 @@ class Motion:
         return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
 
 
-def default_filter(found: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
+def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
     """Cut-offs from the motion: Butterworth at 5 times its bandwidth, decimation to 2 times (rule of thumb of Janot).
 
     The motion's bandwidth is that of the fastest motor, or of the upper quartile of the joints if that is more: a
     local mode that rings does not set it. `motors` are 0-based; `bandwidth` in Hz replaces what is found.
     """
-    sampling = 1 / found.period
-    motion = bandwidth or _bandwidth(found, motors)
-    if not 0 < motion <= HIGHEST * sampling / 2:
+    sampling = 1 / measured.period
+    motion = bandwidth or _bandwidth(measured, motors)
+    if not 0 < motion <= HIGHEST_CUTOFF * sampling / 2:
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
-        raise InputError(found.source, "t", what)
-    cutoff = min(ABOVE_MOTION * motion, HIGHEST * sampling / 2)
+        raise InputError(measured.source, "t", what)
+    cutoff = min(ABOVE_MOTION * motion, HIGHEST_CUTOFF * sampling / 2)
     factor = max(1, int(OF_NYQUIST * sampling / 2 / (KEPT_BAND * motion)))
     return Filter(sampling, motion, cutoff, factor)
 
 
-def _bandwidth(found: Measurements, motors: Sequence[int]) -> float:
-    each = [bandwidth_of(found.q[:, k], found.period) for k in range(found.q.shape[1])]
+def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
+    each = [bandwidth_of(measured.q[:, k], measured.period) for k in range(measured.q.shape[1])]
     return max([sorted(each)[int(QUARTILE * len(each))], *(each[k] for k in motors)])
 
 
@@ -146,7 +144,7 @@ def differentiate(x: Array, period: float) -> tuple[Array, Array]:
 
 def smooth(x: Array, chosen: Filter) -> Array:
     """x (N, ...) through the zero-phase Butterworth filter."""
-    signal = optional("scipy.signal")
+    signal = for_identification("scipy.signal")
     sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
     return _both_ways(signal, sections, x, chosen)
 
@@ -158,24 +156,24 @@ def decimate(x: Array, chosen: Filter) -> Array:
     """
     if chosen.factor == 1:
         return x
-    signal = optional("scipy.signal")
+    signal = for_identification("scipy.signal")
     sections = signal.cheby1(DECIMATION_ORDER, RIPPLE, OF_NYQUIST / chosen.factor, output="sos")
     filtered = _both_ways(signal, sections, x, chosen) * 10 ** (RIPPLE / 10)
     return thin(filtered, chosen)
 
 
-def reverses(qd: Array, chosen: Filter | None) -> NDArray[np.bool_]:
+def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
     """Kept samples (samples, n) near which a joint is too slow for the law of friction, Fs sign(qd) + Fv qd.
 
     Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
     """
-    slow: NDArray[np.bool_] = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
+    slow: BoolArray = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
     if chosen is None or chosen.factor == 1:
         return slow
     reach = int(REACH * chosen.factor)
     near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    found: NDArray[np.bool_] = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
-    return thin(found, chosen)
+    slow_nearby: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
+    return thin(slow_nearby, chosen)
 
 
 def thin(x: AnyArray, chosen: Filter) -> AnyArray:
@@ -193,43 +191,43 @@ def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
     return filtered
 
 
-def motion_of(found: Measurements, chosen: Filter) -> Motion:
+def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
     """Filtered positions, their derivatives, and the torques of the same samples (still unfiltered).
 
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
     filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
     """
-    q = smooth(found.q, chosen)
-    velocity, acceleration = differentiate(q, found.period)
+    q = smooth(record.q, chosen)
+    velocity, acceleration = differentiate(q, record.period)
     inner = slice(2, len(q) - 2)
-    if found.qd is not None:
-        measured = smooth(found.qd, chosen)
-        velocity, acceleration = measured[inner], differentiate(measured, found.period)[0]
-    if found.qdd is not None:
-        acceleration = smooth(found.qdd, chosen)[inner]
+    if record.qd is not None:
+        measured = smooth(record.qd, chosen)
+        velocity, acceleration = measured[inner], differentiate(measured, record.period)[0]
+    if record.qdd is not None:
+        acceleration = smooth(record.qdd, chosen)[inner]
     cut = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2))
     if len(velocity[cut]) < 2:
-        what = f"{len(found.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
-        raise InputError(found.source, "t", what)
+        what = f"{len(record.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
+        raise InputError(record.source, "t", what)
     positions, rates, rates2 = q[inner][cut], velocity[cut].copy(), acceleration[cut].copy()
-    removed = found.q[inner][cut] - positions
+    removed = record.q[inner][cut] - positions
     still = _still(positions, removed)
     noise = removed.std(axis=0) / np.sqrt(1 - 2 * chosen.cutoff / chosen.sampling)
     for k in still:
         positions[:, k] = positions[:, k].mean()
         rates[:, k] = rates2[:, k] = 0.0
-    return Motion(found.t[inner][cut], positions, rates, rates2, found.tau[inner][cut], still, noise)
+    return FilteredMotion(record.t[inner][cut], positions, rates, rates2, record.tau[inner][cut], still, noise)
 
 
-def as_measured(found: Measurements) -> Motion:
+def as_measured(measured: Measurements) -> FilteredMotion:
     """Measurements used as they are; velocities and accelerations must be among them, or are differences."""
-    velocity, acceleration = differentiate(found.q, found.period)
-    inner = slice(2, len(found.q) - 2)
-    velocity = velocity if found.qd is None else found.qd[inner]
-    acceleration = acceleration if found.qdd is None else found.qdd[inner]
-    q = found.q[inner]
+    velocity, acceleration = differentiate(measured.q, measured.period)
+    inner = slice(2, len(measured.q) - 2)
+    velocity = velocity if measured.qd is None else measured.qd[inner]
+    acceleration = acceleration if measured.qdd is None else measured.qdd[inner]
+    q = measured.q[inner]
     still = _still(q, np.zeros_like(q))
-    return Motion(found.t[inner], q, velocity, acceleration, found.tau[inner], still)
+    return FilteredMotion(measured.t[inner], q, velocity, acceleration, measured.tau[inner], still)
 
 
 def _still(smoothed: Array, removed: Array) -> tuple[int, ...]:

@@ -7,27 +7,25 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
 from symoro_elastic.identification.filtering import (
     Filter,
-    Motion,
+    FilteredMotion,
     as_measured,
     decimate,
     default_filter,
-    motion_of,
+    filtered_motion,
     reverses,
     thin,
 )
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.identification.regression import Column, Regressor, regressor
+from symoro_elastic.identification.regression import Regressor, RegressorColumn, regressor
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
-
-Array = NDArray[np.float64]
+from symoro_elastic.progress import Announce, announce_nothing
+from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 STATES = 60  # random states of the structural rank
@@ -56,10 +54,6 @@ class Identification:
         return self.estimation.estimates
 
 
-def nothing(_: str) -> None:
-    """Progress that nobody watches."""
-
-
 def identify(
     machine: Machine,
     measured: Measurements | Sequence[Measurements],
@@ -67,7 +61,7 @@ def identify(
     known: Mapping[str, float] | None = None,
     bandwidth: float | None = None,
     filtered: bool = True,
-    step: Callable[[str], None] = nothing,
+    step: Announce = announce_nothing,
     Y: Regressor | None = None,
 ) -> Identification:
     """Identify a machine from one or several records of measurements.
@@ -85,28 +79,35 @@ def identify(
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
     kept = [sought[c] for c in structure.kept]
     step("filter")
-    chosen = _filter(records, _motors(machine), bandwidth) if filtered else None
+    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
     stacks = [_stack(Y, machine, record, chosen, kept, fixed, step) for record in records]
     step("solve")
     stacked = [np.concatenate(part) for part in zip(*((s.Y, s.tau, s.t) for s in stacks), strict=True)]
     still = sorted(set.intersection(*(set(s.still) for s in stacks)))
     unknowns = _unknowns(Y.columns, sought, structure, machine)
-    names = tuple(machine.joints[j - 1].name for j in machine.moving)
+    names = tuple(joint.name for joint in machine.moving_joints)
     disturbed = [np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True)]
-    found = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
+    estimation = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
     notes = [line for record in records for line in record.warnings]
     notes += chosen.described() if chosen else []
     notes += _without_effect(Y.columns, sought, structure)
-    springs = _springs(found, stacked[0], unknowns)
+    springs = _springs(estimation, stacked[0], unknowns)
     return Identification(
-        machine, found, stacked[2], stacked[1], chosen, (*notes, *found.notes), springs, _neutral(found, machine)
+        machine,
+        estimation,
+        stacked[2],
+        stacked[1],
+        chosen,
+        (*notes, *estimation.notes),
+        springs,
+        _neutral(estimation, machine),
     )
 
 
-def _springs(found: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
+def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
     """Columns of springs and dampers times what was estimated for them."""
-    kept = [(k, c) for k, c in enumerate(found.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
-    return Y[:, :, [c for _, c in kept]] @ found.solution.X[[k for k, _ in kept]]
+    kept = [(k, c) for k, c in enumerate(estimation.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
+    return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
 
 
 @dataclass(frozen=True)
@@ -123,14 +124,14 @@ def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: f
     return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
-def _known(columns: Sequence[Column], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
         if label not in numbers:
             what = f"no such parameter{did_you_mean(label, numbers)}"
-            raise InputError(machine.source or machine.name, f"known {label}", what)
+            raise machine.error(f"known {label}", what)
         if not math.isfinite(value):
-            raise InputError(machine.source or machine.name, f"known {label}", "give it a number")
+            raise machine.error(f"known {label}", "give it a number")
     return {numbers[label]: value for label, value in known.items()}
 
 
@@ -142,16 +143,16 @@ def structural_grouping(
     q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
     W = Y.evaluate(q, qd, qdd, sought)
     if not np.isfinite(W).all():
-        raise InputError(machine.source or machine.name, "regressor", "has no value at ordinary positions")
+        raise machine.error("regressor", "has no value at ordinary positions")
     return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
 
 
 def _stack(
     Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
-    kept: Sequence[int], fixed: Mapping[int, float], step: Callable[[str], None],
+    kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
 ) -> _Stack:  # fmt: skip
     """Both sides of tau = Y X of a record, in as many samples as there is information."""
-    motion = motion_of(record, chosen) if chosen else as_measured(record)
+    motion = filtered_motion(record, chosen) if chosen else as_measured(record)
     step("stack")
     tau = _left_side(machine, motion) - _in_pieces(
         lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
@@ -168,7 +169,7 @@ def _stack(
     )
 
 
-def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen: Filter | None) -> NDArray[np.bool_]:
+def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
     """Rows left out: where a joint with dry friction changes direction, its torque is anything up to Fs."""
     slow = reverses(motion.qd, chosen)
     dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
@@ -176,73 +177,71 @@ def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: Motion, chosen
     return slow
 
 
-def _columns(Y: Regressor, motion: Motion, kept: Sequence[int], chosen: Filter | None) -> Array:
+def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: Filter | None) -> Array:
     """Columns of Y along a motion, decimated."""
     columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
     if chosen is None:
         return columns
     thinned = np.zeros((len(thin(motion.t, chosen)), columns.shape[1], len(kept)))
-    there: NDArray[np.bool_] = np.asarray(columns.any(axis=0))
+    there: BoolArray = np.asarray(columns.any(axis=0))
     for k in range(len(kept)):
         thinned[:, there[:, k], k] = decimate(columns[:, there[:, k], k], chosen)
     return thinned
 
 
-def _left_side(machine: Machine, motion: Motion) -> Array:
+def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
     """Measured torques of motors, zero for the other joints (samples, n)."""
     tau = np.zeros_like(motion.q)
-    tau[:, _motors(machine)] = motion.tau
+    tau[:, list(machine.motor_entries)] = motion.tau
     return tau
 
 
-def _motors(machine: Machine) -> list[int]:
-    return [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
-
-
-def _in_pieces(rows: Callable[..., Array], motion: Motion) -> Array:
+def _in_pieces(rows: Callable[..., Array], motion: FilteredMotion) -> Array:
     """A function of q, qd, qdd over all samples, without large intermediate arrays."""
     pieces = [slice(k, k + PIECE) for k in range(0, len(motion.t), PIECE)]
     return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
 
 def _unknowns(
-    columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns, machine: Machine
+    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns, machine: Machine
 ) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
-    found = []
+    unknowns = []
     for k, kept in enumerate(structure.kept):
         column = columns[sought[kept]]
         joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
-        joint = machine.joints[machine.moving[column.joint] - 1].name
+        joint = machine.moving_joints[column.joint].name
         text = formula(column.label, joined)
-        found.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
-    return found
+        unknowns.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
+    return unknowns
 
 
-def _without_effect(columns: Sequence[Column], sought: Sequence[int], structure: IndependentColumns) -> list[str]:
+def _without_effect(
+    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns
+) -> list[str]:
     labels = ", ".join(columns[sought[c]].label for c in structure.vanishing)
     return [f"without effect on any torque of this machine: {labels}"] if labels else []
 
 
-def _neutral(found: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
+def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
     """q0 = KQ / K and its standard deviation by first order, for each elastic joint where both were found."""
-    labels = {found.estimates[c].unknown.label: k for k, c in enumerate(found.grouping.kept)}
+    labels = {estimation.estimates[c].unknown.label: k for k, c in enumerate(estimation.grouping.kept)}
     neutral = {}
     for j in machine.moving:
-        if machine.joints[j - 1].kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
+        if machine.joint(j).kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
             pair = [labels[f"KQ{j}"], labels[f"K{j}"]]
-            force, k = found.solution.X[pair]
+            force, k = estimation.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
-            variance = slope @ found.solution.covariance[np.ix_(pair, pair)] @ slope
-            neutral[machine.joints[j - 1].name] = float(force / k), math.sqrt(float(variance))
+            variance = slope @ estimation.solution.covariance[np.ix_(pair, pair)] @ slope
+            neutral[machine.joint(j).name] = float(force / k), math.sqrt(float(variance))
     return neutral
 
 
-def table(found: Identification, true: Mapping[str, float] | None = None) -> str:
+def table(result: Identification, true: Mapping[str, float] | None = None) -> str:
     """The estimates as aligned text; `true` values by label where they are known, as in a simulation."""
     heads = ["parameter", *(["true"] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
     rows = [heads]
-    for e in found.estimates:
+    for e in result.estimates:
         given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
         percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
         verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
@@ -258,9 +257,9 @@ def _number(x: float) -> str:
     return "-" if math.isnan(x) else f"{x:.5g}"
 
 
-def as_json(found: Identification) -> dict[str, object]:
+def as_json(result: Identification) -> dict[str, object]:
     """The figures as JSON: parameters, joints' residuals, condition number, notes."""
-    solution = found.estimation.solution
+    solution = result.estimation.solution
     return {
         "parameters": {
             e.unknown.label: {
@@ -272,14 +271,14 @@ def as_json(found: Identification) -> dict[str, object]:
                 "verdict": str(e.verdict),
                 "reason": e.reason,
             }
-            for e in found.estimates
+            for e in result.estimates
         },
-        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in found.neutral.items()},
-        "residual_std": dict(zip(found.estimation.joints, solution.sigma.tolist(), strict=True)),
+        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in result.neutral.items()},
+        "residual_std": dict(zip(result.estimation.joints, solution.sigma.tolist(), strict=True)),
         "condition": solution.condition,
-        "samples": len(found.t),
-        "not_identifiable": list(found.estimation.not_identifiable),
-        "notes": list(found.notes),
+        "samples": len(result.t),
+        "not_identifiable": list(result.estimation.not_identifiable),
+        "notes": list(result.notes),
     }
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from symoro_elastic.identification.estimation import Verdict
 from symoro_elastic.identification.excitation import Excitation, Limits
 from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.trajectory import Trajectory, motors_of
+from symoro_elastic.identification.trajectory import Trajectory
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.pictures import new_figure, save_figures
 
@@ -25,25 +25,25 @@ MOST_BARS = 80
 LARGEST = 1000.0  # per cent
 
 
-def plot(found: Identification, folder: str | Path, form: str = "png") -> list[Path]:
+def plot(result: Identification, folder: str | Path, form: str = "png") -> list[Path]:
     """Write torques.<form>, residuals.<form> and parameters.<form> to a folder; returns their paths.
 
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
     pictures = {"torques": torques, "residuals": residuals, "parameters": parameters}
-    return save_figures({name: draw(found) for name, draw in pictures.items()}, folder, form)
+    return save_figures({name: draw(result) for name, draw in pictures.items()}, folder, form)
 
 
 def plot_excitation(
-    found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, folder: str | Path, form: str = "png"
+    excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, folder: str | Path, form: str = "png"
 ) -> list[Path]:
     """Write trajectory.<form> and search.<form> to a folder; returns their paths. Raises `InputError` as `plot`."""
-    return save_figures({"trajectory": motion(sampled, limits, machine), "search": search(found)}, folder, form)
+    return save_figures({"trajectory": motion(sampled, limits, machine), "search": search(excitation)}, folder, form)
 
 
 def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
     """Position, velocity and acceleration of each motor, with their limits."""
-    motors = motors_of(machine)
+    motors = machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(motors), 6.0)
     axes = figure.subplots(3, len(motors), sharex=True, squeeze=False)
     rows = (
@@ -56,57 +56,57 @@ def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
             axis.plot(sampled.t, block[:, k], color=DARK, linewidth=0.8)
             for limit in (low[k], high[k]):
                 axis.axhline(limit, color=LIGHT, linewidth=0.8, linestyle="--")
-            axis.set_ylabel(f"{joint.name}, {'m' if joint.sigma == 1 else 'rad'}{per}")
+            axis.set_ylabel(f"{joint.name}, {joint.unit}{per}")
     for axis in axes[-1]:
         axis.set_xlabel("t, s")
     figure.suptitle(f"{machine.name}: exciting motion and its limits")
     return figure
 
 
-def search(found: Excitation) -> Any:
+def search(excitation: Excitation) -> Any:
     """The best condition number after each evaluation."""
     figure = new_figure(6.0, 3.5)
     axis = figure.add_subplot()
-    axis.semilogy(range(1, len(found.history) + 1), found.history, color=DARK)
+    axis.semilogy(range(1, len(excitation.history) + 1), excitation.history, color=DARK)
     axis.set_xlabel("motions tried")
     axis.set_ylabel("condition number of the regressor")
     return figure
 
 
-def torques(found: Identification) -> Any:
+def torques(result: Identification) -> Any:
     """Measured against predicted torque of each motor; of other joints, spring torque against all else."""
-    joints = _joints(found)
+    joints = result.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
-        used = _used(found, k)
-        left, right = _sides(found, k, joint)
+        used = _used(result, k)
+        left, right = _sides(result, k, joint)
         for side, label, style in zip((left, right), _words(joint), (MEASURED, PREDICTED), strict=True):
-            axis.plot(found.t, np.where(used, side, np.nan), label=label, **style)
-        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+            axis.plot(result.t, np.where(used, side, np.nan), label=label, **style)
+        axis.set_ylabel(f"{joint.name}, {joint.force_unit}")
         axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="x-small", frameon=False)
     axes[-1].set_xlabel("t, s")
-    figure.suptitle(f"{found.machine.name}: both sides of tau = Y X")
+    figure.suptitle(f"{result.machine.name}: both sides of tau = Y X")
     return figure
 
 
-def residuals(found: Identification) -> Any:
+def residuals(result: Identification) -> Any:
     """tau - Y X of each joint, with two standard deviations."""
-    joints = _joints(found)
+    joints = result.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
-    solution = found.estimation.solution
+    solution = result.estimation.solution
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
-        used, sigma = _used(found, k), float(solution.sigma[k])
+        used, sigma = _used(result, k), float(solution.sigma[k])
         axis.axhspan(-2 * sigma, 2 * sigma, color=LIGHT, alpha=0.25, linewidth=0)
-        axis.plot(found.t[used], solution.residuals[used, k], ".", color=DARK, markersize=1.5)
-        axis.set_ylabel(f"{joint.name}, {_unit(joint)}")
+        axis.plot(result.t[used], solution.residuals[used, k], ".", color=DARK, markersize=1.5)
+        axis.set_ylabel(f"{joint.name}, {joint.force_unit}")
     axes[-1].set_xlabel("t, s")
-    figure.suptitle(f"{found.machine.name}: residuals, band of two standard deviations")
+    figure.suptitle(f"{result.machine.name}: residuals, band of two standard deviations")
     return figure
 
 
-def parameters(found: Identification) -> Any:
+def parameters(result: Identification) -> Any:
     """Relative standard deviations as bars, coloured by verdict; what is not identifiable has an empty bar."""
-    shown = found.estimates[:MOST_BARS]
+    shown = result.estimates[:MOST_BARS]
     figure = new_figure(8.0, 1.2 + 0.2 * len(shown))
     axis = figure.add_subplot()
     sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST for e in shown]
@@ -123,37 +123,29 @@ def parameters(found: Identification) -> Any:
     axis.set_xscale("log")
     axis.axvline(10.0, color="black", linewidth=0.6, linestyle=":")
     axis.set_xlabel("relative standard deviation, %")
-    axis.set_title(f"{found.machine.name}: what the motion tells")
+    axis.set_title(f"{result.machine.name}: what the motion tells")
     axis.legend(fontsize="x-small")
     return figure
 
 
-def _joints(found: Identification) -> list[Joint]:
-    return [found.machine.joints[j - 1] for j in found.machine.moving]
-
-
-def _used(found: Identification, k: int) -> Any:
+def _used(result: Identification, k: int) -> Any:
     """Samples that were used for joint k."""
-    solution = found.estimation.solution
-    used = (solution.predicted[:, k] != 0.0) | (found.tau[:, k] != 0.0)
+    solution = result.estimation.solution
+    used = (solution.predicted[:, k] != 0.0) | (result.tau[:, k] != 0.0)
     return used if used.any() else np.ones_like(used)
 
 
-def _sides(found: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
+def _sides(result: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
     """Both sides of the equation of joint k; without a motor, springs and dampers against all the rest."""
-    predicted = found.estimation.solution.predicted[:, k]
+    predicted = result.estimation.solution.predicted[:, k]
     if joint.kind is Kind.MOTOR:
-        return found.tau[:, k], predicted
-    springs = found.springs[:, k]
-    return -springs, predicted - springs - found.tau[:, k]
+        return result.tau[:, k], predicted
+    springs = result.springs[:, k]
+    return -springs, predicted - springs - result.tau[:, k]
 
 
 def _words(joint: Joint) -> tuple[str, str]:
     return ("measured", "predicted") if joint.kind is Kind.MOTOR else ("springs", "inertia and gravity")
-
-
-def _unit(joint: Joint) -> str:
-    return "N" if joint.sigma == 1 else "N m"
 
 
 def _stacked_axes(count: int) -> tuple[Any, list[Any]]:

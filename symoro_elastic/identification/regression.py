@@ -14,9 +14,8 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
@@ -24,8 +23,6 @@ from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
-
-Array = NDArray[np.float64]
 
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 MOMENTS = ("MX", "MY", "MZ")
@@ -49,7 +46,7 @@ ARRAYS = Arithmetic(
 
 
 @dataclass(frozen=True)
-class Column:
+class RegressorColumn:
     """A parameter of tau = Y X: its label such as ZZ3, K2, the joint (0-based in q), its unit, and the value
     that the machine gives it (NaN where it gives none)."""
 
@@ -64,7 +61,7 @@ class Regressor(Protocol):
     """Y of tau = Y X, whoever computes it."""
 
     @property
-    def columns(self) -> Sequence[Column]:
+    def columns(self) -> Sequence[RegressorColumn]:
         """The parameters X."""
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
@@ -83,12 +80,12 @@ class ByLinearity:
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
-        self._joints = [machine.joints[j - 1] for j in machine.moving]
+        self._joints = machine.moving_joints
         self._names = _inertial_names(machine)
         self._rigid = trace(_rigid(machine), "inverse_dynamics").program
 
     @cached_property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[RegressorColumn, ...]:
         """Inertial parameters of every body that has any, then IA, friction, springs of every joint."""
         return (*self._inertial(), *(c for k in range(len(self._joints)) for c in self._of_joint(k)))
 
@@ -125,21 +122,25 @@ class ByLinearity:
         value = evaluate(entries, symbols, ARRAYS)
         return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(state[0])) for x in entries], axis=1)
 
-    def _inertial(self) -> list[Column]:
+    def _inertial(self) -> list[RegressorColumn]:
         moving = {j: k for k, j in enumerate(self.machine.moving)}
-        found = []
+        columns = []
         for j, joint in enumerate(self.machine.joints, start=1):
             values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
             owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
-            found += [Column(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()]
-        return found
+            columns += [
+                RegressorColumn(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()
+            ]
+        return columns
 
-    def _of_joint(self, k: int) -> list[Column]:
+    def _of_joint(self, k: int) -> list[RegressorColumn]:
         joint, j = self._joints[k], self.machine.moving[k]
-        force, x = ("N", "m") if joint.sigma == 1 else ("N m", "rad")
-        rotor = Column(f"IA{j}", "IA", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia))
-        viscous = Column(f"FV{j}", "FV", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
-        coulomb = Column(f"FS{j}", "FS", k, force, self._cell(joint.friction.coulomb))
+        force, x = joint.force_unit, joint.unit
+        rotor = RegressorColumn(
+            f"IA{j}", "IA", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia)
+        )
+        viscous = RegressorColumn(f"FV{j}", "FV", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
+        coulomb = RegressorColumn(f"FS{j}", "FS", k, force, self._cell(joint.friction.coulomb))
         if joint.kind is not Kind.ELASTIC:
             return [rotor, viscous, coulomb] if joint.kind is Kind.MOTOR else [viscous, coulomb]
         return [
@@ -148,14 +149,14 @@ class ByLinearity:
             *self._of_spring(joint, j, k, force, x),
         ]
 
-    def _of_spring(self, joint: Joint, j: int, k: int, force: str, x: str) -> list[Column]:
+    def _of_spring(self, joint: Joint, j: int, k: int, force: str, x: str) -> list[RegressorColumn]:
         """k, d and k q0; viscous friction of the joint, if any, is part of d."""
         stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
         damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
         return [
-            Column(f"K{j}", "K", k, f"{force}/{x}", stiffness),
-            Column(f"DA{j}", "DA", k, f"{force} s/{x}", damping),
-            Column(f"KQ{j}", "KQ", k, force, stiffness * neutral),
+            RegressorColumn(f"K{j}", "K", k, f"{force}/{x}", stiffness),
+            RegressorColumn(f"DA{j}", "DA", k, f"{force} s/{x}", damping),
+            RegressorColumn(f"KQ{j}", "KQ", k, force, stiffness * neutral),
         ]
 
     def _cell(self, formula: Formula) -> float:
@@ -216,7 +217,7 @@ def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], g
     missing = sorted({name for formula in formulas for name in formula.names} - given.keys())
     if missing:
         what = f"{', '.join(missing)} without value: identification finds inertias, friction and springs, not geometry"
-        raise InputError(machine.source or machine.name, place, f"{what}; give it a value")
+        raise machine.error(place, f"{what}; give it a value")
 
 
 def has_body(body: Body) -> bool:
@@ -247,8 +248,8 @@ def _value(formula: Formula, values: Mapping[str, float]) -> float:
 
 def _carrier(machine: Machine, j: int) -> int:
     """The nearest joint that moves, from body j towards the base; 0 if there is none."""
-    while j and machine.joints[j - 1].sigma == 2:
-        j = machine.joints[j - 1].antecedent
+    while j and machine.joint(j).sigma == 2:
+        j = machine.joint(j).antecedent
     return j
 
 

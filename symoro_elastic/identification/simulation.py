@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.machine.checks import refuse_floating
-from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.candidates import import_package
-from symoro_elastic.packaging import package
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
+from symoro_elastic.time_series.measurements import Measurements
 
-Array = NDArray[np.float64]
-Reference = Callable[[float], tuple[Array, Array, Array]]
+ReferenceMotion = Callable[[float], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -51,76 +46,58 @@ class Sensors:
     torque_noise: Array
 
 
-def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
-    """The generated numpy package of a machine, imported."""
-    refuse_floating(machine, "simulation")
-    files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
-    with tempfile.TemporaryDirectory() as folder:
-        return import_package(files, Path(folder))
-
-
 def simulate(
     machine: Machine,
     values: Mapping[str, float],
-    reference: Reference,
+    reference: ReferenceMotion,
     controller: Controller,
     duration: float,
     sampling: float,
     substeps: int = 1,
     settle: float = 0.0,
     start: Array | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = no_progress,
 ) -> Measurements:
     """True motion and torques of a machine under control, sampled at `sampling` Hz for `duration` s.
 
-    Runge and Kutta's fourth-order method, `substeps` steps a sample; the first `settle` s are not recorded.
-    `reference(t)` gives q, qd, qdd of the motors; `start` the position at rest (default: motors on the reference).
+    Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
+    qdd of the motors; `start` is the position at rest (0 unless given, motors on the reference).
     """
     model = numpy_model(machine)
     p = model.parameters(**values)
-    motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind is Kind.MOTOR]
+    motors = list(machine.motor_entries)
     n, h = len(machine.moving), 1 / (sampling * substeps)
-    q, qd = np.zeros(n) if start is None else start.copy(), np.zeros(n)
-    q[motors], qd[motors] = reference(0.0)[:2]
+    y = np.zeros((2, n))
+    y[0] = 0.0 if start is None else start
+    y[:, motors] = reference(0.0)[:2]
 
     def torque(t: float, q: Array, qd: Array) -> Array:
         wanted = reference(t)
         lag = controller.kp * (wanted[0] - q[motors]) + controller.kd * (wanted[1] - qd[motors])
         return controller.inertia * wanted[2] + lag
 
-    def rate(t: float, q: Array, qd: Array) -> Array:
-        return np.asarray(model.direct_dynamics(q, qd, torque(t, q, qd), p))
+    def rate(t: float, y: Array) -> Array:
+        return np.array([y[1], model.direct_dynamics(*y, torque(t, *y), p)])
 
     first, samples = round(settle * sampling), round((settle + duration) * sampling) + 1
     recorded = [np.zeros((samples, size)) for size in (n, n, len(motors))]
     for k in range(samples * substeps):
         t = k * h
         if k % substeps == 0:
-            for block, x in zip(recorded, (q, qd, torque(t, q, qd)), strict=True):
+            for block, x in zip(recorded, (*y, torque(t, *y)), strict=True):
                 block[k // substeps] = x
             if k % (100 * substeps) == 0:
                 progress(k // substeps, samples)
-        q, qd = runge_kutta(rate, t, q, qd, h)
+        y = step(RK4, rate, t, y, h)
     q_all, qd_all, tau = (block[first:] for block in recorded)
     return Measurements(np.arange(len(q_all)) / sampling, q_all, tau, qd=qd_all, source=f"simulated {machine.name}")
-
-
-def runge_kutta(
-    rate: Callable[[float, Array, Array], Array], t: float, q: Array, qd: Array, h: float
-) -> tuple[Array, Array]:
-    """One step of the fourth-order method for qdd = rate(t, q, qd)."""
-    a1 = rate(t, q, qd)
-    a2 = rate(t + h / 2, q + h / 2 * qd, qd + h / 2 * a1)
-    a3 = rate(t + h / 2, q + h / 2 * qd + h**2 / 4 * a1, qd + h / 2 * a2)
-    a4 = rate(t + h, q + h * qd + h**2 / 2 * a2, qd + h * a3)
-    return q + h * qd + h**2 / 6 * (a1 + a2 + a3), qd + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 def measure(true: Measurements, sensors: Sensors, seed: int = 0) -> Measurements:
     """What sensors show of a true motion: positions in whole steps of the encoders, torques with white noise."""
     rng = np.random.default_rng(seed)
-    step = sensors.resolution
+    resolution = sensors.resolution
     seen = true.q + sensors.jitter * rng.standard_normal(true.q.shape)
-    q = np.where(step > 0, np.round(seen / np.where(step > 0, step, 1.0)) * step, seen)
+    q = np.where(resolution > 0, np.round(seen / np.where(resolution > 0, resolution, 1.0)) * resolution, seen)
     tau = true.tau + sensors.torque_noise * rng.standard_normal(true.tau.shape)
     return Measurements(true.t, q, tau, source=true.source)

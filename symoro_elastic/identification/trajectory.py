@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
-from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
-
-Array = NDArray[np.float64]
+from symoro_elastic.time_series.columns import MOST_SAMPLES
 
 POSITION = "--position"
-FORMATS = (".csv", ".npz")
+FILE_TYPES = (".csv", ".npz")
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
-MOST_SAMPLES = 5_000_000
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
 ALLOWED = 1 + 1e-9  # of the limits
@@ -37,31 +35,25 @@ class Trajectory:
     start: float
 
 
-def motors_of(machine: Machine) -> list[Joint]:
-    """The joints with a motor, in table order."""
-    joints = [machine.joints[j - 1] for j in machine.moving]
-    return [joint for joint in joints if joint.kind is Kind.MOTOR]
-
-
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
     """Limits of each motor from ranges by option and by name of a motor, or of its variable; "" is all others.
 
     Raises `InputError` for a motor without limits, or a name that is no motor's.
     """
-    motors = motors_of(machine)
+    motors = machine.motor_joints
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     ranges: dict[str, list[tuple[float, float]]] = {}
     for option, by_name in given.items():
         for name in by_name:
             if name and name not in known:
                 raise InputError("symoro-elastic", option, f"no motor {name!r}{did_you_mean(name, known)}")
-        found = {known[name]: limit for name, limit in by_name.items() if name}
+        limits = {known[name]: limit for name, limit in by_name.items() if name}
         _refuse_without_room(option, by_name)
-        missing = [joint.name for joint in motors if joint.name not in found and "" not in by_name]
+        missing = [joint.name for joint in motors if joint.name not in limits and "" not in by_name]
         if missing:
             what = f"no limit for {', '.join(missing)}: give one for all, or {missing[0]}=..."
             raise InputError("symoro-elastic", option, what)
-        ranges[option] = [found[joint.name] if joint.name in found else by_name[""] for joint in motors]
+        ranges[option] = [limits[joint.name] if joint.name in limits else by_name[""] for joint in motors]
     position, velocity, acceleration = ranges.values()
     low, high = zip(*position, strict=True) if position else ((), ())
     return Limits.of(low, high, [v for _, v in velocity], [a for _, a in acceleration])
@@ -134,17 +126,17 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
 
 def refuse_file(path: str | Path) -> None:
     """Raise `InputError` for a file that `write` could not write, before the search for its motion."""
-    if Path(path).suffix.lower() not in FORMATS:
+    if Path(path).suffix.lower() not in FILE_TYPES:
         raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
     if not Path(path).parent.is_dir():
         raise InputError(str(path), "file", "its folder does not exist: make it first")
 
 
-def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
+def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> Path:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
-    path, names = Path(path), [joint.name for joint in motors_of(machine)]
-    columns: dict[str, Any] = {"t": found.t}
-    for quantity, block in (("q", found.q), ("qd", found.qd), ("qdd", found.qdd)):
+    path, names = Path(path), [joint.name for joint in machine.motor_joints]
+    columns: dict[str, Any] = {"t": trajectory.t}
+    for quantity, block in (("q", trajectory.q), ("qd", trajectory.qd), ("qdd", trajectory.qdd)):
         columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
     try:
         if path.suffix.lower() == ".npz":
@@ -157,10 +149,10 @@ def write(found: Trajectory, machine: Machine, path: str | Path) -> Path:
     return path
 
 
-def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
+def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
     """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
-    motion, motors = found.motion, {}
-    for k, joint in enumerate(motors_of(machine)):
+    motion, motors = excitation.motion, {}
+    for k, joint in enumerate(machine.motor_joints):
         q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
         motors[joint.name] = {
             "position": [float(q.min()), float(q.max())],
@@ -174,9 +166,9 @@ def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Mac
             "b": motion.b[k].tolist(),
         }
     return {
-        "condition_before": found.before,
-        "condition": found.condition,
-        "parameters": list(found.columns),
+        "condition_before": excitation.before,
+        "condition": excitation.condition,
+        "parameters": list(excitation.columns),
         "frequency": motion.frequency,
         "duration": float(sampled.t[-1]),
         "start": sampled.start,
@@ -185,12 +177,12 @@ def figures(found: Excitation, sampled: Trajectory, limits: Limits, machine: Mac
     }
 
 
-def table(found: Mapping[str, Any]) -> Any:
+def table(reached: Mapping[str, Any]) -> Any:
     """What the trajectory reaches of the limits of each motor, from `figures`."""
     from rich.table import Table
 
     drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
-    for name, motor in found["motors"].items():
+    for name, motor in reached["motors"].items():
         (low, high), (lowest, highest) = motor["position"], motor["position_limits"]
         cells = [f"{low:.4g} : {high:.4g}", f"{lowest:.4g} : {highest:.4g}"]
         cells += [f"{motor[key]:.4g}" for key in ("velocity", "velocity_limit", "acceleration", "acceleration_limit")]
@@ -198,12 +190,12 @@ def table(found: Mapping[str, Any]) -> Any:
     return drawn
 
 
-def lines(found: Mapping[str, Any]) -> list[str]:
+def lines(reached: Mapping[str, Any]) -> list[str]:
     """Condition numbers and duration in words, from `figures`."""
-    start, end = found["start"], found["duration"]
+    start, end = reached["start"], reached["duration"]
     return [
-        f"condition number of the regressor: {found['condition_before']:.4g} at the first random motion, "
-        f"{found['condition']:.4g} now",
-        f"for {len(found['parameters'])} parameters: {', '.join(found['parameters'])}",
-        f"{end:g} s, {found['samples']} samples: start and stop {start:g} s each, at rest where it ends",
+        f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "
+        f"{reached['condition']:.4g} now",
+        f"for {len(reached['parameters'])} parameters: {', '.join(reached['parameters'])}",
+        f"{end:g} s, {reached['samples']} samples: start and stop {start:g} s each, at rest where it ends",
     ]

@@ -18,7 +18,7 @@ from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.feed_forward import drives, mounted_in_parallel
 from symoro_elastic.equations.spatial import AxialTransform, Z
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.flatness import HIGHEST, refuse_high_order, refuse_unfit
+from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE, refuse_high_order, refuse_unfit
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.models.naming_feed_forward import name_coordinates, name_results, name_series
@@ -26,7 +26,7 @@ from symoro_elastic.symbolic.expression import SYMBOL, Scalar, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.time_series import Motion, TimeSeries
 
-MOTION = tuple("y" + "d" * order for order in range(HIGHEST + 1))
+MOTION = tuple("y" + "d" * order for order in range(HIGHEST_DERIVATIVE + 1))
 """Names of the arguments: y, yd, ydd ..., a `d` for each derivative by time."""
 MEANINGS = {
     "y": "outboard coordinates, a motor each: its own plus those of the springs behind it, in its sense, rad or m",
@@ -164,7 +164,7 @@ def _needed(bound: Bound, balance: Balance, reach: Mapping[int, Reach], order: S
         for other, rate in reach[j].items():
             needed[other] = max(needed[other], needed[j] + rate)
     for j, highest in needed.items():
-        if highest > HIGHEST:
+        if highest > HIGHEST_DERIVATIVE:
             refuse_high_order(bound, j, highest)
     return needed
 
@@ -172,7 +172,7 @@ def _needed(bound: Bound, balance: Balance, reach: Mapping[int, Reach], order: S
 def _arguments(bound: Bound, results: Results) -> dict[str, tuple[str, ...]]:
     """y and as many of its derivatives as the results are made of: names of their entries, a motor each."""
     used = {x.operands[0] for x in reachable(x for r in results.values() for x in r.entries) if x.operation == SYMBOL}
-    entries = [tuple(f"y{motor}_{k}" for motor in bound.motors) for k in range(HIGHEST + 1)]
+    entries = [tuple(f"y{motor}_{k}" for motor in bound.motors) for k in range(HIGHEST_DERIVATIVE + 1)]
     highest = max((k for k, names in enumerate(entries) if used & set(names)), default=0)
     return dict(zip(MOTION, entries[: highest + 1], strict=False))
 

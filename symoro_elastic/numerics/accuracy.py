@@ -9,32 +9,31 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Numbers, Parameters, evaluated
 from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
 from symoro_elastic.numerics.states import States
+from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.symbolic.expression import reachable
 
-Array = NDArray[np.float64]
-Found = Mapping[str, Numbers | Sequence[Numbers]]
+ComputedResults = Mapping[str, Numbers | Sequence[Numbers]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
-Progress = Callable[[int, int], None]
 
 NUMBERS_AT_ONCE = 2_000_000
 LEAST_MOVES = 32
 MOST_EXTENDED_BITS = 53
 EXTENDED_U = float(np.finfo(EXTENDED).eps)
-NEGLIGIBLE = 2.0**-20
-TINY = 1e-300
+ENCLOSURE_WIDTH = 2.0**-20
+EXTENDED_ZERO = 1e-300
 """Extended results that are smaller are zero."""
 
 
@@ -76,13 +75,13 @@ class Errors:
 
 def measure(
     traced: TracedModel,
-    results: Found,
+    results: ComputedResults,
     states: States,
     values: Mapping[str, float],
     precision: Precision = DOUBLE,
     *,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Errors:
     """Errors of `results`, which code of this precision gave for `states` and the parameters `values`.
 
@@ -96,8 +95,7 @@ def measure(
     for start in range(0, len(states) if HAS_EXTENDED else 0, chunk):
         part = slice(start, start + chunk)
         errors[part], effects[part] = judge.quickly(part, np.random.default_rng([seed, start]))
-        if progress:
-            progress(min(start + chunk, len(states)), len(states))
+        progress(min(start + chunk, len(states)), len(states))
     judge.prove_worst(errors)
     judge.prove_worst_effect(errors, effects, random.Random(seed))
     return _summary(errors, effects, judge.u)
@@ -123,10 +121,15 @@ class _Judge:
     """Compares the results of one model with exact ones."""
 
     def __init__(
-        self, traced: TracedModel, results: Found, states: States, values: Mapping[str, float], precision: Precision
+        self,
+        traced: TracedModel,
+        results: ComputedResults,
+        states: States,
+        values: Mapping[str, float],
+        precision: Precision,
     ) -> None:
         self.traced, self.states, self.values = traced, states, values
-        self.found = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
+        self.results = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
         self.u = 2.0**-precision.bits
         self.inputs = TYPES[precision.state]
         self.is_extended_enough = HAS_EXTENDED and precision.bits <= MOST_EXTENDED_BITS
@@ -136,8 +139,8 @@ class _Judge:
         """Errors, NaN where extended precision cannot tell, and effects of the inputs, of some states."""
         states = self.states.part(part)
         wanted = evaluated(self.traced, states, self.values, EXTENDED)
-        found = {name: [x[part] for x in parts] for name, parts in self.found.items()}
-        errors, effects = _distance(found, wanted) / self.u, np.zeros(len(states))
+        results = {name: [x[part] for x in parts] for name, parts in self.results.items()}
+        errors, effects = _distance(results, wanted) / self.u, np.zeros(len(states))
         within = [(np.abs(entries) <= self.most).all(axis=1) for entries in wanted.values()]
         errors[~np.logical_and.reduce(within)] = np.nan
         for _ in range(math.ceil(LEAST_MOVES / len(self.states))):
@@ -197,7 +200,7 @@ class _Judge:
         return symbols
 
     def _enclosed(self, symbols: Mapping[str, float]) -> dict[str, Balls]:
-        return enclosures(self.traced.program, symbols, self.u * NEGLIGIBLE)
+        return enclosures(self.traced.program, symbols, self.u * ENCLOSURE_WIDTH)
 
     def exactly(self, state: int) -> float:
         """The proven error at a state; NaN where the exact results are out of range or do not exist."""
@@ -210,7 +213,7 @@ class _Judge:
         return max((self._distance_from(name, state, entries) for name, entries in wanted.items()), default=0.0)
 
     def _distance_from(self, name: str, state: int, entries: Balls) -> float:
-        return distance(sums([x[state].tolist() for x in self.found[name]]), entries) / self.u
+        return distance(sums([x[state].tolist() for x in self.results[name]]), entries) / self.u
 
 
 def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
@@ -219,13 +222,13 @@ def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
     return [np.asarray(x).reshape(states, -1) for x in parts]
 
 
-def _distance(found: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
+def _distance(results: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
     """By state, the largest difference over the largest wanted entry, of the worst result; infinite if not finite."""
     worst = np.zeros(len(next(iter(wanted.values()))))
     with np.errstate(all="ignore"):
         for name, exact in wanted.items():
-            difference = np.abs(found[name][0] - exact + sum(found[name][1:])).max(axis=1, initial=0)
+            difference = np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0)
             scale = np.abs(exact).max(axis=1, initial=0)
-            relative = (difference / np.where(scale > TINY, scale, 1)).astype(float)
+            relative = (difference / np.where(scale > EXTENDED_ZERO, scale, 1)).astype(float)
             worst = np.maximum(worst, np.where(np.isfinite(relative), relative, np.inf))
     return worst

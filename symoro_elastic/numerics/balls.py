@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.packages import imported
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
@@ -16,7 +16,7 @@ from symoro_elastic.symbolic.program import Program
 Balls = list[Any]
 
 FIRST_BITS, MOST_BITS = 160, 20_480
-TINY = 1e-100
+PROVEN_ZERO = 1e-100
 """Results that are proven smaller are zero."""
 
 
@@ -34,9 +34,9 @@ def enclosures(program: Program, symbols: Mapping[str, float], negligible: float
     bits = FIRST_BITS
     while bits <= MOST_BITS:
         with flint.ctx.workprec(bits):
-            found = _evaluated(program, symbols)
-            if all(_is_tight(entries, negligible) for entries in found.values()):
-                return found
+            results = _evaluated(program, symbols)
+            if all(_is_tight(entries, negligible) for entries in results.values()):
+                return results
         bits *= 2
     raise NoEnclosure(f"no enclosure with {MOST_BITS} bits: the model divides by what cannot be told from zero")
 
@@ -48,23 +48,23 @@ def sums(parts: Sequence[Sequence[float]]) -> Balls:
         return [sum(map(flint.arb, entry), flint.arb(0)) for entry in zip(*parts, strict=True)]
 
 
-def distance(found: Balls, entries: Balls) -> float:
+def distance(computed: Balls, entries: Balls) -> float:
     """Largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
 
     A proven upper bound, infinite where an entry found is not finite.
     """
     flint = _flint()
-    if not all(x.is_finite() for x in found):
+    if not all(x.is_finite() for x in computed):
         return math.inf
     with flint.ctx.workprec(2 * FIRST_BITS):
-        difference = max((abs(x - y).upper() for x, y in zip(found, entries, strict=True)), default=flint.arb(0))
+        difference = max((abs(x - y).upper() for x, y in zip(computed, entries, strict=True)), default=flint.arb(0))
         return float((difference / scale(entries)).upper())
 
 
 def scale(entries: Balls) -> Any:
     """The largest entry, from below; 1 where all are zero."""
-    found = max((entry.abs_lower() for entry in entries), default=0)
-    return found if found > TINY else _flint().arb(1)
+    largest = max((entry.abs_lower() for entry in entries), default=0)
+    return largest if largest > PROVEN_ZERO else _flint().arb(1)
 
 
 def is_out_of_range(entries: Balls, most: float) -> bool:
@@ -76,7 +76,7 @@ def _is_tight(entries: Balls, negligible: float) -> bool:
     if not all(entry.is_finite() for entry in entries):
         return False
     largest = max((entry.abs_lower() for entry in entries), default=0)
-    allowed = largest * negligible if largest > TINY else TINY
+    allowed = largest * negligible if largest > PROVEN_ZERO else PROVEN_ZERO
     return all(entry.rad() <= allowed for entry in entries)
 
 
@@ -113,9 +113,4 @@ def _arithmetic() -> Arithmetic:
 
 @cache
 def _flint() -> Any:
-    try:
-        import flint
-    except ImportError:
-        what = "proven errors need python-flint: pip install 'symoro-elastic[accuracy]'"
-        raise InputError("symoro-elastic", "accuracy", what) from None
-    return flint
+    return imported("flint", "an error bound", "accuracy")

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.equations.floating_base import rotation_of
-
-Array = NDArray[np.float64]
 
 STILL = ("at rest", "everything zero")
 FAST = ("very fast and very slow", "everything extreme")

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symoro_elastic.array_types import Array
 
 VANISHING = 1e-12  # length of a column without effect, of the longest one
 NEGLIGIBLE = 10  # tolerances: coefficients of columns of length one that are rounding

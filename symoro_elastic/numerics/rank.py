@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.equations.base_parameters import ROTOR
 from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
 from symoro_elastic.equations.mechanism import Link, Mechanism
@@ -34,11 +34,9 @@ from symoro_elastic.models.base_parameters import Grouping, Label, Relations, Ze
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
 from symoro_elastic.numerics.values import parameter_values
 
-Array = NDArray[np.float64]
-
-ROUNDING = 1e-9
+RANK_TOLERANCE = 1e-9
 """Columns are zero or dependent where what is left of them is smaller."""
-NEGLIGIBLE = 1e-12
+NEGLIGIBLE_COEFFICIENT = 1e-12
 """Coefficients of columns of length one that are rounding."""
 TORQUES_AGREE = 1e-12
 LEAST_STATES = 40
@@ -46,17 +44,17 @@ ROWS_PER_COLUMN = 4
 
 
 @dataclass(frozen=True)
-class Motion:
+class RandomMotion:
     """A mechanism of numbers at many states at once, and its velocities and accelerations."""
 
     mechanism: Mechanism
-    found: Dynamics
+    dynamics: Dynamics
     qdd: list[Array | float]
 
     def torques(self) -> Array:
         """Gamma (states, joints): inertia, gravity and external wrenches."""
-        rows = np.zeros((len(self.found.Gamma), _states(self)))
-        torques: Mapping[int, Any] = self.found.Gamma
+        rows = np.zeros((len(self.dynamics.Gamma), _states(self)))
+        torques: Mapping[int, Any] = self.dynamics.Gamma
         for k, (_, torque) in enumerate(sorted(torques.items())):
             rows[k] = torque
         return rows.T
@@ -117,7 +115,9 @@ class CrossCheck:
         return self.doubt or f"{self.rank} base parameters, as the rank of the regressor"
 
 
-def random_motion(machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None) -> Motion:
+def random_motion(
+    machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None
+) -> RandomMotion:
     """A machine at random states: angles within pi, slides within 0.5 m, velocities within 3, accelerations within 5.
 
     A base that moves does so at random too, whatever its values. Parameters without value are drawn.
@@ -149,20 +149,20 @@ def _displaced(link: Link, variable: Any) -> Link:
     return replace(link, transform=Transform((*link.transform.steps, moved)))
 
 
-def _in_motion(mechanism: Mechanism, qd: Array, qdd: Array) -> Motion:
+def _in_motion(mechanism: Mechanism, qd: Array, qdd: Array) -> RandomMotion:
     rules: list[Rule | None] = [None] * len(qd)
     rates: list[Any] = [0.0] * len(qd)
     for j, link in mechanism.from_base():
         if link.axis is not Axis.NONE:
             rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
-    return Motion(mechanism, dynamics(mechanism, rates, rules), list(qdd))
+    return RandomMotion(mechanism, dynamics(mechanism, rates, rules), list(qdd))
 
 
-def _states(motion: Motion) -> int:
+def _states(motion: RandomMotion) -> int:
     return int(np.size(motion.qdd[0]))
 
 
-def stacked_regressor(motion: Motion) -> Stacked:
+def stacked_regressor(motion: RandomMotion) -> Stacked:
     """All inertial parameters of all bodies, and the rotor inertias that are not zero."""
     links = motion.mechanism.links
     joints = [j for j, link in motion.mechanism.from_base() if link.axis is not Axis.NONE]
@@ -178,12 +178,12 @@ def stacked_regressor(motion: Motion) -> Stacked:
     return Stacked(W.reshape(len(labels), -1).T, tuple(labels))
 
 
-def _unit_torques(motion: Motion, j: int) -> dict[int, Array]:
+def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Array]:
     """Torques that a unit of each inertial parameter of body j asks for: (parameters, states) by joint."""
-    found = motion.found
+    known = motion.dynamics
     units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
-    u = hat_plus_hat_squared(found.w[j], found.wd[j])
-    column: dict[int, Any] = torques(motion.mechanism, j, newton_euler(units, found.w[j], found.wd[j], found.vd[j], u))
+    U = hat_plus_hat_squared(known.w[j], known.wd[j])
+    column: dict[int, Any] = torques(motion.mechanism, j, newton_euler(units, known.w[j], known.wd[j], known.vd[j], U))
     return column
 
 
@@ -198,15 +198,15 @@ def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: i
     stacked = stacked_regressor(random_motion(machine, enough_states(machine), seed))
     labels = stacked.labels
     wanted = [k for k, label in enumerate(labels) if label in first]
-    found = independent_columns(stacked.W, ROUNDING, ROUNDING, wanted, NEGLIGIBLE)
-    return {labels[k]: {labels[c]: b for c, b in found.terms(i)} for i, k in enumerate(found.kept)}
+    columns = independent_columns(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE, wanted, NEGLIGIBLE_COEFFICIENT)
+    return {labels[k]: {labels[c]: b for c, b in columns.terms(i)} for i, k in enumerate(columns.kept)}
 
 
 def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
     """Conditioning of a base regressor, whose columns are independent."""
     if not names:
         return Conditioning(1.0, {})
-    R = triangle(unit_columns(W, ROUNDING)[0])
+    R = triangle(unit_columns(W, RANK_TOLERANCE)[0])
     sizes = np.linalg.svd(R, compute_uv=False)
     rows = np.linalg.norm(np.linalg.pinv(R), axis=1)
     apart = np.divide(1.0, rows, out=np.zeros_like(rows), where=rows > 0)
@@ -222,15 +222,15 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
     values = parameter_values(machine, seed)
     motion = random_motion(machine, enough_states(machine), seed, values)
     stacked = stacked_regressor(motion)
-    found = rank(stacked.W, ROUNDING, ROUNDING)
+    count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
     kept = grouping.kept
     spread = conditioning(stacked.columns(kept), [f"{entry}{j}" for j, entry in kept])
     error = torque_error(machine, grouping, motion, values, seed)
-    return CrossCheck(grouping.count, found, error, spread, _doubt(grouping.count, found, error))
+    return CrossCheck(grouping.count, count, error, spread, _doubt(grouping.count, count, error))
 
 
 def torque_error(
-    machine: Machine, grouping: Grouping, motion: Motion, values: Mapping[str, float], seed: int = 0
+    machine: Machine, grouping: Grouping, motion: RandomMotion, values: Mapping[str, float], seed: int = 0
 ) -> float:
     """Largest difference of torques before and after grouping, relative to the largest torque."""
     regrouped = {**grouping.values(values), **values}

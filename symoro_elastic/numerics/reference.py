@@ -14,9 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
@@ -26,11 +24,11 @@ from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
-ZERO = 1e-30  # what is smaller is rounding of the reference
+REFERENCE_ZERO = 1e-30  # what is smaller is rounding of the reference
 
 Numbers = list[Any]
 Matrix = list[Numbers]
-State = Mapping[str, NDArray[np.float64]]
+State = Mapping[str, Array]
 
 
 class Singular(ArithmeticError):
@@ -52,17 +50,17 @@ class Reference:
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
 
-    def at(self, state: State) -> Point:
+    def at(self, state: State) -> StateReference:
         """The models at a state."""
-        return Point(self, state, multiprecision(DIGITS))
+        return StateReference(self, state, multiprecision(DIGITS))
 
-    def near(self, state: State, source: random.Random, forces: bool = False) -> Point:
+    def near(self, state: State, source: random.Random, forces: bool = False) -> StateReference:
         """The models one ulp from a state: its numbers, the parameters, and constants that are rounded.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
         """
-        return Point(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
+        return StateReference(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
 
     def solving(self) -> Reference:
         """The same reference, by solving."""
@@ -86,12 +84,12 @@ class Reference:
         x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
         given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
-        found = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
-        return distance([*found.get("f0", ()), *found["tau"]], wanted)
+        results = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
+        return distance([*results.get("f0", ()), *results["tau"]], wanted)
 
 
 @dataclass(frozen=True)
-class Point:
+class StateReference:
     """A reference at one state."""
 
     reference: Reference
@@ -188,9 +186,6 @@ class Point:
         exact = Fraction(float(x))
         return multiprecision(DIGITS).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
-    def _joints(self) -> list[Joint]:
-        return [self.reference.machine.joints[j - 1] for j in self.reference.machine.moving]
-
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
         """Entries of the joints with these numbers; number 0 stands for those of a floating base, in turn."""
         base = iter(entries[: self.of_base])
@@ -211,19 +206,19 @@ class Point:
             - self.cell(joint.spring.damping) * qd
             if joint.kind is Kind.ELASTIC
             else self.arithmetic.number(0)
-            for joint, q, qd in zip(self._joints(), self.q, self.qd, strict=True)
+            for joint, q, qd in zip(self.reference.machine.moving_joints, self.q, self.qd, strict=True)
         ]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
         Gamma, tau = self._exerted(), iter(self.numbers("tau"))
-        for k, joint in enumerate(self._joints()):
+        for k, joint in enumerate(self.reference.machine.moving_joints):
             if joint.kind is Kind.MOTOR:
                 Gamma[k] = next(tau)
         return self._solved(traced, [None] * len(Gamma), Gamma)
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
         given = iter(self.numbers("qdd_motor"))
-        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self._joints()]
+        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self.reference.machine.moving_joints]
         return self._solved(traced, known, self._exerted())
 
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
@@ -339,8 +334,8 @@ def solve(matrix: Matrix, right: Numbers) -> Numbers:
     return solution
 
 
-def distance(found: Sequence[Any], wanted: Sequence[Any]) -> float:
+def distance(computed: Sequence[Any], wanted: Sequence[Any]) -> float:
     """Largest difference over the largest wanted entry, or over 1 where all of these are zero."""
-    difference = max((abs(x - y) for x, y in zip(found, wanted, strict=True)), default=0)
+    difference = max((abs(x - y) for x, y in zip(computed, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
-    return float(difference / (scale if scale > ZERO else 1))
+    return float(difference / (scale if scale > REFERENCE_ZERO else 1))

@@ -19,14 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import compile_library, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.templates import render
-
-Array = NDArray[np.float64]
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
 SHIM = "rounding_modes.c"
@@ -75,9 +73,9 @@ class RoundingModes:
         return {result.name: _spread([run[result.name] for run in runs]) for result in signature.results}
 
     def _as_generated(self, signature: Function, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        found = self._plain.call(signature.name, **self._inputs(signature, arguments))
+        results = self._plain.call(signature.name, **self._inputs(signature, arguments))
         return {
-            result.name: np.broadcast_to(found[result.name], (states, *result.shape)).reshape(
+            result.name: np.broadcast_to(results[result.name], (states, *result.shape)).reshape(
                 states, math.prod(result.shape)
             )
             for result in signature.results

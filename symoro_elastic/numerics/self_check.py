@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
@@ -18,8 +17,8 @@ from symoro_elastic.numerics.rounding import RoundingModes, Spread
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
+from symoro_elastic.progress import Progress, no_progress
 
-Progress = Callable[[int, int], None]
 STATES = 1000
 
 
@@ -44,7 +43,7 @@ class ResultCheck:
 
 
 def self_check(
-    machine: Machine, scene: Scene, *, states: int = STATES, seed: int = 0, progress: Progress | None = None
+    machine: Machine, scene: Scene, *, states: int = STATES, seed: int = 0, progress: Progress = no_progress
 ) -> list[ResultCheck]:
     """Every result of the models that a scene asks of a machine, run in the four rounding modes.
 
@@ -56,22 +55,19 @@ def self_check(
     values = parameter_values(kept, seed)
     p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
     drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
-    found = []
+    checks = []
     with tempfile.TemporaryDirectory() as folder:
         modes = RoundingModes(described, Path(folder))
         for k, model in enumerate(traced, start=1):
             spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
             for name in model.results:
                 survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
-                found.append(ResultCheck(model.model.name, name, *survive))
-            if progress:
-                progress(k, len(traced))
-    return found
+                checks.append(ResultCheck(model.model.name, name, *survive))
+            progress(k, len(traced))
+    return checks
 
 
-def _run(
-    modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: NDArray[np.float64]
-) -> dict[str, Spread]:
+def _run(modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: Array) -> dict[str, Spread]:
     return modes.run(model, len(states), {name: getattr(states, name) for name in arguments} | {"p": p})
 
 

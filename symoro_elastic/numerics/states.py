@@ -7,15 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import base_states
-from symoro_elastic.numerics.values import Values, parameter_values
-from symoro_elastic.numerics.wanted_motions import wanted_motions
+from symoro_elastic.numerics.reference_motions import reference_motions
+from symoro_elastic.numerics.values import ParameterValues, parameter_values
 
-Array = NDArray[np.float64]
 Rng = np.random.Generator
 
 ARGUMENTS = ("q", "qd", "tau", "qdd_motor", "qdd")
@@ -35,7 +34,7 @@ class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
     SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base
-    and are empty where there is none. `motion` (N, 13, m) holds wanted motions: y, yd ... by their names.
+    and are empty where there is none. `motion` (N, 13, m) holds reference motions: y, yd ... by their names.
     """
 
     q: Array
@@ -101,7 +100,7 @@ class _State:
     qdd: list[float]
 
 
-def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
+def moderate_states(machine: Machine, count: int, seed: int = 0, values: ParameterValues | None = None) -> States:
     """Angles within pi, slides within 0.5 m, velocities within 2, torques within 20, accelerations within 5.
 
     Elastic joints are within 0.5 of their neutral position in every other state, and otherwise
@@ -114,7 +113,7 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Values 
     return _with_base(machine, states, np.random.default_rng([seed, 3]))
 
 
-def extreme_states(machine: Machine, count: int, seed: int = 0, values: Values | None = None) -> States:
+def extreme_states(machine: Machine, count: int, seed: int = 0, values: ParameterValues | None = None) -> States:
     """States at the limits, each kind in turn; the rest of such a state is moderate.
 
     Rest; quarter turns, and one ulp off them; angles to 1e8 rad and slides to 10 m; velocities
@@ -142,10 +141,10 @@ def _with_base(machine: Machine, states: States, rng: Rng) -> States:
 
 
 def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> States:
-    """The states, wanted motions of their motors too."""
+    """The states, reference motions of their motors too."""
     motors = [k for k, variable in enumerate(variables) if variable.motor]
     q, qd, qdd = (getattr(states, name)[:, motors] for name in ("q", "qd", "qdd"))
-    return replace(states, motion=wanted_motions(q, qd, qdd, states.titles, rng))
+    return replace(states, motion=reference_motions(q, qd, qdd, states.titles, rng))
 
 
 def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:
@@ -156,11 +155,11 @@ def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable
     return States(**{name: stack(name) for name in ARGUMENTS}, titles=tuple(title for title, _ in states))
 
 
-def _variables(machine: Machine, values: Values) -> list[_Variable]:
+def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
     return [_variable(machine.joints[j - 1], values) for j in machine.moving]
 
 
-def _variable(joint: Joint, values: Values) -> _Variable:
+def _variable(joint: Joint, values: ParameterValues) -> _Variable:
     revolute = joint.sigma == 0
     if joint.kind is not Kind.ELASTIC:
         return _Variable(revolute, joint.kind is Kind.MOTOR, 0.0, math.pi if revolute else 0.5, math.inf)

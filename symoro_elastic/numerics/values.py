@@ -13,7 +13,7 @@ from symoro_elastic.machine.columns import Dimension, cells
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
 
-Values = dict[str, float]
+ParameterValues = dict[str, float]
 Draw = Callable[[np.random.Generator], float]
 
 ATTEMPTS = 50
@@ -58,7 +58,7 @@ DRAWS: dict[Dimension, Draw] = {
 """How numbers are drawn, in this order; those of bodies depend on one another."""
 
 
-def parameter_values(machine: Machine, seed: int = 0) -> Values:
+def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
     """A value for every parameter: the machine's own where it gives one, else a drawn one.
 
     Masses of some kg, tensors of bodies that exist, positive rotor inertias (kg m2 or kg) and
@@ -74,12 +74,12 @@ def parameter_values(machine: Machine, seed: int = 0) -> Values:
     raise NoValues(f"{undefined}: no real value in {ATTEMPTS} draws of the parameters; give them values")
 
 
-def given_values(machine: Machine) -> Values:
+def given_values(machine: Machine) -> ParameterValues:
     """The values that the machine gives."""
     return {p.name: p.value.value() for p in machine.parameters if p.value is not None}
 
 
-def _draw(machine: Machine, rng: np.random.Generator) -> Values:
+def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:
     values = given_values(machine)
     for joint in machine.joints:
         _settle_cells(values, joint, rng)
@@ -92,7 +92,7 @@ def _draw(machine: Machine, rng: np.random.Generator) -> Values:
     return {parameter.name: values[parameter.name] for parameter in machine.parameters}
 
 
-def _settle(values: Values, formula: Formula, value: float) -> None:
+def _settle(values: ParameterValues, formula: Formula, value: float) -> None:
     """Give a cell that is one name, or its negative, this value, unless the name has one."""
     match formula.tree:
         case ("name", name):
@@ -101,7 +101,7 @@ def _settle(values: Values, formula: Formula, value: float) -> None:
             values.setdefault(name, abs(value))
 
 
-def _settle_cells(values: Values, owner: Joint | Base, rng: np.random.Generator) -> None:
+def _settle_cells(values: ParameterValues, owner: Joint | Base, rng: np.random.Generator) -> None:
     """Draw the numbers that stand for themselves, all but those of the body."""
     found = [(cell.column, formula) for cell, formula in cells(owner) if cell.column.section != "bodies"]
     order = list(DRAWS)
@@ -109,7 +109,7 @@ def _settle_cells(values: Values, owner: Joint | Base, rng: np.random.Generator)
         _settle(values, formula, DRAWS[column.dimension](rng))
 
 
-def _settle_body(values: Values, body: Body, rng: np.random.Generator) -> None:
+def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) -> None:
     """Mass, then its place, then inertia: that of the mass at its centre and a nearly round body about it.
 
     Any tensor so drawn, and any mixture of several, is possible: its moments about the centre of
@@ -136,7 +136,7 @@ def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
         return None
 
 
-def _undefined_cell(machine: Machine, values: Values) -> str:
+def _undefined_cell(machine: Machine, values: ParameterValues) -> str:
     """The first cell without a finite real value; empty where all have one."""
     for j, joint in enumerate(machine.joints, start=1):
         for _, formula in cells(joint):

@@ -10,40 +10,38 @@ from __future__ import annotations
 import math
 import random
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilerMissing, compile_package
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
 from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.candidates import (
-    Candidate,
-    Results,
+from symoro_elastic.numerics.feed_forward_residual import residual, torques
+from symoro_elastic.numerics.implementations import (
+    Implementation,
+    ResultArrays,
     c_code,
     equations_on_floats,
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.followed import torques, unfollowed
-from symoro_elastic.numerics.reference import ZERO, Numbers, Point, Reference, Singular, distance
+from symoro_elastic.numerics.reference import REFERENCE_ZERO, Numbers, Reference, Singular, StateReference, distance
 from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
+from symoro_elastic.progress import Progress, no_progress
 
-Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
-Runs = list[tuple[str, Results]]
+Runs = list[tuple[str, ResultArrays]]
 
 BOUND = 1e-12
 FEED_FORWARD = "feed_forward"
@@ -131,7 +129,7 @@ def verify(
     *,
     states: tuple[int, int] | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Verification:
     """Compare generated C, generated numpy and the equations on floats with a 50-digit reference.
 
@@ -146,16 +144,15 @@ def verify(
     values = parameter_values(kept, seed)
     moderate, extreme = states or _how_many(traced)
     stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
-    candidates, missing = _run(package(kept, traced, constants), traced, values, stacked)
+    runs, missing = _run(package(kept, traced, constants), traced, values, stacked)
     reference = Reference(kept, values, constants, solved=len(kept.moving) <= MOST_SOLVED)
-    tallies = [_Tally(model, candidates[model.model.name]) for model in traced]
+    tallies = [_Tally(model, runs[model.model.name]) for model in traced]
     for k in range(len(stacked)):
         state = _TestState(k, stacked.titles[k], stacked.at(k), k >= moderate, f"{seed} {k}")
         point = reference.at(state.arguments)
         for tally in tallies:
             tally.add(state, point)
-        if progress:
-            progress(k + 1, len(stacked))
+        progress(k + 1, len(stacked))
     models = tuple(tally.verification() for tally in tallies)
     return Verification(models, len(stacked), _disagreement(reference, traced, stacked), missing)
 
@@ -169,22 +166,22 @@ def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
 def _run(
     described: Package, traced: Sequence[TracedModel], values: Mapping[str, float], states: States
 ) -> tuple[dict[str, Runs], str]:
-    """Results of every implementation by model, and what is missing for C."""
+    """ResultArrays of every implementation by model, and what is missing for C."""
     p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
     missing = ""
     with tempfile.TemporaryDirectory() as folder:
         module = import_package(render_numpy(described), Path(folder) / "numpy")
-        found: list[tuple[str, Candidate]] = [
+        implementations: list[tuple[str, Implementation]] = [
             ("numpy", numpy_code(module, p, stacked=False)),
             ("numpy", numpy_code(module, p, stacked=True)),
             ("equations", equations_on_floats(values)),
         ]
         try:
             compiled = compile_package(described, Path(folder) / "c", render_c(described))
-            found += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
+            implementations += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
         except CompilerMissing as error:
             missing = str(error)
-        runs = {model.model.name: [(name, run(model, states)) for name, run in found] for model in traced}
+        runs = {model.model.name: [(name, run(model, states)) for name, run in implementations] for model in traced}
     return runs, missing
 
 
@@ -210,7 +207,7 @@ class _Tally:
         self.bound = BOUND
         self.unjudged: list[str] = []
 
-    def add(self, state: _TestState, point: Point) -> None:
+    def add(self, state: _TestState, point: StateReference) -> None:
         """Compare all implementations at a state."""
         try:
             wanted = _wanted(point, self.traced)
@@ -243,7 +240,7 @@ class _Tally:
             tuple(self.unjudged),
         )
 
-    def _error(self, results: Results, wanted: Mapping[str, Numbers], state: int) -> float:
+    def _error(self, results: ResultArrays, wanted: Mapping[str, Numbers], state: int) -> float:
         """The error of the worst result; infinite where one is not a number."""
         return max(_error(results[name][state].ravel(), entries) for name, entries in wanted.items())
 
@@ -255,36 +252,36 @@ class _Tally:
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 
 
-def _wanted(point: Point, traced: TracedModel) -> Mapping[str, Numbers]:
-    """Results of a model by another way."""
+def _wanted(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
+    """ResultArrays of a model by another way."""
     put_back = traced.model.name == FEED_FORWARD and point.reference.solved
     return torques(point, traced) if put_back else point.model(traced)
 
 
-def _error(found: Array, wanted: Numbers) -> float:
+def _error(computed: Array, wanted: Numbers) -> float:
     """`distance` of floats from the reference, which is taken as a sum of two doubles."""
     high = np.array([float(x) for x in wanted])
     low = np.array([float(x - h) for x, h in zip(wanted, high.tolist(), strict=True)])
     with np.errstate(all="ignore"):
-        difference = float(np.abs((found - high) - low).max(initial=0.0))
+        difference = float(np.abs((computed - high) - low).max(initial=0.0))
     scale = float(np.abs(high).max(initial=0.0))
-    error = difference / (scale if scale > ZERO else 1.0)
+    error = difference / (scale if scale > REFERENCE_ZERO else 1.0)
     return error if math.isfinite(error) else math.inf
 
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
-    found = reference.disagreement(states.at(0))
+    worst = reference.disagreement(states.at(0))
     following = [model for model in traced if model.model.name == FEED_FORWARD]
     points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
-    found = max([found, *(unfollowed(point, model) for model in following for point in points)])
+    worst = max([worst, *(residual(point, model) for model in following for point in points)])
     if reference.solved:
-        return found
+        return worst
     solving = replace(reference.at(states.at(0)), reference=reference.solving())
     for model in traced:
         wanted = solving.model(model)
-        found = max(found, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
-    return found
+        worst = max(worst, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
+    return worst
 
 
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
@@ -292,4 +289,4 @@ def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     for name in scene.models:
         if not set(MODELS[name].arguments) <= {*ARGUMENTS, *MOTION}:
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
-            raise InputError(machine.source or machine.name, f"check, {name}", what)
+            raise machine.error(f"check, {name}", what)

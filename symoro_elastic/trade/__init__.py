@@ -1,1 +1,1 @@
-"""What speed costs in accuracy: every way to generate and compile a model, timed and measured side by side."""
+"""Speed against accuracy: every way to generate and compile a model, timed and measured side by side."""

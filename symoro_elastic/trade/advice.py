@@ -1,4 +1,4 @@
-"""One sentence: the fastest way within a tolerance, and the commands that make it."""
+"""The fastest configuration within a tolerance as a sentence, and the commands that build it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.front import fastest_within, most_accurate
-from symoro_elastic.trade.points import BATCH, SINGLE_CALL, Figures, Point
 from symoro_elastic.trade.trade import Trade
 
 STANDARD = "-std=c99"
@@ -17,49 +17,56 @@ STANDARD = "-std=c99"
 
 @dataclass(frozen=True)
 class Advice:
-    """The fastest points within a tolerance, one for each model, all of one build; those of one state a call.
+    """The fastest configurations within a tolerance, one for each model, all of one build; those of one state a call.
 
     `one_state` is empty where the fastest are such calls, or where none of these is within the tolerance.
     """
 
     tolerance: float
-    fastest: tuple[Figures, ...]
-    one_state: tuple[Figures, ...]
+    fastest: tuple[Measurement, ...]
+    one_state: tuple[Measurement, ...]
 
 
-def advice(found: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
-    """The build that is fastest for all models together. Raises `InputError` that names the nearest where none is."""
-    source = found.machine.source or found.machine.name
-    for model, figures in found.figures.items():
-        if fastest_within(figures, tolerance, with_fast_math) is None:
-            nearest = most_accurate(figures, with_fast_math)
+def advice(trade: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
+    """Return the fastest build for all models together; raises `InputError` that names the nearest if there is none."""
+    source = trade.machine.label
+    for model, measurements in trade.measurements.items():
+        if fastest_within(measurements, tolerance, with_fast_math) is None:
+            nearest = most_accurate(measurements, with_fast_math)
             what = f"none of the ways tried to compute {model} has errors within {tolerance:.1e}: "
             what += f"nearest is {nearest.error:.1e}, with "
-            raise InputError(source, "--tolerance", what + nearest.point.words)
-    every = [one for figures in found.figures.values() for one in figures]
-    models = list(found.figures)
+            raise InputError(source, "--tolerance", what + nearest.configuration.words)
+    every = [one for measurements in trade.measurements.values() for one in measurements]
+    models = list(trade.measurements)
     fastest = _of_one_build(every, models, tolerance, with_fast_math)
     if not fastest:
         what = f"no build is within {tolerance:.1e} for all of {', '.join(models)}: ask for one --model at a time"
         raise InputError(source, "--tolerance", what)
-    single = [one for one in every if one.point.call == SINGLE_CALL]
-    batch = fastest[0].point.call == BATCH
+    single = [one for one in every if one.configuration.call == SINGLE_CALL]
+    batch = fastest[0].configuration.call == BATCH
     return Advice(tolerance, fastest, _of_one_build(single, models, tolerance, with_fast_math) if batch else ())
 
 
 def _of_one_build(
-    figures: Iterable[Figures], models: Sequence[str], tolerance: float, with_fast_math: bool
-) -> tuple[Figures, ...]:
-    """The fastest points, one a model, that one package and one library can hold; none where no build has all."""
-    groups: dict[Any, list[Figures]] = {}
-    for one in figures:
-        point = one.point
-        key = (point.form.base, point.form.folded, point.form.merged, point.build, point.precision.name, point.call)
+    measurements: Iterable[Measurement], models: Sequence[str], tolerance: float, with_fast_math: bool
+) -> tuple[Measurement, ...]:
+    """Return the fastest configurations, one a model, of one package and one library; none where no build has all."""
+    groups: dict[Any, list[Measurement]] = {}
+    for one in measurements:
+        configuration = one.configuration
+        key = (
+            configuration.form.base,
+            configuration.form.folded,
+            configuration.form.merged,
+            configuration.build,
+            configuration.precision.name,
+            configuration.call,
+        )
         groups.setdefault(key, []).append(one)
     complete = []
     for group in groups.values():
         best = [
-            fastest_within([one for one in group if one.point.model == model], tolerance, with_fast_math)
+            fastest_within([one for one in group if one.configuration.model == model], tolerance, with_fast_math)
             for model in models
         ]
         if all(best):
@@ -68,40 +75,42 @@ def _of_one_build(
 
 
 def sentence(advised: Advice) -> str:
-    """The advice as one sentence."""
+    """Return the advice as one sentence."""
     said = f"Within a relative error of {advised.tolerance:.1e} the fastest is {_said(advised.fastest)}"
     return said + (f"; for one state a call, {_said(advised.one_state)}." if advised.one_state else ".")
 
 
-def _said(figures: Sequence[Figures]) -> str:
-    point = figures[0].point
-    options = ["base parameters"] * point.form.base + ["folded constants"] * point.form.folded
-    options += ["angles summed"] * point.form.merged
+def _said(measurements: Sequence[Measurement]) -> str:
+    configuration = measurements[0].configuration
+    options = ["base parameters"] * configuration.form.base + ["folded constants"] * configuration.form.folded
+    options += ["angles summed"] * configuration.form.merged
     models = " and ".join(
-        f"{one.point.model} by {one.point.form.way} in {one.ns:.3g} ns a state (worst error {one.error:.1e})"
-        for one in figures
+        f"{chosen.model} by {chosen.form.way} in {one.ns:.3g} ns a state (worst error {one.error:.1e})"
+        for chosen, one in ((one.configuration, one) for one in measurements)
     )
-    how = ", ".join([point.precision.name, point.made_by, point.call, *options])
+    how = ", ".join([configuration.precision.name, configuration.made_by, configuration.call, *options])
     return f"{how}: {models}"
 
 
-def commands(figures: Sequence[Figures], words: Sequence[str]) -> list[str]:
-    """The command lines that generate and compile points of one build; `words` say machine and what is asked of it."""
-    point = figures[0].point
-    form, name = point.form, point.form.package.name
-    asked = [*words, *(word for one in figures for word in ("--model", _written(one.point)))]
+def commands(measurements: Sequence[Measurement], words: Sequence[str]) -> list[str]:
+    """Return the command lines that generate and compile one build; `words` are the machine and its options."""
+    configuration = measurements[0].configuration
+    form, name = configuration.form, configuration.form.package.name
+    asked = [*words, *(word for one in measurements for word in ("--model", _written(one.configuration)))]
     asked += ["--base"] if form.base and "--base" not in words else []
     asked += ["--fold", "all"] if form.folded and "all" not in words else []
     asked += ["--merge-angles", f"{form.bound:g}"] if form.merged else []
-    asked += ["--target", "c" if point.build else "numpy"]
-    asked += ["--precision", point.precision.name] if point.build and point.precision.suffix else []
+    asked += ["--target", "c" if configuration.build else "numpy"]
+    asked += (
+        ["--precision", configuration.precision.name] if configuration.build and configuration.precision.suffix else []
+    )
     generate = shlex.join(["symoro-elastic", "generate", *asked])
-    if point.build is None:
+    if configuration.build is None:
         return [generate]
-    stem = f"{name}{point.precision.suffix}"
-    flags = [*point.build.compiler, STANDARD, *point.build.flags]
+    stem = f"{name}{configuration.precision.suffix}"
+    flags = [*configuration.build.compiler, STANDARD, *configuration.build.flags]
     return [generate, shlex.join([*flags, "-c", f"generated/{name}/{stem}.c", "-o", f"{stem}.o"])]
 
 
-def _written(point: Point) -> str:
-    return point.form.traced[point.model].model.name
+def _written(configuration: Configuration) -> str:
+    return configuration.form.traced[configuration.model].model.name

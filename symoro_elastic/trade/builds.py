@@ -1,4 +1,4 @@
-"""The ways to compile: compilers that exist, the flags they have, the precisions."""
+"""Compilers, flags and precisions to compile with."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
 WORDS = {
     "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST: "fast-math", LIBM: "libm",
 }  # fmt: skip
-"""How a table calls flags; others go without saying."""
+"""Names of flags in tables; other flags are not shown."""
 
 PROBE = "int probe(void);\nint probe(void) { return 0; }\n"
 IS_CLANG = '#ifndef __clang__\n#error "not clang"\n#endif\n' + PROBE
@@ -32,7 +32,7 @@ IS_CLANG = '#ifndef __clang__\n#error "not clang"\n#endif\n' + PROBE
 
 @dataclass(frozen=True)
 class Build:
-    """One way to compile a form."""
+    """One way to compile a formulation."""
 
     compiler: Flags
     flags: Flags
@@ -40,7 +40,7 @@ class Build:
 
     @property
     def words(self) -> str:
-        """Compiler and flags as a table says them."""
+        """Compiler and flags as a table names them."""
         return " ".join([Path(self.compiler[0]).name, *(WORDS[flag] for flag in self.flags if flag in WORDS)])
 
     @property
@@ -50,14 +50,14 @@ class Build:
 
 
 def compilers() -> list[Flags]:
-    """Commands of the compilers to try: $CC alone where it is set, else gcc and clang. Raises `CompilerMissing`."""
+    """Return the compilers to try: $CC alone where it is set, else gcc and clang. Raises `CompilerMissing`."""
     if os.environ.get("CC", "").strip():
         return [find_compiler()]
     return [(name,) for name in ("gcc", "clang") if shutil.which(name)] or [find_compiler()]
 
 
 def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
-    """Whether a compiler accepts flags, and a text with them."""
+    """Return whether a compiler accepts flags, and a source text with them."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             compile_library({"probe.c": text}, Path(folder), compiler, flags)
@@ -68,7 +68,7 @@ def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
 
 @dataclass(frozen=True)
 class FlagSets:
-    """What one compiler offers: `best` is what the generated source recommends, `others` vary it."""
+    """Sets of flags of one compiler: `best` is what the generated source recommends, `others` vary it."""
 
     best: Flags
     others: tuple[Flags, ...]
@@ -76,11 +76,11 @@ class FlagSets:
 
 
 def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
-    """The flags to try, and notes on those that the compiler lacks."""
+    """Return the flags to try, and notes on those that the compiler lacks."""
     kind = "clang" if takes(compiler, (), IS_CLANG) else "gcc"
     wanted = (*NATIVE, CONTRACTED[kind], SEPARATE, FAST)
     lacking = [flag for flag in wanted if not takes(compiler, (flag,))]
-    notes = [f"{compiler[0]} has no {flag}: points without it only" for flag in lacking]
+    notes = [f"{compiler[0]} has no {flag}: builds without it only" for flag in lacking]
     native = tuple(flag for flag in NATIVE if flag not in lacking)
     contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST))
     best = (*native, *contracted)
@@ -96,19 +96,19 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
 
 
 def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_other_way: bool) -> list[Build]:
-    """What to compile of a form with one compiler, the most telling first; `is_first` of the forms varies most."""
+    """Return the builds of a formulation with one compiler, the most informative first; the first one varies most."""
     if effort == ALL:
         tried = dict.fromkeys((sets.best, *sets.every))
         every = [(precision, flags) for precision in PRECISIONS.values() for flags in tried]
         return [Build(compiler, flags, precision) for precision, flags in every if _makes_sense(precision, flags)]
     precisions = (DOUBLE, SINGLE) if is_other_way or (effort == QUICK and not is_first) else (DOUBLE, SINGLE, MIXED)
-    found = [Build(compiler, sets.best, precision) for precision in precisions]
+    chosen = [Build(compiler, sets.best, precision) for precision in precisions]
     if not is_first or effort == QUICK:
-        return found
-    found += [Build(compiler, flags, DOUBLE) for flags in sets.others]
-    found += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
+        return chosen
+    chosen += [Build(compiler, flags, DOUBLE) for flags in sets.others]
+    chosen += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
     fused = tuple(flag for flag in sets.best if flag == "-march=native")
-    return [*found, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
+    return [*chosen, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
 
 
 def _makes_sense(precision: Precision, flags: Flags) -> bool:

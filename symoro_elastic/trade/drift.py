@@ -1,4 +1,4 @@
-"""What the form of the state costs in a simulation: energy that a free motion without losses gains or sheds.
+"""Drift of energy in a simulated free motion without losses, by the format of the state.
 
 A step changes a state by little, so a state in single precision loses most of each change to rounding, whatever the
 accuracy of the accelerations. A compensated sum keeps what is lost; a state in double precision hardly loses any.
@@ -9,30 +9,27 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.states import States, moderate_states
 from symoro_elastic.packaging import package
-
-Array = NDArray[Any]
-Progress = Callable[[int, int], None]
+from symoro_elastic.progress import Progress
 
 STEPS, SAMPLES = 50_000, 50
 LARGEST_TURN = 0.05
@@ -44,19 +41,19 @@ FLAGS = ("-O2", "-ffp-contract=off")
 
 
 @dataclass(frozen=True)
-class Form:
-    """How right-hand side and state are kept."""
+class StateFormat:
+    """Precision of the right-hand side, and format of the state."""
 
     title: str
     precision: Precision
     compensated: bool = False
 
 
-FORMS = (
-    Form("all double", DOUBLE),
-    Form("single, state in double (mixed)", MIXED),
-    Form("single, compensated state", SINGLE, True),
-    Form("all single", SINGLE),
+STATE_FORMATS = (
+    StateFormat("all double", DOUBLE),
+    StateFormat("single, state in double (mixed)", MIXED),
+    StateFormat("single, compensated state", SINGLE, True),
+    StateFormat("all single", SINGLE),
 )
 
 
@@ -72,22 +69,22 @@ class Drift:
 
 
 def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress: Progress) -> list[Drift]:
-    """The drift of each form of the state, over the same free motion of a machine without losses.
+    """Return the drift of each format of the state, over the same free motion of a machine without losses.
 
     Raises `InputError` where no such motion can be computed, `CompilerMissing`, `CompilationFailed`.
     """
     motion = _Motion(conservative(machine), values, folder)
     step, energies = motion.small_step()
-    found = []
-    for done, form in enumerate(FORMS, start=1):
-        drift = motion.energies(form, step) if form is not FORMS[0] else energies
-        found.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
-        progress(done, len(FORMS))
-    return found
+    results = []
+    for done, form in enumerate(STATE_FORMATS, start=1):
+        drift = motion.energies(form, step) if form is not STATE_FORMATS[0] else energies
+        results.append(Drift(form.title, _drift(drift), motion.moving_energy, STEPS, step))
+        progress(done, len(STATE_FORMATS))
+    return results
 
 
 def conservative(machine: Machine) -> Machine:
-    """The machine without damping, friction and external wrenches, on a base at rest."""
+    """Return the machine without damping, friction and external wrenches, on a base at rest."""
     joints = tuple(_without_losses(joint) for joint in machine.joints)
     return replace(machine, joints=joints, base=Base(gravity=machine.base.gravity))
 
@@ -97,10 +94,10 @@ def _without_losses(joint: Joint) -> Joint:
     return replace(joint, spring=spring, friction=Friction(), wrench=Wrench())
 
 
-def _drift(energies: Array) -> float:
-    """Largest distance from the first."""
-    found = float(np.abs(energies - energies[0]).max())
-    return found if math.isfinite(found) else math.inf
+def _drift(energies: AnyArray) -> float:
+    """Return the largest difference from the first energy."""
+    largest = float(np.abs(energies - energies[0]).max())
+    return largest if math.isfinite(largest) else math.inf
 
 
 class _Motion:
@@ -123,22 +120,22 @@ class _Motion:
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
         return replace(state, **single, tau=np.zeros_like(state.tau))
 
-    def small_step(self) -> tuple[float, Array]:
+    def small_step(self) -> tuple[float, AnyArray]:
         """The step at which rounding is all that is left of the drift, and the energies with it."""
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
-            energies = self.energies(FORMS[0], step)
+            energies = self.energies(STATE_FORMATS[0], step)
             if _drift(energies) <= NEGLIGIBLE * abs(self.moving_energy):
                 return step, energies
             step /= 2
         what = f"energy still drifts in double precision with steps of {step:.1g} s"
-        raise InputError(self.machine.source or self.machine.name, "trade", what)
+        raise self.machine.error("trade", what)
 
     def _fastest_rate(self) -> float:
         """Of springs against inertias and of the motion itself, 1/s."""
         A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
         qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
-        stiffness = [self.machine.joints[j - 1].spring.stiffness.value(self.values) for j in self.machine.moving]
+        stiffness = [self.machine.joint(j).spring.stiffness.value(self.values) for j in self.machine.moving]
         try:
             squares = np.linalg.eigvals(np.linalg.solve(A.reshape(len(qdd), -1), np.diag(stiffness)))
         except np.linalg.LinAlgError:
@@ -146,10 +143,10 @@ class _Motion:
         rate = float(np.sqrt(np.abs(squares).max(initial=0.0)) + np.abs(self.start.qd).max(initial=0.0))
         rate += float(np.sqrt(np.abs(qdd).max(initial=0.0)))
         if not math.isfinite(rate):
-            raise InputError(self.machine.source or self.machine.name, "trade", "it has no finite accelerations")
+            raise self.machine.error("trade", "it has no finite accelerations")
         return max(rate, 1.0)
 
-    def energies(self, form: Form, step: float) -> Array:
+    def energies(self, form: StateFormat, step: float) -> AnyArray:
         """The energy at the start and at `SAMPLES` times, J."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
         x = np.concatenate([self.start.q[0], self.start.qd[0]]).astype(dtype)
@@ -162,17 +159,17 @@ class _Motion:
         other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
         many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
         sampled = States(q=q, qd=qd, **many, titles=("moving",) * len(states))
-        found: Array = self._evaluated(self.energy, sampled).sum(axis=1)
-        return found
+        total: AnyArray = self._evaluated(self.energy, sampled).sum(axis=1)
+        return total
 
-    def _evaluated(self, traced: TracedModel, states: States) -> Array:
-        (found,) = evaluated(traced, states, self.values, EXTENDED).values()
-        return found
+    def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
+        (result,) = evaluated(traced, states, self.values, EXTENDED).values()
+        return result
 
 
 def _movers(package: Package, folder: Path) -> dict[str, Any]:
     """The compiled functions that move a state by many steps, by precision."""
-    precisions = {form.precision.name: form.precision for form in FORMS}
+    precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         made = pool.map(lambda precision: _mover(package, precision, folder / precision.name), precisions.values())
         return dict(zip(precisions, made, strict=True))

@@ -28,7 +28,7 @@ MOST_OPERATIONS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
+class Formulation:
     """One way to write the asked models; `traced` by the name that was asked for, `values` of its parameters."""
 
     way: str
@@ -70,7 +70,7 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
             raise machine.error(name, what)
 
 
-def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Form], list[str]]:
+def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulation], list[str]]:
     """Every way to write what a scene asks of a machine, the plainest first, and notes on those left out.
 
     Raises `InputError` for a machine or scene that cannot be generated, or is too large to be compiled.
@@ -79,7 +79,7 @@ def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Form], l
     bound, scene = scene.merge_angles, replace(scene, merge_angles=None)
     plain = _form(machine, scene, values)
     _refuse_large(machine, plain)
-    found, last = [plain], (machine, scene, values)
+    kept, last = [plain], (machine, scene, values)
     notes: list[str] = []
     for other, its_scene, its_values in _variants(machine, scene, values, bound, notes):
         try:
@@ -87,11 +87,11 @@ def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Form], l
         except InputError as error:
             notes.append(str(error))
             continue
-        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in found):
-            found.append(form)
+        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in kept):
+            kept.append(form)
             last = other, its_scene, its_values
     solved = [_by_matrix(*one) for one in ((machine, scene, values), last)]
-    return [*found, *(form for forms in solved[: len(found)] for form in forms)], notes
+    return [*kept, *(form for forms in solved[: len(kept)] for form in forms)], notes
 
 
 def _variants(
@@ -120,14 +120,14 @@ def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machin
     return grouping.machine, known
 
 
-def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Form:
+def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
     """The models of a scene; `ways` names the models that stand for those asked for."""
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
     traced = trace_scene(machine, replace(scene, models=written, outputs=outputs))
     constants = folded(machine, scene)
-    return Form(
+    return Formulation(
         BY_MATRIX if ways else RECURSION,
         machine.is_grouped,
         scene.fold == ALL,
@@ -139,7 +139,7 @@ def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str
     )
 
 
-def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Form]:
+def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulation]:
     """The asked models that are also solved by the inertia matrix, so solved."""
     ways = {name: other for name, other in OTHER_WAYS.items() if name in asked_models(scene) and other in MODELS}
     return [_form(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
@@ -150,11 +150,11 @@ def _only(scene: Scene, models: Sequence[str]) -> Scene:
     return replace(scene, models=tuple(models), outputs=outputs)
 
 
-def _counts(form: Form) -> list[OperationCount]:
+def _counts(form: Formulation) -> list[OperationCount]:
     return [traced.program.count for traced in form.traced.values()]
 
 
-def _refuse_large(machine: Machine, form: Form) -> None:
+def _refuse_large(machine: Machine, form: Formulation) -> None:
     operations = sum(count.products + count.add for count in _counts(form))
     if operations > MOST_OPERATIONS:
         what = f"{operations} operations are more than the {MOST_OPERATIONS} that trade compiles many times over"

@@ -1,41 +1,43 @@
-"""Which points are worth their time, and which is the fastest that is good enough."""
+"""The Pareto front of time and error, and the fastest configuration within a tolerance."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 
-from symoro_elastic.trade.points import Figures
+from symoro_elastic.trade.configurations import Measurement
 
 MATTERS = 1.25
-"""How much smaller the worst error of some random states must be to be more than luck."""
+"""Ratio of worst errors over random states above which the difference is significant."""
 
 
-def front(figures: Iterable[Figures], with_fast_math: bool = False) -> list[Figures]:
-    """The Pareto front, fastest first: no other point is faster and as accurate, or nearly so.
+def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> list[Measurement]:
+    """Return the Pareto front, fastest first: no other configuration is faster and as accurate, or nearly so.
 
-    Points with -ffast-math are on it only where they are allowed to be.
+    Configurations with -ffast-math are on it only if `with_fast_math` allows them.
     """
-    found: list[Figures] = []
-    for one in sorted(_allowed(figures, with_fast_math), key=lambda f: (f.ns, f.error)):
-        if math.isfinite(one.error) and (not found or one.error * MATTERS < found[-1].error):
-            found.append(one)
-    return found
+    best: list[Measurement] = []
+    for one in sorted(_allowed(measurements, with_fast_math), key=lambda f: (f.ns, f.error)):
+        if math.isfinite(one.error) and (not best or one.error * MATTERS < best[-1].error):
+            best.append(one)
+    return best
 
 
-def fastest_within(figures: Iterable[Figures], tolerance: float, with_fast_math: bool = False) -> Figures | None:
-    """The fastest point whose worst error is within a tolerance; None where there is none."""
-    good = [one for one in _allowed(figures, with_fast_math) if one.error <= tolerance]
+def fastest_within(
+    measurements: Iterable[Measurement], tolerance: float, with_fast_math: bool = False
+) -> Measurement | None:
+    """Return the fastest configuration whose worst error is within a tolerance, or None."""
+    good = [one for one in _allowed(measurements, with_fast_math) if one.error <= tolerance]
     return min(good, key=lambda one: one.ns, default=None)
 
 
-def most_accurate(figures: Iterable[Figures], with_fast_math: bool = False) -> Figures:
-    """The point with the smallest worst error, the fastest of several."""
-    return min(_allowed(figures, with_fast_math), key=lambda one: (_or_infinite(one.error), one.ns))
+def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
+    """Return the configuration with the smallest worst error, the fastest of several."""
+    return min(_allowed(measurements, with_fast_math), key=lambda one: (_or_infinite(one.error), one.ns))
 
 
-def _allowed(figures: Iterable[Figures], with_fast_math: bool) -> list[Figures]:
-    return [one for one in figures if with_fast_math or one.point.is_safe]
+def _allowed(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:
+    return [one for one in measurements if with_fast_math or one.configuration.is_safe]
 
 
 def _or_infinite(error: float) -> float:

@@ -1,4 +1,4 @@
-"""Pictures of the trade: time against worst error of every point, and the front."""
+"""Plots of time against worst error of every configuration, and the front."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from pathlib import Path
 from typing import Any
 
 from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.trade.configurations import BATCH, Measurement
 from symoro_elastic.trade.front import front
-from symoro_elastic.trade.points import BATCH, Figures
 from symoro_elastic.trade.trade import Trade
 
 COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
 UNSAFE, LINE = "#c0392b", "#9aa5b1"
 
 
-def plot(found: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
+def plot(trade: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
     """Write <model>.<form> for each model to a folder; returns the paths.
 
     Raises `InputError` where matplotlib is missing, for an unknown format or a folder that cannot be written.
     """
     pictures = {
-        model: picture(f"{found.machine.name}: {model}", figures, with_fast_math)
-        for model, figures in found.figures.items()
+        model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
+        for model, measurements in trade.measurements.items()
     }
     return save_figures(pictures, folder, form)
 
 
-def picture(title: str, figures: Sequence[Figures], with_fast_math: bool = False) -> Any:
-    """Points by precision, full for batches, hollow for single calls, squares for numpy, crosses for -ffast-math."""
+def picture(title: str, measurements: Sequence[Measurement], with_fast_math: bool = False) -> Any:
+    """Return a figure: colours by precision, full for batches, hollow for single calls, squares for numpy."""
     figure = new_figure(8.0, 5.0)
     axis = figure.add_subplot()
-    on_front = front(figures, with_fast_math)
+    on_front = front(measurements, with_fast_math)
     axis.step([f.ns for f in on_front], [f.error for f in on_front], where="post", color=LINE, zorder=1)
     for precision, colour in COLOURS.items():
-        some = [f for f in figures if f.point.precision.name == precision and math.isfinite(f.error)]
+        some = [f for f in measurements if f.configuration.precision.name == precision and math.isfinite(f.error)]
         for k, one in enumerate(some):
             axis.scatter(one.ns, one.error, label=precision if k == 0 else None, zorder=2, **_style(one, colour))
     axis.set_xscale("log")
@@ -49,8 +49,8 @@ def picture(title: str, figures: Sequence[Figures], with_fast_math: bool = False
     return figure
 
 
-def _style(one: Figures, colour: str) -> dict[str, Any]:
-    if not one.point.is_safe:
+def _style(one: Measurement, colour: str) -> dict[str, Any]:
+    if not one.configuration.is_safe:
         return {"marker": "x", "color": UNSAFE, "s": 30}
-    full = colour if one.point.call == BATCH else "none"
-    return {"marker": "o" if one.point.build else "s", "facecolors": full, "edgecolors": colour, "s": 30}
+    full = colour if one.configuration.call == BATCH else "none"
+    return {"marker": "o" if one.configuration.build else "s", "facecolors": full, "edgecolors": colour, "s": 30}

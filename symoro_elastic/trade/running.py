@@ -1,4 +1,4 @@
-"""Points made ready: compiled, or imported, to be timed and to give results."""
+"""Configurations compiled or imported, ready to be timed and to give results."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Function, Package
@@ -23,15 +23,13 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.accuracy import rounded, rounded_values
-from symoro_elastic.numerics.candidates import Candidate, c_code, import_package, numpy_code
+from symoro_elastic.numerics.implementations import Implementation, c_code, import_package, numpy_code
 from symoro_elastic.numerics.states import States
+from symoro_elastic.progress import Progress
 from symoro_elastic.trade.builds import Build
-from symoro_elastic.trade.forms import Form
-from symoro_elastic.trade.points import BATCH, CALLS, SINGLE_CALL, Point, judged_in
+from symoro_elastic.trade.configurations import BATCH, CALLS, SINGLE_CALL, Configuration, judged_in
+from symoro_elastic.trade.forms import Formulation
 from symoro_elastic.trade.timing import Run
-
-Array = NDArray[Any]
-Progress = Callable[[int, int], None]
 
 TIMED_STATES, NUMBERS = 240, 1_000_000
 NUMPY_STATES = 4096
@@ -39,26 +37,26 @@ NUMPY_STATES = 4096
 
 @dataclass(frozen=True)
 class Ready:
-    """A point that can be run: `results` gives its results at states, `run` is to be timed."""
+    """A configuration that can be run: `results` gives its results at states, `run` is timed."""
 
-    point: Point
-    results: Candidate
+    configuration: Configuration
+    results: Implementation
     run: Run
 
 
-def compiled_points(
-    jobs: Sequence[tuple[Form, Build]],
+def compiled_configurations(
+    jobs: Sequence[tuple[Formulation, Build]],
     states: States,
     folder: Path,
     seconds: float,
     progress: Progress,
 ) -> tuple[list[Ready], list[str]]:
-    """All jobs compiled, as many at a time as there are processors, and notes on those that failed.
+    """Compile all jobs, as many at a time as there are processors; return them with notes on those that failed.
 
-    Jobs that have not begun after so many seconds are left out.
+    Jobs that have not begun after `seconds` are left out.
     """
-    started, found, notes, late = time.monotonic(), [], [], 0
-    sources: dict[tuple[Form, str], Mapping[str, str]] = {}
+    started, ready, notes, late = time.monotonic(), [], [], 0
+    sources: dict[tuple[Formulation, str], Mapping[str, str]] = {}
     for form, build in jobs:
         if (form, build.precision.name) not in sources:
             sources[form, build.precision.name] = _sources(form.package, build.precision)
@@ -80,10 +78,10 @@ def compiled_points(
             elif one is None:
                 late += 1
             else:
-                found += one
+                ready += one
     if late:
         notes.append(f"{late} of {len(jobs)} builds left out after {seconds:.0f} s of compiling: --all waits for them")
-    return found, notes
+    return ready, notes
 
 
 def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
@@ -94,7 +92,7 @@ def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
 
 
 def _repeated(package: Package, function: Function, header: str, precision: Precision) -> dict[str, Any]:
-    """What the template is told of a function."""
+    """Return the context of a function in the template."""
     has_parameters = bool(package.parameters)
     inputs = [(a.name, a.size) for a in function.arguments]
     results = [(r.name, math.prod(r.shape)) for r in function.results]
@@ -112,32 +110,34 @@ def _repeated(package: Package, function: Function, header: str, precision: Prec
     }
 
 
-def _made(form: Form, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
+def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
     library = compile_library(sources, folder, build.compiler, build.flags)
     compiled = CompiledPackage(form.package, library, build.precision)
     loaded = ctypes.CDLL(str(library.resolve()))
     p = parameters(form, build.precision)
-    found = []
+    ready = []
     for model in form.traced:
         for call in CALLS:
-            point = Point(model, form, build, build.precision, call)
-            run = _c_run(loaded, point, form.package.functions, states, p)
-            found.append(Ready(point, c_code(compiled, p, call == BATCH), run))
-    return found
+            configuration = Configuration(model, form, build, build.precision, call)
+            run = _c_run(loaded, configuration, form.package.functions, states, p)
+            ready.append(Ready(configuration, c_code(compiled, p, call == BATCH), run))
+    return ready
 
 
-def parameters(form: Form, precision: Precision) -> Array:
-    """The array p of a form."""
+def parameters(form: Formulation, precision: Precision) -> AnyArray:
+    """Return the array p of a formulation."""
     values = rounded_values(form.values, precision)
     return np.array([values[p.name] for p in form.package.parameters], dtype=float)
 
 
-def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], states: States, p: Array) -> Run:
-    """The call of a point for the states that are timed; its arrays live as long as it does."""
-    traced, precision = point.form.traced[point.model], point.precision
+def _c_run(
+    loaded: ctypes.CDLL, configuration: Configuration, functions: Sequence[Function], states: States, p: AnyArray
+) -> Run:
+    """Return the timed call of a configuration; it keeps its arrays alive."""
+    traced, precision = configuration.form.traced[configuration.model], configuration.precision
     function = next(f for f in functions if f.name == traced.model.name)
-    batch = point.call == BATCH
-    entry = loaded[f"{precision.function(point.form.package.name, function.name)}_repeat{'_batch' * batch}"]
+    batch = configuration.call == BATCH
+    entry = loaded[f"{precision.function(configuration.form.package.name, function.name)}_repeat{'_batch' * batch}"]
     dtype = TYPES[precision.state]
     some = states.part(slice(0, _timed_states(function)))
     inputs = [getattr(some, argument.name).astype(dtype) for argument in function.arguments]
@@ -154,37 +154,37 @@ def _c_run(loaded: ctypes.CDLL, point: Point, functions: Sequence[Function], sta
 
 
 def _timed_states(function: Function) -> int:
-    """States that fit into the caches of a processor."""
+    """Return how many states fit into the caches of a processor."""
     numbers = sum(a.size for a in function.arguments) + sum(math.prod(r.shape) for r in function.results)
     return max(1, min(TIMED_STATES, NUMBERS // max(1, numbers)))
 
 
-def numpy_points(form: Form, states: States, folder: Path) -> list[Ready]:
-    """The generated numpy package: one state on floats, many in double and in single precision."""
+def numpy_configurations(form: Formulation, states: States, folder: Path) -> list[Ready]:
+    """Return the generated numpy package: one state on floats, many in double and in single precision."""
     module = import_package(render_numpy(form.package), folder)
-    found = []
+    ready = []
     for precision, call in ((DOUBLE, SINGLE_CALL), (DOUBLE, BATCH), (SINGLE, BATCH)):
         p = parameters(form, precision)
         code = _in_type(numpy_code(module, p, call == BATCH), precision)
         for model, traced in form.traced.items():
             function = getattr(module, traced.model.name)
             run = _numpy_run(function, traced, states, p, precision, call)
-            found.append(Ready(Point(model, form, None, precision, call), code, run))
-    return found
+            ready.append(Ready(Configuration(model, form, None, precision, call), code, run))
+    return ready
 
 
-def _in_type(code: Candidate, precision: Precision) -> Candidate:
-    """The same on arrays of the precision."""
+def _in_type(code: Implementation, precision: Precision) -> Implementation:
+    """Return the implementation on arrays of the precision."""
     dtype = TYPES[precision.state]
 
-    def run(traced: TracedModel, states: States) -> dict[str, Array]:
+    def run(traced: TracedModel, states: States) -> dict[str, AnyArray]:
         return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in states.arguments}))
 
     return run
 
 
 def _numpy_run(
-    function: Callable[..., Any], traced: TracedModel, states: States, p: Array, precision: Precision, call: str
+    function: Callable[..., Any], traced: TracedModel, states: States, p: AnyArray, precision: Precision, call: str
 ) -> Run:
     arrays = [getattr(rounded(states, precision), name) for name in traced.model.arguments]
     arrays = [x.astype(TYPES[precision.state]) for x in arrays]
@@ -201,5 +201,5 @@ def _repeat(times: int, work: Callable[[], Any]) -> None:
 
 
 def judged_states(states: States, precision: Precision) -> States:
-    """States as a point of this precision is given them."""
+    """Return the states, rounded to the inputs of this precision."""
     return rounded(states, judged_in(precision))

@@ -1,4 +1,4 @@
-"""The trade as tables for the terminal, and as plain data for `--json`."""
+"""Results of the comparison as tables for the terminal, and as plain data for `--json`."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from typing import Any
 
 from symoro_elastic.report.tables import count_json, operations
 from symoro_elastic.trade.advice import Advice, commands, sentence
-from symoro_elastic.trade.choices import Choice, choices
+from symoro_elastic.trade.configurations import Measurement
 from symoro_elastic.trade.drift import Drift
+from symoro_elastic.trade.factors import Effect, effects
 from symoro_elastic.trade.front import front
-from symoro_elastic.trade.points import Figures
 from symoro_elastic.trade.trade import Trade
 
 
-def points_table(figures: Sequence[Figures], on_front: Sequence[Figures]) -> Any:
-    """Points, fastest first; those on the front have a star, those that are not advised a word."""
+def measurements_table(measurements: Sequence[Measurement], on_front: Sequence[Measurement]) -> Any:
+    """Return a table of configurations, fastest first, with a mark on the front and on those that are not advised."""
     from rich.table import Table
 
     table = Table("", "ns a state", "worst error", "in u", "typical, u", "one ulp of inputs, u", "operations", "by")
-    for one in sorted(figures, key=lambda f: f.ns):
+    for one in sorted(measurements, key=lambda f: f.ns):
         errors = one.errors
-        mark = "*" if any(one is other for other in on_front) else "" if one.point.is_safe else "not advised"
+        mark = "*" if any(one is other for other in on_front) else "" if one.configuration.is_safe else "not advised"
         ulps = (_figure(errors.worst), _figure(errors.typical), _figure(errors.input_effect))
-        table.add_row(mark, f"{one.ns:.3g}", f"{one.error:.1e}", *ulps, operations(one.count), one.point.words)
+        table.add_row(mark, f"{one.ns:.3g}", f"{one.error:.1e}", *ulps, operations(one.count), one.configuration.words)
     return table
 
 
@@ -32,18 +32,18 @@ def _figure(units: float) -> str:
     return f"{units:.2g}" if units < 10 else f"{units:.0f}" if units < 1e4 else f"{units:.1e}"
 
 
-def choices_table(found: Sequence[Choice]) -> Any:
-    """What one choice does by itself."""
+def effects_table(compared: Sequence[Effect]) -> Any:
+    """Return a table of the effects of single choices."""
     from rich.table import Table
 
     table = Table("choice", "time", "worst error", "points compared")
-    for one in found:
+    for one in compared:
         table.add_row(one.words, f"x {one.time:.2f}", f"x {one.error:.2g}", str(one.pairs))
     return table
 
 
 def drifts_table(drifts: Sequence[Drift]) -> Any:
-    """Energy that a free motion loses, by the form of the state."""
+    """Return a table of the drift of energy in a free motion, by the format of the state."""
     from rich.table import Table
 
     table = Table("right-hand side and state", "drift of energy, J", "of what moves")
@@ -54,41 +54,45 @@ def drifts_table(drifts: Sequence[Drift]) -> Any:
 
 
 def trade_json(
-    found: Trade, advised: Advice | None, words: Sequence[str], with_fast_math: bool = False
+    trade: Trade, advised: Advice | None, words: Sequence[str], with_fast_math: bool = False
 ) -> dict[str, Any]:
-    """Everything as plain data; null stands for what is not finite."""
+    """Return everything as plain data; null stands for numbers that are not finite."""
     return {
-        "machine": found.machine.name,
-        "states": "extreme" if found.request.extreme else "moderate",
-        "models": {model: _model_json(figures, with_fast_math) for model, figures in found.figures.items()},
-        "drift": [_drift_json(one) for one in found.drifts],
-        "notes": found.notes,
+        "machine": trade.machine.name,
+        "states": "extreme" if trade.request.extreme else "moderate",
+        "models": {
+            model: _model_json(measurements, with_fast_math) for model, measurements in trade.measurements.items()
+        },
+        "drift": [_drift_json(one) for one in trade.drifts],
+        "notes": trade.notes,
         "advice": _advice_json(advised, words) if advised else None,
     }
 
 
-def _model_json(figures: Sequence[Figures], with_fast_math: bool) -> dict[str, Any]:
-    on_front = front(figures, with_fast_math)
-    points = [_point_json(one) | {"front": any(one is other for other in on_front)} for one in figures]
+def _model_json(measurements: Sequence[Measurement], with_fast_math: bool) -> dict[str, Any]:
+    on_front = front(measurements, with_fast_math)
+    configurations = [
+        _configuration_json(one) | {"front": any(one is other for other in on_front)} for one in measurements
+    ]
     compared = [
         {"choice": one.words, "time": one.time, "error": _finite(one.error), "points": one.pairs}
-        for one in choices(figures)
+        for one in effects(measurements)
     ]
-    return {"points": points, "choices": compared}
+    return {"points": configurations, "choices": compared}
 
 
-def _point_json(one: Figures) -> dict[str, Any]:
-    point, errors = one.point, one.errors
+def _configuration_json(one: Measurement) -> dict[str, Any]:
+    configuration, errors = one.configuration, one.errors
     return {
-        "equations": point.form.way,
-        "base": point.form.base,
-        "folded": point.form.folded,
-        "angles_summed": point.form.merged,
-        "precision": point.precision.name,
-        "compiler": " ".join(point.build.compiler) if point.build else None,
-        "flags": list(point.build.flags) if point.build else [],
-        "call": point.call,
-        "advisable": point.is_safe,
+        "equations": configuration.form.way,
+        "base": configuration.form.base,
+        "folded": configuration.form.folded,
+        "angles_summed": configuration.form.merged,
+        "precision": configuration.precision.name,
+        "compiler": " ".join(configuration.build.compiler) if configuration.build else None,
+        "flags": list(configuration.build.flags) if configuration.build else [],
+        "call": configuration.call,
+        "advisable": configuration.is_safe,
         "ns": one.ns,
         "best_ns": one.time.best,
         "operations": count_json(one.count),
@@ -116,8 +120,8 @@ def _advice_json(advised: Advice, words: Sequence[str]) -> dict[str, Any]:
         "sentence": sentence(advised),
         "tolerance": advised.tolerance,
         "commands": commands(advised.fastest, words),
-        "fastest": {one.point.model: _point_json(one) for one in advised.fastest},
-        "one_state": {one.point.model: _point_json(one) for one in advised.one_state},
+        "fastest": {one.configuration.model: _configuration_json(one) for one in advised.fastest},
+        "one_state": {one.configuration.model: _configuration_json(one) for one in advised.one_state},
     }
 
 

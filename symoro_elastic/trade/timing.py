@@ -1,4 +1,4 @@
-"""Times of many functions, round by round in turn, so that what disturbs one disturbs all."""
+"""Times of many functions, measured in turn so that other load on the computer affects all alike."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
-Progress = Callable[[int, int], None]
+from symoro_elastic.progress import Progress, no_progress
 
 BURST = 1e-3  # s
 ROUNDS = 15
@@ -17,7 +17,7 @@ MOST_TIMES = 1 << 20
 
 @dataclass(frozen=True)
 class Run:
-    """Work to be timed: `carry_out(times)` does it that often for `states` states."""
+    """Work to be timed: `carry_out(times)` repeats it for `states` states."""
 
     carry_out: Callable[[int], None]
     states: int
@@ -31,20 +31,19 @@ class Time:
     best: float
 
 
-def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress | None = None) -> list[Time]:
-    """Times of all runs; each round takes about `BURST` seconds of each of them."""
+def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
+    """Return the times of all runs; each round takes about `BURST` seconds of each of them."""
     times = [_often_enough(run) for run in runs]
-    found: list[list[float]] = [[] for _ in runs]
+    samples: list[list[float]] = [[] for _ in runs]
     for done in range(rounds):
-        for run, often, sample in zip(runs, times, found, strict=True):
+        for run, often, sample in zip(runs, times, samples, strict=True):
             sample.append(_seconds(run, often) / (often * run.states) * 1e9)
-        if progress:
-            progress(done + 1, rounds)
-    return [Time(median(sample), min(sample)) for sample in found]
+        progress(done + 1, rounds)
+    return [Time(median(sample), min(sample)) for sample in samples]
 
 
 def _often_enough(run: Run) -> int:
-    """How often to repeat a run so that a burst takes long enough to be timed."""
+    """Return how often to repeat a run so that a burst is long enough to be timed."""
     run.carry_out(1)
     seconds = max(_seconds(run, 1), 1e-9)
     return min(MOST_TIMES, max(1, math.ceil(BURST / seconds)))

@@ -1,11 +1,11 @@
-"""The trade: every point made, timed and measured, and the drift that the form of the state causes."""
+"""Time and error of every configuration, and the drift that the format of the state causes."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,16 +18,13 @@ from symoro_elastic.numerics.accuracy import Errors, measure, rounded_values
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
+from symoro_elastic.progress import Progress, StepProgress, no_step_progress
 from symoro_elastic.trade.builds import ALL, QUICK, USUAL, Build, builds, compilers, flag_sets
+from symoro_elastic.trade.configurations import Measurement, judged_in
 from symoro_elastic.trade.drift import Drift, drifts
-from symoro_elastic.trade.forms import BY_MATRIX, Form, asked_models, forms, refuse_stateless
-from symoro_elastic.trade.points import Figures, judged_in
-from symoro_elastic.trade.running import Ready, compiled_points, judged_states, numpy_points
+from symoro_elastic.trade.forms import BY_MATRIX, Formulation, asked_models, forms, refuse_stateless
+from symoro_elastic.trade.running import Ready, compiled_configurations, judged_states, numpy_configurations
 from symoro_elastic.trade.timing import ROUNDS, timed
-
-Progress = Callable[[int, int], None]
-Watched = Callable[[str], Progress]
-"""Progress of a step, by its name."""
 
 STATES = 400
 PATIENCE = 60.0  # s of compiling, where not every combination is asked for
@@ -35,7 +32,7 @@ PATIENCE = 60.0  # s of compiling, where not every combination is asked for
 
 @dataclass(frozen=True)
 class Request:
-    """How much is tried: `effort` quick, usual or all; states to measure errors at; rounds of timing."""
+    """The extent of a comparison: `effort` quick, usual or all; states to measure errors at; rounds of timing."""
 
     effort: str = USUAL
     states: int = STATES
@@ -46,24 +43,21 @@ class Request:
 
 @dataclass(frozen=True)
 class Trade:
-    """What was found: figures of every point by model, drifts where motion was computed, and notes."""
+    """Measurements of every configuration by model, drifts where motion was computed, and notes."""
 
     machine: Machine
     request: Request
-    figures: dict[str, list[Figures]]
+    measurements: dict[str, list[Measurement]]
     drifts: list[Drift] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
-def unwatched(_: str) -> Progress:
-    """Progress that nobody looks at."""
-    return lambda _done, _total: None
-
-
-def trade(machine: Machine, scene: Scene, request: Request | None = None, watched: Watched = unwatched) -> Trade:
+def trade(
+    machine: Machine, scene: Scene, request: Request | None = None, watched: StepProgress = no_step_progress
+) -> Trade:
     """Time and measure every way to compute the models that a scene asks of a machine.
 
-    Parameters without value get a plausible one. Without a compiler there are numpy points only, and a note.
+    Parameters without value get a plausible one. Without a compiler there is numpy only, and a note.
     Raises `InputError`, `NoValues`.
     """
     request = request or Request()
@@ -75,32 +69,32 @@ def trade(machine: Machine, scene: Scene, request: Request | None = None, watche
     notes += unmerged
     draw = extreme_states if request.extreme else moderate_states
     states = draw(restricted(machine, scene), request.states, request.seed, values)
-    found: dict[str, list[Figures]] = {name: [] for name in asked_models(scene)}
+    measurements: dict[str, list[Measurement]] = {name: [] for name in asked_models(scene)}
     with tempfile.TemporaryDirectory() as folder:
         ready = _made(machine, written, states, request, Path(folder), notes, watched("compile"))
         times = timed([one.run for one in ready], request.rounds, watched("time"))
         errors = _measured(ready, states, request.seed, watched("measure"))
         for one, time, error in zip(ready, times, errors, strict=True):
-            found[one.point.model].append(Figures(one.point, time, error))
+            measurements[one.configuration.model].append(Measurement(one.configuration, time, error))
         moved = _drifts(machine, scene, values, Path(folder), notes, watched("move"))
-    return Trade(machine, request, found, moved, notes)
+    return Trade(machine, request, measurements, moved, notes)
 
 
 def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Scene, list[str]]:
-    """The scene, without sums of angles where states are beyond their bound, and a note then."""
+    """Return the scene, without sums of angles where states are beyond their bound, and notes."""
     if scene.merge_angles is None:
         return scene, []
     if request.extreme:
         return replace(scene, merge_angles=None), ["angles are not summed: extreme states are beyond any bound"]
     if scene.merge_angles < math.pi:
         what = f"angles of the states tried reach pi: a bound of {scene.merge_angles:g} rad needs 3.15 or more"
-        raise InputError(machine.source or machine.name, "--merge-angles", what)
+        raise machine.error("--merge-angles", what)
     return scene, []
 
 
 def _made(
     machine: Machine,
-    written: Sequence[Form],
+    written: Sequence[Formulation],
     states: States,
     request: Request,
     folder: Path,
@@ -110,23 +104,25 @@ def _made(
     jobs = _jobs(written, request.effort, notes)
     patience = float("inf") if request.effort == ALL else PATIENCE
     try:
-        found, failed = compiled_points(jobs, states, folder, patience, progress)
+        compiled, failed = compiled_configurations(jobs, states, folder, patience, progress)
         notes += failed
         plain = [form for form in written if form.way != BY_MATRIX]
-        return found + [p for k, form in enumerate(plain) for p in numpy_points(form, states, folder / f"numpy{k}")]
+        return compiled + [
+            p for k, form in enumerate(plain) for p in numpy_configurations(form, states, folder / f"numpy{k}")
+        ]
     except MemoryError:
         what = "not enough memory for so large a model: ask for one --model, for fewer --states, or --quick"
-        raise InputError(machine.source or machine.name, "trade", what) from None
+        raise machine.error("trade", what) from None
 
 
-def _jobs(written: Sequence[Form], effort: str, notes: list[str]) -> list[tuple[Form, Build]]:
-    """What to compile, the most telling first."""
+def _jobs(written: Sequence[Formulation], effort: str, notes: list[str]) -> list[tuple[Formulation, Build]]:
+    """Return the builds to compile, the most informative first."""
     try:
         commands = compilers()
     except CompilerMissing as error:
         notes.append(f"numpy only: {error}")
         return []
-    jobs: list[tuple[Form, Build]] = []
+    jobs: list[tuple[Formulation, Build]] = []
     for command in commands if effort != QUICK else commands[:1]:
         sets, lacking = flag_sets(command)
         notes += lacking
@@ -137,22 +133,22 @@ def _jobs(written: Sequence[Form], effort: str, notes: list[str]) -> list[tuple[
 
 
 def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progress) -> list[Errors]:
-    """Errors of each point; equal results are measured once."""
+    """Return the errors of each configuration; equal results are measured once."""
     known: dict[tuple[int, str, str, bytes], Errors] = {}
-    found = []
+    errors = []
     for done, one in enumerate(ready, start=1):
-        point, traced = one.point, one.point.form.traced[one.point.model]
-        given = judged_states(states, point.precision)
+        configuration, traced = one.configuration, one.configuration.form.traced[one.configuration.model]
+        given = judged_states(states, configuration.precision)
         results = one.results(traced, given)
         digest = hashlib.sha256(b"".join(results[name].tobytes() for name in sorted(results))).digest()
-        key = (id(point.form), point.model, point.precision.name, digest)
+        key = (id(configuration.form), configuration.model, configuration.precision.name, digest)
         if key not in known:
-            precision = judged_in(point.precision)
-            values = rounded_values(point.form.values, precision)
+            precision = judged_in(configuration.precision)
+            values = rounded_values(configuration.form.values, precision)
             known[key] = measure(traced, results, given, values, precision, seed=seed)
-        found.append(known[key])
+        errors.append(known[key])
         progress(done, len(ready))
-    return found
+    return errors
 
 
 def _drifts(

@@ -1,36 +1,37 @@
-"""Where forces balance: springs sag under loads, unsupported loads are named."""
+"""Equilibrium positions: springs deflect under loads; loads that nothing supports are reported."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.free_base import COORDINATES
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
+from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
-LEFT_OVER = 1e-10  # of the largest force
+RESIDUAL = 1e-10  # of the largest force
 NEWTON_STEPS = 5
 MOST_STEPS = 200
-ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, 1 rad or 1 m say
+POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, 1 rad or 1 m say
 NUDGE = 0.01  # rad or m, off a place where the energy curves downwards
 FARTHEST = 10.0  # m, that a slide may be from where the search began
 SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
 
 
-def balanced(motion: Motion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
-    """A position at which r of the `sought` coordinates is tau at rest; raises `InputError` that names the others.
+def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
+    """Return a position at rest where r of the `sought` coordinates is tau; raises `InputError` with the loaded joints.
 
     Near the start, or a stable one to which the energy leads. An unstable one is kept where some of them were
     `placed` by the user, or no stable one is found.
     """
     _refuse_unsupported(motion, start, tau, sought)
-    q = _solved(motion, start, tau, sought)
+    q = _newton(motion, start, tau, sought)
     is_balanced = _unbalanced(motion, q, tau, sought) is None
     if is_balanced and (placed or _is_stable(motion, q, sought)):
         _refuse_far(motion, q, start)
         return q
-    settled = _solved(motion, _settled(motion, start, tau, sought), tau, sought)
+    settled = _newton(motion, _energy_minimum(motion, start, tau, sought), tau, sought)
     if _unbalanced(motion, settled, tau, sought) is None and not _far(motion, settled, start):
         return settled
     unbalanced = _unbalanced(motion, q, tau, sought)
@@ -40,24 +41,24 @@ def balanced(motion: Motion, start: Array, tau: Array, sought: list[int], placed
     return q
 
 
-def _unbalanced(motion: Motion, q: Array, tau: Array, sought: list[int]) -> Array | None:
-    """Forces that are left over; None where there are none but rounding."""
+def _unbalanced(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array | None:
+    """Return the unbalanced forces; None where they are rounding."""
     forces, stiffness = motion.forces_and_stiffness(q)
-    found = forces - tau
-    rounding = ROUNDING * (np.abs(stiffness) @ (1 + np.abs(q)))
-    left = np.abs(found) <= np.maximum(rounding, LEFT_OVER * _largest_force(motion, q, tau))
-    return None if left[sought].all() else found
+    unbalanced = forces - tau
+    rounding = POSITION_ROUNDING * (np.abs(stiffness) @ (1 + np.abs(q)))
+    left = np.abs(unbalanced) <= np.maximum(rounding, RESIDUAL * _largest_force(motion, q, tau))
+    return None if left[sought].all() else unbalanced
 
 
-def _is_stable(motion: Motion, q: Array, sought: list[int]) -> bool:
-    """Whether no direction has a negative stiffness beyond rounding."""
+def _is_stable(motion: EquationsOfMotion, q: Array, sought: list[int]) -> bool:
+    """Return whether no direction has a negative stiffness beyond rounding."""
     stiffness = motion.forces_and_stiffness(q)[1][np.ix_(sought, sought)]
     values = np.linalg.eigvalsh((stiffness + stiffness.T) / 2)
     return bool(np.min(values, initial=0.0) >= -1e-12 * np.max(np.abs(values), initial=0.0))
 
 
-def _settled(motion: Motion, start: Array, tau: Array, sought: list[int]) -> Array:
-    """Where the potential energy, less the work of torques, has a minimum; by Newton's method in a trust region."""
+def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int]) -> Array:
+    """Return a minimum of potential energy less the work of torques, by Newton's method in a trust region."""
     chosen = np.ix_(sought, sought)
     stiff = np.abs(np.diag(motion.forces_and_stiffness(start)[1]))[sought]
     scale = 1 / np.sqrt(np.maximum(stiff, 1e-6 * stiff.max() or 1.0))
@@ -78,14 +79,14 @@ def _settled(motion: Motion, start: Array, tau: Array, sought: list[int]) -> Arr
 
     values, vectors = np.linalg.eigh(curvature(np.zeros(len(sought))))
     downhill = NUDGE * vectors[:, 0] / np.max(np.abs(scale * vectors[:, 0])) * (values[0] < 0)
-    found = optional("scipy.optimize").minimize(
+    minimum = for_vibrations("scipy.optimize").minimize(
         energy, downhill, jac=True, hess=curvature, method="trust-exact", options={"maxiter": MOST_STEPS}
     )
-    return place(found.x)
+    return place(minimum.x)
 
 
-def _solved(motion: Motion, q: Array, tau: Array, sought: list[int]) -> Array:
-    """Least squares of Levenberg and Marquardt, which bears directions that nothing resists; then Newton's steps."""
+def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array:
+    """Return a root of r - tau: Levenberg-Marquardt, which allows singular directions, then Newton steps."""
     if not sought:
         return q
     chosen = np.ix_(sought, sought)
@@ -93,10 +94,10 @@ def _solved(motion: Motion, q: Array, tau: Array, sought: list[int]) -> Array:
     def balance(x: Array) -> tuple[Array, Array]:
         trial = q.copy()
         trial[sought] = x
-        found, stiffness = motion.forces_and_stiffness(trial)
-        return (found - tau)[sought], stiffness[chosen]
+        forces, stiffness = motion.forces_and_stiffness(trial)
+        return (forces - tau)[sought], stiffness[chosen]
 
-    x = optional("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
+    x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
     unbalanced, stiffness = balance(x)
     for _ in range(NEWTON_STEPS):
         better = x - np.linalg.lstsq(stiffness, unbalanced, rcond=None)[0]
@@ -109,28 +110,28 @@ def _solved(motion: Motion, q: Array, tau: Array, sought: list[int]) -> Array:
     return solved
 
 
-def _largest_force(motion: Motion, q: Array, tau: Array) -> float:
-    """Largest of the forces that balance each other, N or N m."""
+def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
+    """Return the largest of the forces that balance each other, N or N m."""
     springs = np.abs(motion.stiffnesses() * (q - motion.neutral_positions()))
     zero = np.zeros_like(q)
     others = np.abs(motion.forces(q, zero, zero)) + springs
     return float(max(np.max(block, initial=np.finfo(float).tiny) for block in (springs, others, np.abs(tau))))
 
 
-def _refuse_unsupported(motion: Motion, q: Array, tau: Array, sought: list[int]) -> None:
-    """Refuse loads on coordinates that no force of the machine depends on, exactly."""
+def _refuse_unsupported(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> None:
+    """Raise `InputError` for loads on coordinates that no force of the machine depends on."""
     if not sought:
         return
-    found, stiffness = motion.forces_and_stiffness(q)
+    forces, stiffness = motion.forces_and_stiffness(q)
     free = [k for k in sought if not stiffness[k, sought].any() and not stiffness[sought, k].any()]
     loaded = np.zeros_like(q)
-    loaded[free] = (found - tau)[free]
-    if np.max(np.abs(loaded), initial=0.0) > LEFT_OVER * _largest_force(motion, q, tau):
+    loaded[free] = (forces - tau)[free]
+    if np.max(np.abs(loaded), initial=0.0) > RESIDUAL * _largest_force(motion, q, tau):
         raise _none(motion, loaded, sought)
 
 
-def _refuse_far(motion: Motion, q: Array, start: Array) -> None:
-    """Refuse what is an equilibrium on paper only."""
+def _refuse_far(motion: EquationsOfMotion, q: Array, start: Array) -> None:
+    """Raise `InputError` for an equilibrium out of reach of the machine."""
     far = _far(motion, q, start)
     if far:
         places = ", ".join(f"{motion.names[k]} = {q[k]:.4g} m" for k in far)
@@ -138,18 +139,16 @@ def _refuse_far(motion: Motion, q: Array, start: Array) -> None:
         raise InputError(motion.source, "equilibrium", what)
 
 
-def _far(motion: Motion, q: Array, start: Array) -> list[int]:
+def _far(motion: EquationsOfMotion, q: Array, start: Array) -> list[int]:
     return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > FARTHEST]
 
 
-def _none(motion: Motion, unbalanced: Array, sought: list[int]) -> InputError:
+def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> InputError:
     force = np.abs(unbalanced[sought])
     if not np.isfinite(force).all():
         return InputError(motion.source, "equilibrium", "not found: the search left all bounds; begin elsewhere (--at)")
     named = [k for k, f in zip(sought, force, strict=True) if f > SHARE * force.max(initial=0.0)]
-    loads = ", ".join(
-        f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {'N' if motion.joints[k].sigma == 1 else 'N m'})" for k in named
-    )
+    loads = ", ".join(f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {motion.joints[k].force_unit})" for k in named)
     if any(motion.names[k] in COORDINATES for k in named):
         what = f"there is none: nothing supports {loads}, a free base falls; leave out gravity and what loads it"
         return InputError(motion.source, "equilibrium", what)

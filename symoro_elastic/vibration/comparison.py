@@ -1,4 +1,4 @@
-"""What Spong's reduced model and the rigid limit lose on a machine and a motion, against the full model."""
+"""Errors of Spong's reduced model and of the rigid limit on a machine and a motion, against the full model."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import Measurements
-from symoro_elastic.identification.simulation import numpy_model
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.vibration.cells import with_values
+from symoro_elastic.machine.named_cells import with_values
+from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.time_series.measurements import Measurements
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, modes
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
-from symoro_elastic.vibration.reduced import reduced, rigid, with_ratios
 from symoro_elastic.vibration.tracking import pair
 
 PERIODS = 5.0  # of the first vibration, for a move
@@ -31,7 +32,7 @@ COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 
 @dataclass(frozen=True)
 class Course:
-    """A motion of a machine: t (N,) s, q, qd, qdd (N, n), SI units, and where it comes from."""
+    """A motion of a machine: t (N,) s, q, qd, qdd (N, n), SI units, and its source."""
 
     t: Array
     q: Array
@@ -58,12 +59,12 @@ class Loss:
 
     @property
     def reduced(self) -> tuple[float, float]:
-        """Root mean square and largest of what the reduced model misses."""
+        """Root mean square and largest error of the reduced model."""
         return _size(self.by_reduced - self.by_full)
 
     @property
     def rigid(self) -> tuple[float, float]:
-        """Root mean square and largest of what the rigid limit misses."""
+        """Root mean square and largest error of the rigid limit."""
         return _size(self.by_rigid - self.by_full)
 
 
@@ -92,7 +93,7 @@ def compare(
     stroke: float = STROKE,
     duration: float | None = None,
 ) -> Comparison:
-    """Full model, Spong's reduced model and rigid limit side by side.
+    """Compare the full model, Spong's reduced model and the rigid limit.
 
     Frequencies with motors held or free, at equilibrium; torques and elastic accelerations on `course`, unless
     given that of `move` with `stroke` and `duration`. `ratios` are gear ratios of rotors (`with_ratios`).
@@ -100,7 +101,7 @@ def compare(
     """
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
     less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
-    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    motors = [joint.name for joint in machine.motor_joints]
     kept = {name: x for name, x in (at or {}).items() if name not in _springs(machine)}
     full = _modes(whole, at, motors if held else [])
     course = course or move(whole, at, _slowest(full), stroke, duration)
@@ -119,19 +120,19 @@ def _springs(machine: Machine) -> set[str]:
 
 
 def _modes(machine: Machine, at: Mapping[str, float] | None, held: list[str]) -> Modes:
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     return modes(with_motors(linearize(motion, equilibrium(motion, at), (), ()), held))
 
 
 def usual_duration(machine: Machine, at: Mapping[str, float] | None = None) -> float:
-    """Five periods of the first vibration with motors held, s."""
-    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR]
+    """Return five periods of the first vibration with motors held, s."""
+    motors = [joint.name for joint in machine.motor_joints]
     return PERIODS / _slowest(_modes(machine, at, motors))
 
 
-def _slowest(found: Modes) -> float:
-    """The first frequency above 0, Hz; 1 Hz where nothing vibrates."""
-    swinging = found.frequencies[found.frequencies > 0]
+def _slowest(modal: Modes) -> float:
+    """Return the first frequency above 0, Hz; 1 Hz where nothing vibrates."""
+    swinging = modal.frequencies[modal.frequencies > 0]
     return float(swinging.min()) if len(swinging) else 1.0
 
 
@@ -142,12 +143,12 @@ def move(
     stroke: float = STROKE,
     duration: float | None = None,
 ) -> Course:
-    """All motors move by `stroke` (rad or m) from rest to rest, and springs follow the full model from equilibrium.
+    """Return a motion where all motors move by `stroke` (rad or m) from rest to rest and springs follow the full model.
 
     It takes `duration` s, or five periods of `frequency` Hz; integrated by an 8th-order Runge-Kutta method.
     Raises `InputError`.
     """
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
     fastest = float(_modes(machine, at, [motion.names[k] for k in motion.motors]).frequencies.max(initial=0.0))
@@ -176,7 +177,7 @@ def move(
 
     times = np.linspace(0.0, duration, SAMPLES)
     rest = np.concatenate([start.q[others], np.zeros(len(others))])
-    solve = optional("scipy.integrate").solve_ivp
+    solve = for_vibrations("scipy.integrate").solve_ivp
     states = (
         solve(rate, (0.0, duration), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T if others else [rest] * SAMPLES
     )
@@ -185,46 +186,45 @@ def move(
 
 
 def _shape(x: float, derivative: int) -> float:
-    """The course from 0 to 1 and its derivatives by x."""
+    """Return the move from 0 to 1, or a derivative of it by x."""
     polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, *COEFFICIENTS])
     return float(polynomial.deriv(derivative)(x) if derivative else polynomial(x))
 
 
-def course_of(found: Measurements) -> Course:
-    """A measured or simulated motion; velocities and accelerations by differences where it has none."""
-    qd = np.gradient(found.q, found.period, axis=0) if found.qd is None else found.qd
-    qdd = np.gradient(qd, found.period, axis=0) if found.qdd is None else found.qdd
-    return Course(found.t, found.q, qd, qdd, found.source)
+def course_of(measured: Measurements) -> Course:
+    """Return a measured or simulated motion; velocities and accelerations by differences where it has none."""
+    qd = np.gradient(measured.q, measured.period, axis=0) if measured.qd is None else measured.qd
+    qdd = np.gradient(qd, measured.period, axis=0) if measured.qdd is None else measured.qdd
+    return Course(measured.t, measured.q, qd, qdd, measured.source)
 
 
 def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> list[Loss]:
-    """Torques of motors and accelerations of springs on one motion: full model, and what the others miss."""
+    """Return torques of motors and accelerations of springs on one motion, by the three models."""
     tau, qdd = _inverse(whole, course, range(len(whole.moving)))
     tau_less, qdd_less = _inverse(less, course, range(len(whole.moving)))
     rows = [whole.moving.index(j) for j in stiff.moving]
     tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
-    joints = [whole.joints[j - 1] for j in whole.moving]
-    motors = [joint for joint in joints if joint.kind is Kind.MOTOR]
-    found = [
-        Loss(joint.name, TORQUE, "N" if joint.sigma == 1 else "N m", tau[:, k], tau_less[:, k], tau_stiff[:, k])
-        for k, joint in enumerate(motors)
+    compared = [
+        Loss(joint.name, TORQUE, joint.force_unit, tau[:, k], tau_less[:, k], tau_stiff[:, k])
+        for k, joint in enumerate(whole.motor_joints)
     ]
-    for k, joint in enumerate(joints):
+    for k, joint in enumerate(whole.moving_joints):
         if joint.kind is Kind.ELASTIC:
-            unit = "m/s2" if joint.sigma == 1 else "rad/s2"
-            found.append(Loss(joint.name, ACCELERATION, unit, qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k])))
-    return found
+            compared.append(
+                Loss(joint.name, ACCELERATION, f"{joint.unit}/s2", qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k]))
+            )
+    return compared
 
 
 def _inverse(machine: Machine, course: Course, rows: Iterable[int]) -> tuple[Array, Array]:
-    """Motor torques and accelerations of all joints by the paper's inverse model on a motion."""
+    """Return motor torques and accelerations of all joints on a motion, by the paper's inverse model."""
     chosen = list(rows)
     model = numpy_model(machine, ("inverse_dynamics",))
-    motors = [k for k, j in zip(chosen, machine.moving, strict=True) if machine.joints[j - 1].kind is Kind.MOTOR]
+    motors = [chosen[k] for k in machine.motor_entries]
     tau, qdd = model.inverse_dynamics(course.q[:, chosen], course.qd[:, chosen], course.qdd[:, motors])
     return np.asarray(tau), np.asarray(qdd)
 
 
 def _size(x: Array) -> tuple[float, float]:
-    """Root mean square and largest absolute value."""
+    """Return root mean square and largest absolute value."""
     return float(np.sqrt(np.mean(x**2))), float(np.max(np.abs(x)))

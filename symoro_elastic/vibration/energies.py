@@ -1,4 +1,4 @@
-"""Which body moves and which spring gives way in each mode: shares of kinetic and of strain energy."""
+"""Shares of kinetic energy by body and of strain energy by spring in each mode."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Array
 
 GRAVITY = "gravity and loads"
 
@@ -22,40 +22,40 @@ class Shares:
     shares: Array
 
     def largest(self, mode: int) -> tuple[str, float]:
-        """The name that has most of the energy of a mode, and its share."""
+        """Return the name with most of the energy of a mode, and its share."""
         k = int(self.shares[:, mode].argmax())
         return self.names[k], float(self.shares[k, mode])
 
 
-def frame_shapes(found: Modes) -> Array:
-    """J phi (frames, 6, modes): translation of the origin and small rotation of every frame, in axes of frame 0."""
-    motion = found.linear.motion
-    moved = _carried(found.linear, motion.seen[0]) @ found.shapes
+def frame_shapes(modal: Modes) -> Array:
+    """Return J phi (frames, 6, modes): displacement and small rotation of every frame, in axes of frame 0."""
+    motion = modal.linear.motion
+    moved = _carried(modal.linear, motion.seen[0]) @ modal.shapes
     frames = moved.reshape(-1, 6, moved.shape[-1])
     return frames[1 : 1 + len(motion.machine.joints)]
 
 
-def kinetic_shares(found: Modes) -> Shares:
-    """(V_j^T JJ_j V_j) / 2 of each body and Ia qd^2 / 2 of each rotor [13], over their sum."""
-    motion = found.linear.motion
-    screws = (_carried(found.linear, motion.own_velocities) @ found.shapes).reshape(-1, 6, found.shapes.shape[1])
+def kinetic_shares(modal: Modes) -> Shares:
+    """Return (V_j^T JJ_j V_j) / 2 of each body and Ia qd^2 / 2 of each rotor [13], over their sum."""
+    motion = modal.linear.motion
+    screws = (_carried(modal.linear, motion.own_velocities) @ modal.shapes).reshape(-1, 6, modal.shapes.shape[1])
     bodies = motion.body_inertias()
     energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])
-    kept = list(found.linear.kept)
+    kept = list(modal.linear.kept)
     rotors = motion.rotor_inertias()[kept]
-    turning = rotors[:, None] * found.shapes**2
+    turning = rotors[:, None] * modal.shapes**2
     massive = np.flatnonzero(bodies.any(axis=(1, 2)))
     driven = np.flatnonzero(rotors)
     names = [motion.machine.joints[j].name for j in massive] + [f"{motion.names[kept[k]]} (rotor)" for k in driven]
     return _shares(names, np.vstack([energies[massive], turning[driven]]))
 
 
-def strain_shares(found: Modes) -> Shares:
-    """k phi^2 / 2 of each spring and controller [9], the rest of phi^T K phi / 2 by gravity and loads, over their sum.
+def strain_shares(modal: Modes) -> Shares:
+    """Return k phi^2 / 2 of springs and controllers [9] and the rest of phi^T K phi / 2 (gravity, loads) over their sum.
 
     All are zero for motions at 0 Hz. Gravity's part may be negative.
     """
-    linear, shapes = found.linear, found.shapes
+    linear, shapes = modal.linear, modal.shapes
     motion, kept = linear.motion, list(linear.kept)
     springs = motion.stiffnesses()[kept][:, None] * shapes**2
     controllers = linear.gains[:, None] * shapes**2
@@ -65,7 +65,7 @@ def strain_shares(found: Modes) -> Shares:
     rest = total - springs.sum(axis=0) - controllers.sum(axis=0)
     names = [motion.names[kept[k]] for k in elastic] + [f"{motion.names[kept[k]]} (controller)" for k in driven]
     energies = np.vstack([springs[elastic], controllers[driven], rest])
-    return _shares([*names, GRAVITY], np.where(found.eigenvalues > 0, energies, 0.0))
+    return _shares([*names, GRAVITY], np.where(modal.eigenvalues > 0, energies, 0.0))
 
 
 def _shares(names: list[str], energies: Array) -> Shares:
@@ -74,7 +74,7 @@ def _shares(names: list[str], energies: Array) -> Shares:
 
 
 def _carried(linear: Linearization, velocities: list[object]) -> Array:
-    """Derivatives of velocities by the rates of the coordinates that are kept."""
+    """Return the derivatives of velocities by the rates of the coordinates that are kept."""
     _, by_qd, _ = linear.motion.jacobians(velocities, linear.state)
-    found: Array = by_qd[:, list(linear.kept)]
-    return found
+    carried: Array = by_qd[:, list(linear.kept)]
+    return carried

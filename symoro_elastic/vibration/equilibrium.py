@@ -1,4 +1,4 @@
-"""States of a machine to linearize about: the equilibrium under gravity and loads, or any state that is given."""
+"""States to linearize about: the equilibrium under gravity and loads, or a given state."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.balance import balanced
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Array, Motion, State
 
 
 def equilibrium(
-    motion: Motion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
+    motion: EquationsOfMotion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
 ) -> State:
-    """State at rest where r(q, 0, 0) = tau [8], [9]: springs sag under gravity, external wrenches and `torques`.
+    """Return the state at rest where r(q, 0, 0) = tau [8], [9], with gravity, external wrenches and `torques`.
 
     Motors are held `at` their positions (rad or m, 0 unless said) and tau is what holds them; a motor in
     `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
@@ -29,20 +30,20 @@ def equilibrium(
     placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
     q = balanced(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
-    found = motion.forces(q, zero, zero)
-    left = float(np.max(np.abs((found - tau)[sought]), initial=0.0))
+    forces = motion.forces(q, zero, zero)
+    left = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
     held = [k for k in motion.motors if k not in given]
-    tau[held] = found[held]
+    tau[held] = forces[held]
     return State(q, zero, zero, tau, tuple(sought), left)
 
 
 def given_state(
-    motion: Motion,
+    motion: EquationsOfMotion,
     at: Mapping[str, float] | None = None,
     rates: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
 ) -> State:
-    """Any state: q and qd as given (0 unless said), tau as given, and qdd from A qdd = tau - r(q, qd, 0) [8].
+    """Return a given state: q and qd (0 unless given), tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
 
     Raises `InputError` for joints that do not exist, and where A is singular.
     """
@@ -51,21 +52,21 @@ def given_state(
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
         for k, x in motion.numbered(named, place).items():
             numbers[k] = x
-    _, _, A = motion.jacobians(motion.residual, State(q, qd, zero, tau))
+    (A,) = motion.matrices("M", q, qd, zero)
     refuse_singular(motion, A, range(len(q)), can_hold=False)
     qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
     return State(q, qd, qdd, tau)
 
 
-def starting_point(motion: Motion, at: Mapping[str, float]) -> Array:
-    """Where the search begins; raises `InputError` for joints that do not exist."""
+def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
+    """Return the position where the search begins; raises `InputError` for joints that do not exist."""
     q = motion.neutral_positions()
     for k, x in motion.numbered(at, "--at").items():
         q[k] = x
     return q
 
 
-def _torques(motion: Motion, torques: Mapping[str, float]) -> Array:
+def _torques(motion: EquationsOfMotion, torques: Mapping[str, float]) -> Array:
     tau = np.zeros(len(motion.joints))
     for k, x in motion.numbered(torques, "--torque").items():
         if k not in motion.motors:

@@ -1,4 +1,4 @@
-"""A linearization for other programs: numpy (.npz), MATLAB (.mat), python-control; responses as .csv or .npz."""
+"""Files for other programs: numpy (.npz), MATLAB (.mat), python-control; frequency responses as .csv or .npz."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.files import save_bytes, save_text
-from symoro_elastic.packages import imported
+from symoro_elastic.packages import for_vibrations, imported
 from symoro_elastic.vibration.energies import frame_shapes
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.optional import optional
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.sensitivity import Sensitivity
 from symoro_elastic.vibration.tracking import Tracked
@@ -29,7 +28,7 @@ NPZ, MAT, CSV = ".npz", ".mat", ".csv"
 
 
 def arrays_of(linear: Linearization) -> dict[str, Any]:
-    """mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes; the state.
+    """Return mass, damping, stiffness, F, Cq, Cv, Ca; A, B, C, D of the state space; names, notes; the state.
 
     The state is q, qd, qdd, tau.
     """
@@ -44,22 +43,22 @@ def arrays_of(linear: Linearization) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def modes_arrays(found: Modes, by: Sensitivity) -> dict[str, Any]:
-    """Frequencies, damping, poles, shapes of joints (n, m) and of frames (frames, 6, m), slopes (parameters, m)."""
+def modes_arrays(modal: Modes, by: Sensitivity) -> dict[str, Any]:
+    """Return frequencies, damping, poles, shapes of joints (n, m) and frames (frames, 6, m), sensitivities."""
     return {
-        "frequencies": found.frequencies, "eigenvalues": found.eigenvalues, "damping_ratios": found.damping_ratios,
-        "poles": found.poles, "shapes": found.shapes, "coordinates": list(found.linear.coordinates),
-        "frame_shapes": frame_shapes(found), "frames": [joint.name for joint in found.linear.motion.machine.joints],
+        "frequencies": modal.frequencies, "eigenvalues": modal.eigenvalues, "damping_ratios": modal.damping_ratios,
+        "poles": modal.poles, "shapes": modal.shapes, "coordinates": list(modal.linear.coordinates),
+        "frame_shapes": frame_shapes(modal), "frames": [joint.name for joint in modal.linear.motion.machine.joints],
         "sensitivity": by.slopes, "parameters": list(by.parameters),
     }  # fmt: skip
 
 
 def tracked_arrays(tracked: Tracked) -> dict[str, Any]:
-    """Positions (points, joints), frequencies, growth and MAC (points, m), shapes (points, n, m)."""
+    """Return positions (points, joints), frequencies, growth and MAC (points, m), shapes (points, n, m)."""
     return {
         "joints": list(tracked.joints), "positions": tracked.positions, "frequencies": tracked.frequencies,
-        "growth": tracked.growth, "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.found]),
-        "coordinates": list(tracked.found[0].linear.coordinates),
+        "growth": tracked.growth, "mac": tracked.mac, "shapes": np.array([each.shapes for each in tracked.modes]),
+        "coordinates": list(tracked.modes[0].linear.coordinates),
     }  # fmt: skip
 
 
@@ -71,8 +70,8 @@ def save_linearization(linear: Linearization, path: str | Path) -> None:
 def save_response(response: Response, path: str | Path) -> None:
     """Write a frequency response to .csv (Hz, real and imaginary part of each), .npz or .mat. Raises `InputError`."""
     if Path(path).suffix.lower() != CSV:
-        found = {"frequencies": response.frequencies, "G": response.values}
-        save_arrays({**found, "inputs": list(response.inputs), "outputs": list(response.outputs)}, path)
+        arrays = {"frequencies": response.frequencies, "G": response.values}
+        save_arrays({**arrays, "inputs": list(response.inputs), "outputs": list(response.outputs)}, path)
         return
     pairs = [(i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs))]
     text = io.StringIO()
@@ -86,7 +85,7 @@ def save_response(response: Response, path: str | Path) -> None:
 
 
 def refuse_file(path: str | Path, forms: tuple[str, ...] = (NPZ, MAT)) -> None:
-    """Raise `InputError` for a file whose name does not end as one of the forms that can be written."""
+    """Raise `InputError` for a file name whose ending is none of `forms`."""
     if Path(path).suffix.lower() not in forms:
         raise InputError(str(path), "--out", f"no form {Path(path).suffix!r}: end the name with {' or '.join(forms)}")
 
@@ -99,7 +98,7 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
 
 
 def control_system(linear: Linearization) -> Any:
-    """The linearization as a `control.StateSpace` with the names of `labels`, as `motor_x_tau`.
+    """Return the linearization as a `control.StateSpace` with the names of `labels`, as `motor_x_tau`.
 
     Raises `InputError` without python-control.
     """
@@ -110,17 +109,17 @@ def control_system(linear: Linearization) -> Any:
 
 
 def labels(names: Sequence[str]) -> list[str]:
-    """Names of letters, digits and `_`, all different: `tool at (-0.1, 0, 0).x` is `tool_at_minus_0p1_0_0_x`.
+    """Return distinct names of letters, digits and `_`: `tool at (-0.1, 0, 0).x` is `tool_at_minus_0p1_0_0_x`.
 
     Those that would still be alike are numbered.
     """
-    found: list[str] = []
+    unique: list[str] = []
     for name in names:
         spelled = re.sub(r"(?<=\d)\.(?=\d)", "p", re.sub(r"(?<!\w)-", "minus ", name))
         label = re.sub(r"\W+", "_", spelled)
         numbered = (f"{label}_{k}" for k in count(2))
-        found.append(next(each for each in chain([label], numbered) if each not in found))
-    return found
+        unique.append(next(each for each in chain([label], numbered) if each not in unique))
+    return unique
 
 
 def _npz(arrays: Mapping[str, Any]) -> bytes:
@@ -132,6 +131,6 @@ def _npz(arrays: Mapping[str, Any]) -> bytes:
 def _mat(arrays: Mapping[str, Any]) -> bytes:
     stream = io.BytesIO()
     cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
-    optional("scipy.io").savemat(stream, cells)
+    for_vibrations("scipy.io").savemat(stream, cells)
     head = "; ".join(["MATLAB 5.0 MAT-file", *arrays.get("notes", ())]).encode("ascii", "replace")
     return head[:MAT_TEXT].ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]

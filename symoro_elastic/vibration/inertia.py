@@ -1,4 +1,4 @@
-"""Whether every motion of a machine has inertia; which joints have none, and what would mend it."""
+"""Singular inertia matrices: joints that move without inertia, and remedies."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.motion import Array, Motion
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
-ROUNDING = 100 * float(np.finfo(float).eps)
+MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""
 MOVES = 0.1
 """Share of the largest component with which a joint takes part in a motion, scaled likewise."""
 
 
-def refuse_singular(motion: Motion, M: Array, kept: Sequence[int], can_hold: bool = True) -> None:
+def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], can_hold: bool = True) -> None:
     """Raise `InputError` where M (n, n) of the coordinates `kept` is not positive definite.
 
     It names the joints that move without inertia, and those that need some; `can_hold` tells that --hold helps too.
@@ -29,32 +30,36 @@ def refuse_singular(motion: Motion, M: Array, kept: Sequence[int], can_hold: boo
     ways = [f"give {_listed([names[row] for row in culprits])} an inertia"]
     if can_hold and motors.issuperset(culprits):
         ways.append(" ".join(f"--hold {names[row]}" for row in culprits))
-    wrong = "singular here: nothing has inertia" if least > -ROUNDING else "not positive here: the inertia is negative"
+    wrong = (
+        "singular here: nothing has inertia"
+        if least > -MATRIX_ROUNDING
+        else "not positive here: the inertia is negative"
+    )
     what = f"{wrong} in a motion of {_listed([names[row] for row in idle])}; {' or '.join(ways)}"
     raise InputError(motion.source, "inertia matrix", what)
 
 
 def without_inertia(M: Array) -> tuple[list[int], float]:
-    """Rows that take part in motions without inertia, or with a negative one; the least eigenvalue of M, scaled."""
+    """Return the rows with a share in motions of no or negative inertia, and the least eigenvalue of scaled M."""
     values, vectors = _scaled(M)
-    null = vectors[:, values <= ROUNDING]
+    null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
     return [int(row) for row in np.flatnonzero(part > MOVES * part.max(initial=0.0))], float(values.min(initial=1.0))
 
 
 def needing(M: Array, preferred: Collection[int]) -> list[int]:
-    """The fewest rows that leave a positive definite M when they are struck out, `preferred` ones first."""
-    rows, found = list(range(len(M))), []
+    """Return the fewest rows to remove for a positive definite M, `preferred` ones first."""
+    rows, removed = list(range(len(M))), []
     while idle := [rows[k] for k in without_inertia(M[np.ix_(rows, rows)])[0]]:
-        found.append(next((row for row in idle if row in preferred), idle[0]))
-        rows.remove(found[-1])
-    return found
+        removed.append(next((row for row in idle if row in preferred), idle[0]))
+        rows.remove(removed[-1])
+    return removed
 
 
 def _scaled(M: Array) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
+    """Return eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
     diagonal = np.diag(M)
-    least = ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
+    least = MATRIX_ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
     scale = 1 / np.sqrt(np.where(np.abs(diagonal) > least, np.abs(diagonal), 1.0))
     scale[np.abs(diagonal) <= least] = 0.0
     values, vectors = np.linalg.eigh((M + M.T) / 2 * np.outer(scale, scale))

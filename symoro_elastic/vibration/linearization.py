@@ -14,11 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.vibration.free_base import with_base_coordinates
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.motion import Array, Motion, State
 from symoro_elastic.vibration.signals import (
     FrameSignal,
     Signal,
@@ -55,7 +56,7 @@ class Linearization:
     `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
     """
 
-    motion: Motion
+    motion: EquationsOfMotion
     state: State
     M: Array
     D: Array
@@ -76,18 +77,18 @@ class Linearization:
 
     @property
     def unrest(self) -> tuple[str, ...]:
-        """A line where the state is given and not at rest, with the fastest joint and the largest acceleration."""
-        found = []
+        """A line if the state moves, with the fastest joint and the largest acceleration."""
+        moving = []
         for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
             k = int(np.argmax(np.abs(values))) if len(values) else 0
             if np.abs(values).max(initial=0.0) > AT_REST:
-                unit = "m" if self.motion.joints[k].sigma == 1 else "rad"
-                found.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
-        return (f"not at rest: {', '.join(found)}",) if found else ()
+                unit = self.motion.joints[k].unit
+                moving.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
+        return (f"not at rest: {', '.join(moving)}",) if moving else ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A line where the state is not at rest, and one for each motor that is held, whose signals are left out."""
+        """A line if the state moves, and one for each motor that is held."""
         held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
         return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in held)
 
@@ -116,16 +117,16 @@ class Linearization:
 
 
 def linearize(
-    motion: Motion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
+    motion: EquationsOfMotion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
 ) -> Linearization:
-    """The exact linearization about a state; torques of motors and their encoders unless signals are named.
+    """Return the linearization about a state; torques of motors and their encoders unless signals are named.
 
     Points of signals must be among those of `motion` (`motion_of` sees to it). Raises `InputError` for
     signals that do not exist.
     """
     wanted_in = inputs(motion.given, default_inputs(motion.given) if ins is None else ins)
     wanted_out = outputs(motion.given, default_outputs(motion.given) if outs is None else outs)
-    K, D, M = motion.jacobians(motion.residual, state)
+    M, D, K = motion.matrices("MDK", state.q, state.qd, state.qdd)
     n = len(state.q)
     of_frames = any(isinstance(s, FrameSignal) for s in (*wanted_in, *wanted_out))
     maps = _frame_maps(motion, state) if of_frames else ()
@@ -140,36 +141,38 @@ def linearize(
 
 def motion_of(
     machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
-) -> Motion:
-    """The equations of motion of a machine, with the points that these signals are at.
+) -> EquationsOfMotion:
+    """Return the equations of motion of a machine, with the points of these signals.
 
     A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
     """
     machine = with_base_coordinates(machine)
-    return Motion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
+    return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
 
 
-def _frame_maps(motion: Motion, state: State) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Derivatives of V and of V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
+def _frame_maps(
+    motion: EquationsOfMotion, state: State
+) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
+    """Return derivatives of V and V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
     v, vd = motion.seen
     both = motion.jacobians([*v, *vd], state)
     velocity = (both[0][: len(v)], both[1][: len(v)], both[2][: len(v)])
     return velocity, (both[0][len(v) :], both[1][len(v) :], both[2][len(v) :])
 
 
-def _frame_row(motion: Motion, signal: FrameSignal) -> int:
+def _frame_row(motion: EquationsOfMotion, signal: FrameSignal) -> int:
     point = motion.points.index((signal.number, signal.at)) if signal.at else None
     return motion.row_of(signal.number, point) + signal.component
 
 
-def _column(motion: Motion, signal: Signal, maps: Maps, n: int) -> Array:
-    """Generalized forces of a unit input: J^T of a wrench."""
-    found: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
-    return found
+def _column(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> Array:
+    """Return the generalized forces of a unit input: J^T of a wrench."""
+    column: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
+    return column
 
 
-def _rows(motion: Motion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
-    """Rows of Cq, Cv, Ca of an output."""
+def _rows(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
+    """Return the rows of Cq, Cv, Ca of an output."""
     zero = np.zeros(n)
     if not isinstance(signal, FrameSignal):
         rows = [zero, zero, zero]
@@ -186,7 +189,7 @@ def _rows(motion: Motion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Ar
 def with_motors(
     linear: Linearization, held: Collection[str] = (), gains: Mapping[str, tuple[float, float]] | None = None
 ) -> Linearization:
-    """Some motors held where they are, others under a controller tau = -kp dq - kd dqd, the rest free.
+    """Return the linearization with some motors held, others under a controller tau = -kp dq - kd dqd.
 
     `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
     are no signals any more. Raises `InputError` for joints without motor.
@@ -215,7 +218,7 @@ def with_motors(
     )  # fmt: skip
 
 
-def _motor(motion: Motion, name: str, place: str) -> int:
+def _motor(motion: EquationsOfMotion, name: str, place: str) -> int:
     k = motion.index(name, place)
     if k not in motion.motors:
         motors = ", ".join(motion.names[m] for m in motion.motors) or "this machine has none"

@@ -9,13 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.inertia import ROUNDING, refuse_singular
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.vibration.inertia import MATRIX_ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.motion import Array
-from symoro_elastic.vibration.optional import optional
 
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
@@ -33,32 +32,32 @@ class Modes:
     eigenvalues: Array
     shapes: Array
     damping_ratios: Array
-    poles: NDArray[np.complex128]
+    poles: ComplexArray
 
     @property
     def frequencies(self) -> Array:
         """sqrt(omega^2) / 2 pi, Hz; 0 where the motion does not oscillate."""
-        found: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
-        return found
+        hertz: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
+        return hertz
 
     @property
     def growth(self) -> Array:
-        """1/s at which unstable motions grow, exp(growth t); 0 for all others."""
-        found: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
-        return found
+        """Rate 1/s of unstable motions exp(growth t); 0 for all others."""
+        rates: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
+        return rates
 
     @property
     def rigid(self) -> int:
-        """How many modes are at exactly 0 Hz."""
+        """Number of modes at exactly 0 Hz."""
         return int(np.sum(self.eigenvalues == 0.0))
 
     def clusters(self) -> list[slice]:
-        """Modes by repeated frequency, a slice each."""
+        """Return the modes of each repeated frequency, a slice each."""
         return clusters(self.eigenvalues)
 
 
 def modes(linear: Linearization) -> Modes:
-    """Modes of M dqdd + D dqd + K dq = 0.
+    """Return the modes of M dqdd + D dqd + K dq = 0.
 
     Raises `InputError` where K is not symmetric, or M not positive definite.
     """
@@ -78,18 +77,18 @@ def modes(linear: Linearization) -> Modes:
 
 def clusters(eigenvalues: Array) -> list[slice]:
     """Neighbours that are alike to a relative 1e-7, all zeros together."""
-    found: list[slice] = []
+    runs: list[slice] = []
     for k, x in enumerate(eigenvalues):
-        before = eigenvalues[found[-1].start] if found else 0.0
-        if found and abs(x - before) <= ALIKE * max(abs(x), abs(before)):
-            found[-1] = slice(found[-1].start, k + 1)
+        before = eigenvalues[runs[-1].start] if runs else 0.0
+        if runs and abs(x - before) <= ALIKE * max(abs(x), abs(before)):
+            runs[-1] = slice(runs[-1].start, k + 1)
         else:
-            found.append(slice(k, k + 1))
-    return found
+            runs.append(slice(k, k + 1))
+    return runs
 
 
 def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
-    """Eigenvalues in ascending order and mass-normalised shapes.
+    """Return eigenvalues in ascending order and mass-normalised shapes.
 
     Coordinates r without stiffness are eliminated first: phi_r = -Mrr^-1 Mre phi_e, and they move freely alone.
     """
@@ -104,9 +103,9 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     shapes[free, : len(free)] = _normal_basis(M[np.ix_(free, free)])
     values = np.zeros(n)
     if len(stiff):
-        found, vectors = optional("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
-        found[np.abs(found) <= ROUNDING * n * np.abs(found).max()] = 0.0
-        values[len(free) :] = found
+        elastic, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
+        elastic[np.abs(elastic) <= MATRIX_ROUNDING * n * np.abs(elastic).max()] = 0.0
+        values[len(free) :] = elastic
         shapes[stiff, len(free) :] = vectors
         shapes[free, len(free) :] = -carried @ vectors
     order = np.argsort(values, kind="stable")
@@ -114,12 +113,12 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
 
 
 def _normal_basis(M: Array) -> Array:
-    """Columns X with X^T M X = 1."""
+    """Return columns X with X^T M X = 1."""
     return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
 
 
-def damped(linear: Linearization) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for those that are struck out.
+def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
+    """Return poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for rigid-body poles.
 
     Coordinates on which nothing depends give poles at exactly 0. Raises `InputError` where M is not positive definite.
     """
@@ -135,11 +134,11 @@ def damped(linear: Linearization) -> tuple[NDArray[np.complex128], NDArray[np.co
         kept = kept[~idle]
     poles, shapes = np.zeros(2 * n, dtype=complex), np.zeros((n, 2 * n), dtype=complex)
     if len(kept):
-        found, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
-        found[np.abs(found) ** 2 <= ROUNDING * n] = 0.0
+        roots, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
+        roots[np.abs(roots) ** 2 <= MATRIX_ROUNDING * n] = 0.0
         whole = np.zeros((2 * n, len(kept)), dtype=complex)
         whole[kept] = vectors
-        poles[: len(kept)], shapes[:, : len(kept)] = found * rate, scale[:, None] * whole[:n]
+        poles[: len(kept)], shapes[:, : len(kept)] = roots * rate, scale[:, None] * whole[:n]
     if not linear.D.any() and linear.is_symmetric:
         poles = np.where(np.abs(poles.real) < np.abs(poles.imag), 1j * poles.imag, poles.real)
     order = np.lexsort((poles.imag, np.abs(poles)))
@@ -150,10 +149,10 @@ def _damping_ratios(
     linear: Linearization,
     eigenvalues: Array,
     shapes: Array,
-    poles: NDArray[np.complex128],
-    vectors: NDArray[np.complex128],
+    poles: ComplexArray,
+    vectors: ComplexArray,
 ) -> Array:
-    """-Re p / |p| of the pole pair whose shape is most alike; phi^T D phi / (2 omega) for motions that do not swing."""
+    """Return -Re p / |p| of the pole pair with the most similar shape; phi^T D phi / (2 omega) without one."""
     ratios = np.full(len(eigenvalues), np.nan)
     swings = np.flatnonzero(eigenvalues > 0)
     omega = np.sqrt(eigenvalues[swings])
@@ -164,7 +163,7 @@ def _damping_ratios(
     projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
     norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
     cost = -projected / np.maximum(norms, np.finfo(float).tiny) + np.abs(np.log(np.abs(poles[pairs]) / omega[:, None]))
-    rows, columns = optional("scipy.optimize").linear_sum_assignment(cost)
-    found = poles[pairs[columns]]
-    ratios[swings[rows]] = -found.real / np.abs(found)
+    rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
+    paired = poles[pairs[columns]]
+    ratios[swings[rows]] = -paired.real / np.abs(paired)
     return ratios

@@ -1,4 +1,4 @@
-"""Pictures of vibrations: Bode diagrams, shares of energy, frequencies over positions."""
+"""Plots of vibrations: Bode diagrams, shares of energy, frequencies over positions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.identification.trajectory import motors_of
+from symoro_elastic.array_types import Array
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import labels
-from symoro_elastic.vibration.feed_forward import Following
+from symoro_elastic.vibration.feed_forward import FeedForward
 from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.motion import Array
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.tracking import Tracked
 
@@ -28,9 +27,9 @@ def plot_response(response: Response, folder: str | Path, form: str = "png") -> 
     return save_figures(pictures, folder, form)
 
 
-def plot_modes(found: Modes, folder: str | Path, form: str = "png") -> list[Path]:
+def plot_modes(modal: Modes, folder: str | Path, form: str = "png") -> list[Path]:
     """Write shapes.<form> and energies.<form> to a folder; returns their paths. Raises `InputError`."""
-    return save_figures({"shapes": shapes(found), "energies": energies(found)}, folder, form)
+    return save_figures({"shapes": shapes(modal), "energies": energies(modal)}, folder, form)
 
 
 def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> list[Path]:
@@ -45,20 +44,20 @@ def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> lis
     return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
 
 
-def plot_following(found: Following, folder: str | Path, form: str = "png") -> list[Path]:
+def plot_feed_forward(command: FeedForward, folder: str | Path, form: str = "png") -> list[Path]:
     """Write feed_forward.<form> to a folder; returns its path. Raises `InputError`."""
-    return save_figures({"feed_forward": following(found)}, folder, form)
+    return save_figures({"feed_forward": following(command)}, folder, form)
 
 
-def plot_comparison(found: Comparison, folder: str | Path, form: str = "png") -> list[Path]:
+def plot_comparison(comparison: Comparison, folder: str | Path, form: str = "png") -> list[Path]:
     """Write torques.<form> of motors and accelerations.<form> of springs; returns their paths. Raises `InputError`."""
-    by_quantity = {name: [x for x in found.losses if x.quantity == name] for name in (TORQUE, ACCELERATION)}
-    pictures = {f"{name}s": losses(some, found.course.t) for name, some in by_quantity.items() if some}
+    by_quantity = {name: [x for x in comparison.losses if x.quantity == name] for name in (TORQUE, ACCELERATION)}
+    pictures = {f"{name}s": losses(some, comparison.course.t) for name, some in by_quantity.items() if some}
     return save_figures(pictures, folder, form)
 
 
 def bode(response: Response, j: int) -> Any:
-    """Magnitude and phase of all outputs to input j over the frequency."""
+    """Return magnitude and phase of all outputs to input j over the frequency."""
     figure = new_figure(8.0, 6.0)
     magnitude, phase = figure.subplots(2, 1, sharex=True)
     for i, name in enumerate(response.outputs):
@@ -77,36 +76,36 @@ def bode(response: Response, j: int) -> Any:
 
 
 def _phase(G: Any) -> Array:
-    """Continuous phase in degrees, from within -270 and 90; gaps stay gaps."""
-    found = np.full(len(G), np.nan)
+    """Return the continuous phase in degrees, starting within -270 and 90; gaps stay gaps."""
+    degrees = np.full(len(G), np.nan)
     there = np.isfinite(G)
     if there.any():
         phase = np.degrees(np.unwrap(np.angle(G[there])))
-        found[there] = phase - (360.0 if phase[0] > 90.0 else 0.0)
-    return found
+        degrees[there] = phase - (360.0 if phase[0] > 90.0 else 0.0)
+    return degrees
 
 
-def shapes(found: Modes) -> Any:
-    """Mode shapes in joint coordinates, each weighted by the mass of its joint so that units compare."""
-    names = found.linear.coordinates
-    weighted = np.sqrt(np.diag(found.linear.M))[:, None] * found.shapes
-    return _picture(weighted, names, found, "RdBu_r", -1.0, "mode shapes, sqrt(M_jj) phi_j")
+def shapes(modal: Modes) -> Any:
+    """Return mode shapes in joint coordinates, each weighted by the mass of its joint so that units compare."""
+    names = modal.linear.coordinates
+    weighted = np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes
+    return _picture(weighted, names, modal, "RdBu_r", -1.0, "mode shapes, sqrt(M_jj) phi_j")
 
 
-def energies(found: Modes) -> Any:
-    """Shares of strain energy by spring, of kinetic energy by body."""
-    strain, kinetic = strain_shares(found), kinetic_shares(found)
+def energies(modal: Modes) -> Any:
+    """Return the shares of strain energy by spring and of kinetic energy by body."""
+    strain, kinetic = strain_shares(modal), kinetic_shares(modal)
     both = np.vstack([strain.shares, kinetic.shares])
     names = (*(f"strain {name}" for name in strain.names), *(f"kinetic {name}" for name in kinetic.names))
-    return _picture(both, names, found, "Blues", 0.0, "shares of energy")
+    return _picture(both, names, modal, "Blues", 0.0, "shares of energy")
 
 
-def _picture(values: Array, rows: tuple[str, ...], found: Modes, colours: str, low: float, title: str) -> Any:
+def _picture(values: Array, rows: tuple[str, ...], modal: Modes, colours: str, low: float, title: str) -> Any:
     figure = new_figure(2.5 + 0.6 * values.shape[1], 1.5 + 0.25 * len(rows))
     axis = figure.add_subplot()
     image = axis.imshow(values, cmap=colours, vmin=low, vmax=1.0, aspect="auto")
     axis.set_yticks(range(len(rows)), rows, fontsize="x-small")
-    labels = [f"{f:.4g}" for f in found.frequencies]
+    labels = [f"{f:.4g}" for f in modal.frequencies]
     axis.set_xticks(range(len(labels)), labels, fontsize="x-small", rotation=60)
     axis.set_xlabel("mode, Hz")
     axis.set_title(title, fontsize="small")
@@ -115,7 +114,7 @@ def _picture(values: Array, rows: tuple[str, ...], found: Modes, colours: str, l
 
 
 def over_one(tracked: Tracked) -> Any:
-    """Frequencies over the positions of one joint, a curve each mode, on a logarithmic scale."""
+    """Return frequencies over the positions of one joint, a curve for each mode, on a logarithmic scale."""
     figure = new_figure(8.0, 6.0)
     axis = figure.add_subplot()
     for k, curve in enumerate(tracked.frequencies.T):
@@ -131,12 +130,12 @@ def over_one(tracked: Tracked) -> Any:
 
 
 def shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Any:
-    """Shapes of some modes, a row a joint weighted by its mass, over the positions of one joint."""
-    names = tracked.found[0].linear.coordinates
+    """Return shapes of some modes over the positions of one joint, a row for each joint weighted by its mass."""
+    names = tracked.modes[0].linear.coordinates
     figure = new_figure(8.0, 1.0 + (0.5 + 0.15 * len(names)) * len(chosen))
     place = np.linspace(tracked.positions[0, 0], tracked.positions[-1, 0], 6)
     for axis, k in zip(figure.subplots(len(chosen), 1, squeeze=False)[:, 0], chosen, strict=True):
-        columns = [np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.found]
+        columns = [np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.modes]
         image = axis.imshow(np.array(columns).T, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
         axis.set_yticks(range(len(names)), names, fontsize="xx-small")
         axis.set_xticks(np.linspace(0, len(columns) - 1, 6), [f"{x:.3g}" for x in place], fontsize="x-small")
@@ -146,7 +145,7 @@ def shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Any:
 
 
 def over_two(tracked: Tracked, mode: int) -> Any:
-    """One mode's frequency over the first two joints of a grid, the others at their first place."""
+    """Return one mode's frequency over the first two joints of a grid, the others at their first position."""
     figure = new_figure(6.0, 5.0)
     axis = figure.add_subplot()
     first, second = tracked.lengths[:2]
@@ -162,18 +161,22 @@ def over_two(tracked: Tracked, mode: int) -> Any:
     return figure
 
 
-def following(found: Following) -> Any:
-    """A column a motor: the wanted motion, how far the motor is ahead of it, the torque."""
-    joints = motors_of(found.machine)
+def following(command: FeedForward) -> Any:
+    """Return a column for each motor: reference trajectory, lead of the motor, torque."""
+    joints = command.machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
-    lead = found.at_motors(found.q)
+    lead = command.at_motors(command.q)
     for m, (column, joint) in enumerate(
         zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
     ):
-        y, unit, force = found.wanted.y[joint.name][0], *(("m", "N") if joint.sigma == 1 else ("rad", "N m"))
-        rows = ((f"wanted, {unit}", y), (f"motor ahead, {unit}", lead[:, m] - y), (f"torque, {force}", found.tau[:, m]))
+        y, unit, force = command.reference.y[joint.name][0], joint.unit, joint.force_unit
+        rows = (
+            (f"reference, {unit}", y),
+            (f"motor ahead, {unit}", lead[:, m] - y),
+            (f"torque, {force}", command.tau[:, m]),
+        )
         for axis, (label, curve) in zip(column, rows, strict=True):
-            axis.plot(found.t, curve, linewidth=0.9)
+            axis.plot(command.t, curve, linewidth=0.9)
             axis.set_ylabel(label)
             axis.grid(True, linewidth=0.3)
         column[0].set_title(joint.name)
@@ -182,7 +185,7 @@ def following(found: Following) -> Any:
 
 
 def losses(some: Sequence[Loss], t: Array) -> Any:
-    """A row a joint: a quantity over the motion by three models, and what two of them miss of the full one."""
+    """Return a row for each joint: a quantity over the motion by three models, and the errors of two of them."""
     figure = new_figure(10.0, 1.0 + 1.6 * len(some))
     for (values, missed), loss in zip(figure.subplots(len(some), 2, sharex=True, squeeze=False), some, strict=True):
         models = (("full", loss.by_full, "-"), ("reduced", loss.by_reduced, "--"), ("rigid", loss.by_rigid, ":"))

@@ -8,18 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
-from symoro_elastic.vibration.motion import Array
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
 POINTS, MOST_POINTS = 2000, 200_000
 BLOCK = 256
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Response:
     """
 
     frequencies: Array
-    values: Complex
+    values: ComplexArray
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     notes: tuple[str, ...] = ()
@@ -39,7 +37,7 @@ class Response:
 def frequency_grid(
     linear: Linearization, low: float | None = None, high: float | None = None, points: int = POINTS
 ) -> Array:
-    """Frequencies in Hz, evenly spaced on a logarithmic scale.
+    """Return frequencies in Hz, evenly spaced on a logarithmic scale.
 
     From a tenth of the lowest pole that swings to twice the highest unless said. Raises `InputError`.
     """
@@ -50,12 +48,12 @@ def frequency_grid(
     if not (0 < low < high < np.inf and 1 < points <= MOST_POINTS):
         what = f"from {low:g} to {high:g} Hz in {points} points: give 0 < LOW < HIGH and 2 to {MOST_POINTS} points"
         raise InputError(linear.motion.source, "--frequencies", what)
-    found: Array = np.geomspace(low, high, points)
-    return found
+    frequencies: Array = np.geomspace(low, high, points)
+    return frequencies
 
 
 def frequency_response(linear: Linearization, frequencies: Array) -> Response:
-    """G at frequencies in Hz; those on an undamped resonance are passed over with a note.
+    """Return G at frequencies in Hz; those on an undamped resonance are NaN, with a note.
 
     Raises `InputError` for frequencies that are negative or no numbers.
     """
@@ -73,8 +71,8 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes))
 
 
-def _resonances(linear: Linearization, frequencies: Array) -> tuple[NDArray[np.bool_], list[str]]:
-    """Which frequencies are those of undamped poles, and what to say about it."""
+def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:
+    """Return a mask of the frequencies that are undamped poles, and notes about them."""
     poles, _ = damped(linear)
     undamped = np.abs(poles.imag[np.abs(poles.real) <= ON_RESONANCE * np.abs(poles)]) / (2 * np.pi)
     exact = [*undamped, *(modes(linear).frequencies if linear.is_symmetric and not linear.D.any() else ())]
@@ -90,12 +88,12 @@ def _resonances(linear: Linearization, frequencies: Array) -> tuple[NDArray[np.b
 
 
 def with_modal_damping(linear: Linearization, ratio: float) -> Linearization:
-    """The same with a damping ratio in every mode: D + M Phi diag(2 ratio omega) Phi^T M. Raises `InputError`."""
+    """Return D + M Phi diag(2 ratio omega) Phi^T M, a damping ratio in every mode. Raises `InputError`."""
     if not 0 <= ratio < np.inf:
         raise InputError(linear.motion.source, "--damping", f"{ratio:g} is no damping ratio: 0.01 is one per cent")
     if not ratio:
         return linear
-    found = modes(linear)
-    shapes = linear.M @ found.shapes
-    added = (shapes * (2 * ratio * np.sqrt(np.maximum(found.eigenvalues, 0.0)))) @ shapes.T
+    modal = modes(linear)
+    shapes = linear.M @ modal.shapes
+    added = (shapes * (2 * ratio * np.sqrt(np.maximum(modal.eigenvalues, 0.0)))) @ shapes.T
     return replace(linear, D=linear.D + (added + added.T) / 2)

@@ -1,4 +1,4 @@
-"""Names of inputs and outputs: `motor_x.tau`, `tool.fx` go in, `motor_x.q`, `tool.x`, `tool.ax` come out.
+"""Names of inputs (`motor_x.tau`, `tool.fx`) and outputs (`motor_x.q`, `tool.x`, `tool.ax`).
 
 A frame may be moved to a point of its body: `tool at (0.1, 0, L2).fx`. Directions are axes of frame 0.
 """
@@ -17,10 +17,10 @@ from symoro_elastic.models.bind import Points
 
 TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
-AXES = ("x", "y", "z", "rx", "ry", "rz")
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
 FRAME_OUTPUTS = {
-    **{name: (0, k) for k, name in enumerate(AXES)},
+    **{name: (0, k) for k, name in enumerate(DIRECTIONS)},
     **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},
     **{name: (2, k) for k, name in enumerate(("ax", "ay", "az", "wdx", "wdy", "wdz"))},
 }
@@ -53,32 +53,32 @@ Signal = JointSignal | FrameSignal
 
 
 def inputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
-    """Inputs by name; a motor alone means its torque. Raises `InputError` for what there is not."""
+    """Return inputs by name; a motor alone means its torque. Raises `InputError` for unknown names."""
     return [_input(machine, " ".join(name.split())) for name in names]
 
 
 def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
-    """Outputs by name; a joint alone means its position. Raises `InputError` for what there is not."""
+    """Return outputs by name; a joint alone means its position. Raises `InputError` for unknown names."""
     return [_output(machine, " ".join(name.split())) for name in names]
 
 
 def default_inputs(machine: Machine) -> list[str]:
-    """The torques of all motors."""
-    return [f"{joint.name}.{TORQUE}" for joint in machine.joints if joint.kind is Kind.MOTOR]
+    """Return the torques of all motors."""
+    return [f"{joint.name}.{TORQUE}" for joint in machine.motor_joints]
 
 
 def default_outputs(machine: Machine) -> list[str]:
-    """The encoders of all motors."""
-    return [f"{joint.name}.q" for joint in machine.joints if joint.kind is Kind.MOTOR]
+    """Return the encoders of all motors."""
+    return [f"{joint.name}.q" for joint in machine.motor_joints]
 
 
 def joint_signals(names: Iterable[str]) -> set[str]:
-    """Torques, positions, velocities and accelerations of joints."""
+    """Return the torques, positions, velocities and accelerations of joints."""
     return {f"{name}.{quantity}" for name in names for quantity in (TORQUE, *JOINT_OUTPUTS)}
 
 
 def points_of(signals: Sequence[Signal]) -> Points:
-    """Points that signals are at, each once."""
+    """Return the points of signals, each once."""
     return tuple(dict.fromkeys((s.number, s.at) for s in signals if isinstance(s, FrameSignal) and s.at))
 
 
@@ -104,7 +104,7 @@ def _output(machine: Machine, name: str) -> Signal:
 
 
 def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[str, str]:
-    """Owner and quantity of a signal; a joint alone has its usual quantity."""
+    """Return owner and quantity of a signal; a joint alone has its default quantity."""
     if name in {joint.name for joint in machine.joints if joint.sigma != 2}:
         return name, usual
     owner, dot, quantity = name.rpartition(".")
@@ -115,12 +115,12 @@ def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[st
 
 
 def _joint(machine: Machine, name: str, owner: str, place: str) -> tuple[int, Kind]:
-    names = [machine.joints[j - 1].name for j in machine.moving]
+    names = [joint.name for joint in machine.moving_joints]
     if owner not in names:
         what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, names)}"
         raise _error(machine, place, what)
     k = names.index(owner)
-    return k, machine.joints[machine.moving[k] - 1].kind
+    return k, machine.moving_joints[k].kind
 
 
 def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:
@@ -144,4 +144,4 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
 
 
 def _error(machine: Machine, place: str, what: str) -> InputError:
-    return InputError(machine.source or machine.name, place, what)
+    return machine.error(place, what)

@@ -1,4 +1,4 @@
-"""What is printed of vibrations: tables, figures for JSON, and a sentence that concludes."""
+"""Results of vibration analyses as tables, as data for JSON, and as one sentence."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symoro_elastic.identification.trajectory import motors_of
+from symoro_elastic.array_types import Array
 from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
-from symoro_elastic.vibration.feed_forward import Following, figures
+from symoro_elastic.vibration.feed_forward import FeedForward, figures
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes, damped
 from symoro_elastic.vibration.sensitivity import Sensitivity
@@ -27,7 +26,7 @@ LEAST_LOSS = 1e-12
 
 
 def state_json(linear: Linearization) -> dict[str, Any]:
-    """Position and torque by joint, and the force left over at an equilibrium."""
+    """Return position and torque by joint, and the unbalanced force at an equilibrium."""
     state, names = linear.state, linear.motion.names
     tau = {names[k]: float(state.tau[k]) for k in linear.motion.motors}
     q = dict(zip(names, state.q.tolist(), strict=True))
@@ -35,10 +34,10 @@ def state_json(linear: Linearization) -> dict[str, Any]:
 
 
 def state_lines(linear: Linearization) -> list[str]:
-    """Where the machine is, and what its motors hold."""
+    """Return lines with the position of the machine and the torques that hold it."""
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
-    units = ["N" if motion.joints[k].sigma == 1 else "N m" for k in motion.motors]
+    units = [motion.joints[k].force_unit for k in motion.motors]
     torques = [f"{motion.names[k]} {state.tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
@@ -49,28 +48,28 @@ def state_lines(linear: Linearization) -> list[str]:
 
 
 def linearization_json(linear: Linearization) -> dict[str, Any]:
-    """Matrices as rows, names, state; poles in rad/s as [real, imaginary]."""
+    """Return matrices as rows, names, state; poles in rad/s as [real, imaginary]."""
     arrays = {name: x.tolist() if isinstance(x, np.ndarray) else x for name, x in arrays_of(linear).items()}
     return {**arrays, "poles": [[pole.real, pole.imag] for pole in damped(linear)[0].tolist()]}
 
 
-def modes_table(found: Modes, slopes: Sensitivity) -> Any:
-    """A row a mode: Hz, damping, the springs that give way, the bodies that move, what it depends on."""
+def modes_table(modal: Modes, slopes: Sensitivity) -> Any:
+    """Return a row for each mode: Hz, damping, strain energy by spring, kinetic energy by body, sensitivity."""
     from rich.table import Table
 
-    strain, kinetic = strain_shares(found), kinetic_shares(found)
+    strain, kinetic = strain_shares(modal), kinetic_shares(modal)
     table = Table("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "% of Hz by % of")
-    for k, f in enumerate(found.frequencies):
-        ratio = found.damping_ratios[k]
+    for k, f in enumerate(modal.frequencies):
+        ratio = modal.damping_ratios[k]
         table.add_row(
-            str(k + 1), _hertz(f, found.growth[k], 6),
+            str(k + 1), _hertz(f, modal.growth[k], 6),
             "-" if math.isnan(ratio) else f"{100 * ratio:.3g} %", _most(strain, k), _most(kinetic, k), _by(slopes, k),
         )  # fmt: skip
     return table
 
 
 def _by(slopes: Sensitivity, mode: int) -> str:
-    """The parameters that a frequency depends on; of a repeated one in the first of its rows."""
+    """Return the most influential parameters of a frequency; of a repeated one in the first of its rows."""
     first = slopes.sharing(mode)[0]
     if first != mode:
         return f"see mode {first + 1}"
@@ -79,56 +78,56 @@ def _by(slopes: Sensitivity, mode: int) -> str:
 
 
 def _hertz(frequency: float, growth: float, digits: int) -> str:
-    """A frequency, or how fast a motion grows that does not vibrate."""
+    """Return a frequency, or the growth of an unstable motion."""
     return f"0, grows {growth:.3g} 1/s" if growth else f"{frequency:.{digits}g}"
 
 
 def _most(shares: Shares, mode: int) -> str:
-    """Names with the largest shares."""
+    """Return the names with the largest shares."""
     order = np.argsort(-shares.shares[:, mode], kind="stable")[:MOST_NAMED]
     named = [k for k in order if shares.shares[k, mode] >= LEAST_SHARE]
     return ", ".join(f"{shares.names[k]} {shares.shares[k, mode]:.0%}" for k in named) or "-"
 
 
-def modes_json(found: Modes, slopes: Sensitivity) -> dict[str, Any]:
-    """All figures of modes by name; NaN as null. Sensitivities are df/dp, Hz by the unit of the parameter.
+def modes_json(modal: Modes, slopes: Sensitivity) -> dict[str, Any]:
+    """Return all figures of modes by name; NaN as null. Sensitivities are df/dp, Hz by the unit of the parameter.
 
     `repeated` are the modes, counted from 1, of each frequency that comes more than once.
     """
-    strain, kinetic = strain_shares(found), kinetic_shares(found)
-    frames = [joint.name for joint in found.linear.motion.machine.joints]
-    seen = np.moveaxis(frame_shapes(found), 2, 0)
+    strain, kinetic = strain_shares(modal), kinetic_shares(modal)
+    frames = [joint.name for joint in modal.linear.motion.machine.joints]
+    seen = np.moveaxis(frame_shapes(modal), 2, 0)
     return {
-        "frequencies": found.frequencies.tolist(),
-        "growth": found.growth.tolist(),
-        "damping_ratios": [None if math.isnan(x) else x for x in found.damping_ratios.tolist()],
-        "poles": [[pole.real, pole.imag] for pole in found.poles.tolist()],
-        "shapes": dict(zip(found.linear.coordinates, found.shapes.tolist(), strict=True)),
+        "frequencies": modal.frequencies.tolist(),
+        "growth": modal.growth.tolist(),
+        "damping_ratios": [None if math.isnan(x) else x for x in modal.damping_ratios.tolist()],
+        "poles": [[pole.real, pole.imag] for pole in modal.poles.tolist()],
+        "shapes": dict(zip(modal.linear.coordinates, modal.shapes.tolist(), strict=True)),
         "frame_shapes": {name: seen[:, k].tolist() for k, name in enumerate(frames)},
         "strain_energy": dict(zip(strain.names, strain.shares.tolist(), strict=True)),
         "kinetic_energy": dict(zip(kinetic.names, kinetic.shares.tolist(), strict=True)),
         "sensitivity": dict(zip(slopes.parameters, slopes.slopes.tolist(), strict=True)),
         "repeated": [[k + 1 for k in modes] for modes in slopes.repeated],
-        "state": state_json(found.linear),
-        "conclusion": modes_conclusion(found, slopes),
+        "state": state_json(modal.linear),
+        "conclusion": modes_conclusion(modal, slopes),
     }
 
 
-def modes_conclusion(found: Modes, slopes: Sensitivity) -> str:
-    """The spring that limits the first frequency, and what would raise it."""
-    vibrating = np.flatnonzero(found.frequencies > 0)
-    unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(found.growth)]
+def modes_conclusion(modal: Modes, slopes: Sensitivity) -> str:
+    """Return the spring that limits the first frequency, and the gain of a stiffer one."""
+    vibrating = np.flatnonzero(modal.frequencies > 0)
+    unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(modal.growth)]
     if not len(vibrating):
         return "; ".join(["nothing vibrates here: no mode has a frequency above 0 Hz", *unstable])
-    first = int(vibrating[np.argmin(found.frequencies[vibrating])])
-    return "; ".join([*_limit(found, slopes, first), *unstable, *map(_repeated, slopes.repeated)])
+    first = int(vibrating[np.argmin(modal.frequencies[vibrating])])
+    return "; ".join([*_limit(modal, slopes, first), *unstable, *map(_repeated, slopes.repeated)])
 
 
-def _limit(found: Modes, slopes: Sensitivity, first: int) -> list[str]:
-    """The springs that limit a frequency, and what would raise it."""
-    strain, sharing = strain_shares(found), list(slopes.sharing(first))
+def _limit(modal: Modes, slopes: Sensitivity, first: int) -> list[str]:
+    """Return the springs that limit a frequency, and the gain of a stiffer one."""
+    strain, sharing = strain_shares(modal), list(slopes.sharing(first))
     whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
-    said = f"the first vibration, {found.frequencies[first]:.4g} Hz, is limited by"
+    said = f"the first vibration, {modal.frequencies[first]:.4g} Hz, is limited by"
     if len(sharing) > 1:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)
@@ -145,7 +144,7 @@ def _repeated(modes: Sequence[int]) -> str:
 
 
 def tracked_table(tracked: Tracked) -> Any:
-    """A row a position, a column a mode that vibrates or grows anywhere."""
+    """Return a row for each position, a column for each mode that vibrates or grows anywhere."""
     from rich.table import Table
 
     f, growth = tracked.frequencies, tracked.growth
@@ -158,7 +157,7 @@ def tracked_table(tracked: Tracked) -> Any:
 
 
 def tracked_json(tracked: Tracked) -> dict[str, Any]:
-    """Positions, frequencies, growth (points x modes) and MAC of each pair."""
+    """Return positions, frequencies, growth (points x modes) and MAC of each pair."""
     return {
         "joints": list(tracked.joints),
         "positions": tracked.positions.tolist(),
@@ -170,7 +169,7 @@ def tracked_json(tracked: Tracked) -> dict[str, Any]:
 
 
 def tracked_conclusion(tracked: Tracked) -> str:
-    """The mode that depends most on the position, and where pairs are in doubt."""
+    """Return the mode that depends most on the position, and the doubtful pairs."""
     f = tracked.frequencies
     low, high = f.min(axis=0), f.max(axis=0)
     spread = np.divide(high - low, high, out=np.zeros_like(high), where=high > 0)
@@ -187,29 +186,29 @@ def tracked_conclusion(tracked: Tracked) -> str:
     return "; ".join(parts)
 
 
-def _positions(growth: NDArray[np.float64]) -> str:
+def _positions(growth: Array) -> str:
     count = int(np.count_nonzero(growth))
     return f"{count} of {len(growth)} positions, so it is no vibration there"
 
 
-def response_table(found: Sequence[PolesAndZeros]) -> Any:
-    """A row a transfer function: resonances and antiresonances, Hz."""
+def response_table(transfers: Sequence[PolesAndZeros]) -> Any:
+    """Return a row for each transfer function: resonances and antiresonances, Hz."""
     from rich.table import Table
 
     table = Table("from", "to", "resonances, Hz", "antiresonances, Hz")
-    for each in found:
+    for each in transfers:
         lists = [", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances)]
         table.add_row(each.input, each.output, *(("no response", "-") if each.is_zero else lists))
     return table
 
 
-def response_notes(found: Sequence[PolesAndZeros]) -> list[str]:
-    """What does not move what."""
-    return [f"no response: {each.input} does not move {each.output}" for each in found if each.is_zero]
+def response_notes(transfers: Sequence[PolesAndZeros]) -> list[str]:
+    """Return lines about transfer functions that are zero."""
+    return [f"no response: {each.input} does not move {each.output}" for each in transfers if each.is_zero]
 
 
-def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
-    """Poles and zeros in rad/s as [real, imaginary], resonances and antiresonances in Hz."""
+def response_json(transfers: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
+    """Return poles and zeros in rad/s as [real, imaginary], resonances and antiresonances in Hz."""
     return [
         {
             "input": each.input,
@@ -220,41 +219,41 @@ def response_json(found: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
             "resonances": each.resonances.tolist(),
             "antiresonances": each.antiresonances.tolist(),
         }
-        for each in found
+        for each in transfers
     ]
 
 
-def frequencies_table(found: Comparison) -> Any:
-    """Frequencies of the full and the reduced model side by side; the rigid limit's at the end."""
+def frequencies_table(comparison: Comparison) -> Any:
+    """Return frequencies of the full and the reduced model side by side."""
     from rich.table import Table
 
     table = Table("mode", "full, Hz", "reduced, Hz", "reduced / full")
-    for k, (f, g) in enumerate(zip(found.full.frequencies, found.reduced.frequencies, strict=True)):
-        shown = (_hertz(each.frequencies[k], each.growth[k], 6) for each in (found.full, found.reduced))
+    for k, (f, g) in enumerate(zip(comparison.full.frequencies, comparison.reduced.frequencies, strict=True)):
+        shown = (_hertz(each.frequencies[k], each.growth[k], 6) for each in (comparison.full, comparison.reduced))
         table.add_row(str(k + 1), *shown, f"{g / f - 1:+.2%}" if f else "-")
     return table
 
 
-def losses_table(found: Comparison) -> Any:
-    """What each approximation misses of torques and accelerations, root mean square and largest."""
+def losses_table(comparison: Comparison) -> Any:
+    """Return the errors of each approximation, root mean square and largest."""
     from rich.table import Table
 
     table = Table("joint", "quantity", "full, rms / largest", "reduced misses", "rigid misses")
-    for loss in found.losses:
+    for loss in comparison.losses:
         missed = [size if _matters(size, loss) else (0.0, 0.0) for size in (loss.reduced, loss.rigid)]
         sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *missed))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
     return table
 
 
-def following_table(found: Following) -> Any:
-    """A row a motor: derivatives needed, torque, velocity, and how far the motor is ahead of what it drives."""
+def feed_forward_table(command: FeedForward) -> Any:
+    """Return a row for each motor: derivatives needed and given, torque, velocity, lead."""
     from rich.table import Table
 
-    said = figures(found)["motors"]
+    said = figures(command)["motors"]
     table = Table("motor", "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
-    for joint in motors_of(found.machine):
-        motor, (unit, force) = said[joint.name], ("m", "N") if joint.sigma == 1 else ("rad", "N m")
+    for joint in command.machine.motor_joints:
+        motor, unit, force = said[joint.name], joint.unit, joint.force_unit
         table.add_row(
             joint.name, f"{motor['order']} / {motor['given']}",
             f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
@@ -263,34 +262,34 @@ def following_table(found: Following) -> Any:
     return table
 
 
-def comparison_json(found: Comparison) -> dict[str, Any]:
-    """Frequencies, Hz, and growth, 1/s, of the three models, losses as [rms, largest]."""
+def comparison_json(comparison: Comparison) -> dict[str, Any]:
+    """Return frequencies, Hz, and growth, 1/s, of the three models, losses as [rms, largest]."""
     return {
-        "frequencies": {name: each.frequencies.tolist() if each else [] for name, each in _models(found).items()},
-        "growth": {name: each.growth.tolist() if each else [] for name, each in _models(found).items()},
-        "motion": found.course.source,
+        "frequencies": {name: each.frequencies.tolist() if each else [] for name, each in _models(comparison).items()},
+        "growth": {name: each.growth.tolist() if each else [] for name, each in _models(comparison).items()},
+        "motion": comparison.course.source,
         "losses": [
             {
                 "joint": loss.joint, "quantity": loss.quantity, "unit": loss.unit,
                 "full": list(loss.full), "reduced": list(loss.reduced), "rigid": list(loss.rigid),
             }
-            for loss in found.losses
+            for loss in comparison.losses
         ],
-        "conclusion": comparison_conclusion(found),
+        "conclusion": comparison_conclusion(comparison),
     }  # fmt: skip
 
 
-def _models(found: Comparison) -> dict[str, Modes | None]:
-    return {"full": found.full, "reduced": found.reduced, "rigid": found.rigid}
+def _models(comparison: Comparison) -> dict[str, Modes | None]:
+    return {"full": comparison.full, "reduced": comparison.reduced, "rigid": comparison.rigid}
 
 
-def comparison_conclusion(found: Comparison) -> str:
-    """How large the losses are, in one sentence."""
-    torques = [loss for loss in found.losses if loss.quantity == TORQUE]
+def comparison_conclusion(comparison: Comparison) -> str:
+    """Return the size of the losses in one sentence."""
+    torques = [loss for loss in comparison.losses if loss.quantity == TORQUE]
     most = max((loss.full[1] for loss in torques), default=0.0)
     torques = [loss for loss in torques if loss.full[1] > LEAST_LOSS * most]
     parts = []
-    if found.alike:
+    if comparison.alike:
         parts.append(
             "no rotor turns with its body here, so the reduced model is the full one"
             " (rotor inertias of the table are decoupled already; --ratio couples them)"
@@ -302,13 +301,13 @@ def comparison_conclusion(found: Comparison) -> str:
         worst = max(torques, key=lambda loss: loss.rigid[0] / loss.full[0])
         parts.append(f"the rigid limit misses {_missed(worst.rigid, worst)} of the torque of {worst.joint}")
     parts = parts or ["no motor has a torque on this motion"]
-    for name, each in _models(found).items():
+    for name, each in _models(comparison).items():
         parts += [f"mode {k + 1} of the {name} model grows" for k in np.flatnonzero(each.growth if each else ())]
     return "; ".join(parts)
 
 
 def _matters(size: tuple[float, float], loss: Loss) -> bool:
-    """Whether a loss is more than rounding."""
+    """Return whether a loss is more than rounding."""
     return size[1] > LEAST_LOSS * loss.full[1]
 
 

@@ -6,7 +6,7 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -14,12 +14,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, clusters, modes
-from symoro_elastic.vibration.motion import Array, Motion
-from symoro_elastic.vibration.optional import optional
 
 DOUBTFUL = 0.5
 MOST_POSITIONS = 10_000
@@ -30,43 +32,43 @@ Grid = Mapping[str, Sequence[float]]
 class Tracked:
     """Modes at every position of a grid, column k of all being one mode.
 
-    `positions` (points, joints of the grid), `found` the modes there, `mac` (points, m) how alike each is to the
+    `positions` (points, joints of the grid), `modes` those there, `mac` (points, m) how alike each is to the
     mode that it was paired with, `before` the point that each was paired with (itself at the first).
     """
 
     joints: tuple[str, ...]
     lengths: tuple[int, ...]
     positions: Array
-    found: tuple[Modes, ...]
+    modes: tuple[Modes, ...]
     mac: Array
     before: tuple[int, ...]
 
     @property
     def frequencies(self) -> Array:
         """Hz, (points, m)."""
-        return np.array([each.frequencies for each in self.found])
+        return np.array([each.frequencies for each in self.modes])
 
     @property
     def growth(self) -> Array:
         """1/s at which modes grow that are unstable there, (points, m); 0 for all others."""
-        return np.array([each.growth for each in self.found])
+        return np.array([each.growth for each in self.modes])
 
     @property
     def doubtful(self) -> list[tuple[int, int]]:
-        """(point, mode) where a pair is alike by less than one half: the grid is too coarse there."""
+        """(point, mode) of pairs with a MAC below one half: the grid is too coarse there."""
         return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
 
 
 def over_grid(
-    motion: Motion,
+    motion: EquationsOfMotion,
     grid: Grid,
     at: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
     held: Sequence[str] = (),
     gains: Mapping[str, tuple[float, float]] | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = no_progress,
 ) -> Tracked:
-    """Modes at the equilibrium of every position of a grid, paired along it; the last joint moves fastest.
+    """Return the modes at the equilibrium of every position of a grid, paired along it; the last joint varies fastest.
 
     `grid` gives positions (rad or m) by joint, `at` those of other joints; `torques`, `held` and `gains` are
     those of `equilibrium` and `with_motors`. Raises `InputError`.
@@ -84,23 +86,23 @@ def over_grid(
         raise InputError(motion.source, "--over", f"{' and '.join(joints)} are not joints of their own: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
     before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
-    found: list[Modes] = []
+    tracked: list[Modes] = []
     alike = []
     for point, place in enumerate(positions):
         moved = dict(zip(joints, place.tolist(), strict=True))
         with _named(moved):
             state = equilibrium(motion, {**(at or {}), **moved}, torques)
             here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
-        paired, mac = pair(found[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
-        found.append(paired)
+        paired, mac = pair(tracked[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
+        tracked.append(paired)
         alike.append(mac)
         progress(point + 1, count)
-    return Tracked(joints, lengths, positions, tuple(found), np.array(alike), tuple(before))
+    return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
 
 
 @contextmanager
 def _named(place: Mapping[str, float]) -> Iterator[None]:
-    """What is refused there names the position."""
+    """Add the position to the messages of errors."""
     try:
         yield
     except InputError as error:
@@ -109,7 +111,7 @@ def _named(place: Mapping[str, float]) -> Iterator[None]:
 
 
 def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
-    """The neighbour of a point that comes before it; the first point's own number."""
+    """Return the neighbour of a point that comes before it; the first point's own number."""
     moved = list(index)
     for axis in reversed(range(len(lengths))):
         if moved[axis]:
@@ -119,7 +121,7 @@ def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
 
 
 def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
-    """The modes `here` in the order of those `before`, and the MAC of each pair (m,)."""
+    """Return the modes `here` in the order of those `before`, and the MAC of each pair (m,)."""
     mass = (before.linear.M + here.linear.M) / 2
     old, new = _normal(before.shapes, mass), _normal(here.shapes, mass)
     criterion = (old.T @ mass @ new) ** 2
@@ -128,7 +130,7 @@ def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
         subspaces[cluster] = subspaces[cluster].sum(axis=0)
     for cluster in _indices(here.eigenvalues):
         subspaces[:, cluster] = subspaces[:, cluster].sum(axis=1, keepdims=True)
-    _, order = optional("scipy.optimize").linear_sum_assignment(-np.minimum(subspaces, 1.0) - 1e-6 * criterion)
+    _, order = for_vibrations("scipy.optimize").linear_sum_assignment(-np.minimum(subspaces, 1.0) - 1e-6 * criterion)
     shapes, values = here.shapes[:, order].copy(), here.eigenvalues[order]
     for cluster in _indices(values):
         overlap = shapes[:, cluster].T @ mass @ old[:, cluster]
@@ -140,11 +142,11 @@ def pair(before: Modes, here: Modes) -> tuple[Modes, Array]:
 
 
 def _normal(shapes: Array, mass: Array) -> Array:
-    found: Array = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
-    return found
+    normal: Array = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
+    return normal
 
 
 def _indices(eigenvalues: Array) -> list[NDArray[np.intp]]:
-    """Modes of each repeated frequency, in any order of modes."""
+    """Return the modes of each repeated frequency."""
     order = np.argsort(eigenvalues, kind="stable")
     return [order[cluster] for cluster in clusters(eigenvalues[order])]

@@ -9,21 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
+from symoro_elastic.packages import for_vibrations
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped
-from symoro_elastic.vibration.motion import Array
-from symoro_elastic.vibration.optional import optional
 
-VANISHING = 1e-10
+VANISHING_PARAMETER = 1e-10
 SAME = 1e-6
-NOTHING = 1e-12
+NO_RESPONSE = 1e-12
 """Of the largest response that a motion of this size can have."""
 PLACES, OFF_POLES = 12, 1j * np.pi / 3
 """How many s a response is looked at, and their angle: between the imaginary axis and unstable poles."""
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -35,8 +33,8 @@ class PolesAndZeros:
 
     input: str
     output: str
-    poles: Complex
-    zeros: Complex
+    poles: ComplexArray
+    zeros: ComplexArray
     is_zero: bool = False
 
     @property
@@ -51,13 +49,13 @@ class PolesAndZeros:
         return _swinging(near)
 
 
-def _swinging(roots: Complex) -> Array:
-    found: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    return found
+def _swinging(roots: ComplexArray) -> Array:
+    frequencies: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
+    return frequencies
 
 
 def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros:
-    """Poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
+    """Return poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
     j, i = _number(linear, ins, linear.inputs, "input"), _number(linear, outs, linear.outputs, "output")
     poles, _ = damped(linear)
     if _is_zero(linear, i, j, poles):
@@ -75,8 +73,8 @@ def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str)
     return names.index(name)
 
 
-def _is_zero(linear: Linearization, i: int, j: int, poles: Complex) -> bool:
-    """Whether G is 0 to rounding against all that moves, from below the slowest to above the fastest pole."""
+def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool:
+    """Return whether G is 0 to rounding, from below the slowest to above the fastest pole."""
     scale = 1 / np.sqrt(np.diag(linear.M))
     both, b = np.outer(scale, scale), linear.F[:, j] * scale
     rates = np.abs(poles[poles != 0])
@@ -84,13 +82,13 @@ def _is_zero(linear: Linearization, i: int, j: int, poles: Complex) -> bool:
     for s in places:
         moved = np.linalg.solve((s * s * linear.M + s * linear.D + linear.K) * both, b.astype(complex))
         seen = (linear.Cq[i] + s * linear.Cv[i] + s * s * linear.Ca[i]) * scale
-        if abs(seen @ moved) > NOTHING * np.linalg.norm(seen) * np.linalg.norm(moved):
+        if abs(seen @ moved) > NO_RESPONSE * np.linalg.norm(seen) * np.linalg.norm(moved):
             return False
     return True
 
 
-def _zeros(linear: Linearization, i: int, j: int) -> Complex:
-    """Zeros in units of rad/s, found with time in units of the fastest pole."""
+def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
+    """Return zeros in rad/s, computed with time in units of the fastest pole."""
     n = len(linear.K)
     scale = 1 / np.sqrt(np.diag(linear.M))
     both = np.outer(scale, scale)
@@ -109,28 +107,28 @@ def _zeros(linear: Linearization, i: int, j: int) -> Complex:
     pencil = np.block([[A, B[:, None]], [C[None], np.array([[feed]])]])
     of_s = np.zeros_like(pencil)
     of_s[: 2 * n, : 2 * n] = np.eye(2 * n)
-    over, under = optional("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
+    over, under = for_vibrations("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         roots = np.where(np.abs(under) > 0, over / under, np.inf)
     roots = roots[np.argsort(np.abs(roots), kind="stable")][:count]
-    found = roots[np.isfinite(roots)] * rate
-    return np.asarray(found[np.lexsort((found.imag, np.abs(found).round(6)))], dtype=complex)
+    zeros = roots[np.isfinite(roots)] * rate
+    return np.asarray(zeros[np.lexsort((zeros.imag, np.abs(zeros).round(6)))], dtype=complex)
 
 
 def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
-    """Number of finite zeros: states less the relative degree."""
-    if abs(feed) > VANISHING * np.linalg.norm(C) * np.linalg.norm(B):
+    """Return the number of finite zeros: states less the relative degree."""
+    if abs(feed) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(B):
         return len(A)
     moved = B
     for degree in range(1, len(A) + 1):
-        if abs(C @ moved) > VANISHING * np.linalg.norm(C) * np.linalg.norm(moved):
+        if abs(C @ moved) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(moved):
             return len(A) - degree
         moved = A @ moved
     return 0
 
 
-def _cancelled(poles: Complex, zeros: Complex, near: float) -> tuple[Complex, Complex]:
-    """What is left when poles and zeros at one place cancel each other."""
+def _cancelled(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
+    """Return the poles and zeros that do not cancel each other."""
     left, kept = list(zeros), []
     for pole in poles:
         close = [k for k, zero in enumerate(left) if abs(zero - pole) <= near]

@@ -15,9 +15,9 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.vibration.comparison import compare
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.export import arrays_of, control_system, labels, save_linearization
 from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.plots import losses, over_two
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.tracking import over_grid
@@ -64,7 +64,7 @@ def test_modes_over_positions(tmp_path: Path) -> None:
     assert "mode 6 depends most on the position" in run(*over).stdout
     assert (tmp_path / "positions.png").stat().st_size > 1000
     assert (tmp_path / "shapes_over_positions.png").exists()
-    two = over_grid(Motion(two_axis()), {"motor_x": [0.0, 1.0], "motor_y": [0.0, 0.2]})
+    two = over_grid(EquationsOfMotion(two_axis()), {"motor_x": [0.0, 1.0], "motor_y": [0.0, 0.2]})
     (axis, *_) = over_two(two, 5).axes
     assert axis.get_xlabel() == "motor_x"
 

@@ -14,7 +14,7 @@ from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.rounding import RoundingModes, Spread
 from symoro_elastic.numerics.states import States
-from symoro_elastic.numerics.values import Values, parameter_values
+from symoro_elastic.numerics.values import ParameterValues, parameter_values
 from symoro_elastic.packaging import package
 from tests.extremes.corpus import DIRECT, INVERSE
 
@@ -41,7 +41,9 @@ def bracketed(machine: Machine, states: States) -> Iterator[tuple[str, str, floa
                 yield model.model.name, name, float(np.mean(errors <= spread.spread)), float(share)
 
 
-def _errors(model: TracedModel, name: str, spread: Spread, states: States, values: Values) -> NDArray[np.float64]:
+def _errors(
+    model: TracedModel, name: str, spread: Spread, states: States, values: ParameterValues
+) -> NDArray[np.float64]:
     """Largest error of a state over its largest exact entry."""
     errors = np.empty(len(states))
     for start in range(0, len(states), AT_ONCE):

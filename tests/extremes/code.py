@@ -14,7 +14,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
-from symoro_elastic.numerics.candidates import Results, c_code
+from symoro_elastic.numerics.implementations import ResultArrays, c_code
 from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
@@ -39,7 +39,7 @@ class Code:
         library = compile_package(described, folder, precision=precision, flags=flags)
         self._run = c_code(library, np.array([self.values[p.name] for p in described.parameters]))
 
-    def results(self, model: str, states: States) -> Results:
+    def results(self, model: str, states: States) -> ResultArrays:
         return self._run(self.traced[model], states)
 
     def errors(self, model: str, states: States) -> Errors:

@@ -25,19 +25,20 @@ from symoro_elastic.identification.filtering import (
     thin,
 )
 from symoro_elastic.identification.identify import Identification, as_json, identify, table
-from symoro_elastic.identification.measurements import (
+from symoro_elastic.identification.regression import ByEquations, ByLinearity, regressor
+from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.independence import independent_columns
+from symoro_elastic.time_series.measurements import (
     Measurements,
     check,
     from_columns,
     read_measurements,
     write_csv,
 )
-from symoro_elastic.identification.regression import ByEquations, ByLinearity, regressor
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, numpy_model, simulate
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
-from symoro_elastic.numerics.independence import independent_columns
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LIMITS = Limits.of([-1.5, -1.5], [1.5, 1.5], [3, 4], [15, 25])

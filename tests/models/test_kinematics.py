@@ -24,8 +24,10 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.model import Frame
-from symoro_elastic.numerics.candidates import import_package
+from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.compiled_models import Array, Built, cell, vector, worst
@@ -426,7 +428,7 @@ def test_gravity_forces_are_the_slope_of_the_gravity_energy(machine: Machine) ->
 
 
 def test_energy_along_a_simulated_motion(tmp_path: Path) -> None:
-    """Generated code, Runge and Kutta's fourth order, the work of what acts integrated alongside."""
+    """Generated code, RK4, the work of all forces integrated alongside."""
     machine = random_machine(3, joints=4, kinds=("motor", "elastic"))
     smooth = (replace(joint, friction=replace(joint.friction, coulomb=ZERO)) for joint in machine.joints)
     machine = replace(machine, joints=tuple(smooth))
@@ -435,7 +437,7 @@ def test_energy_along_a_simulated_motion(tmp_path: Path) -> None:
     n, damping = len(numbers.moving), np.array([numbers.joints[j].damping for j in numbers.moving])
     tau = np.array([10.0, -20.0, 5.0, 30.0])[: len(numbers.motors)]
 
-    def rate(x: Array) -> Array:
+    def rate(t: float, x: Array) -> Array:
         q, qd = x[:n], x[n : 2 * n]
         torques = -damping * qd - code.friction_forces(qd) - code.external_forces(q)
         torques[numbers.motors] += tau
@@ -444,10 +446,7 @@ def test_energy_along_a_simulated_motion(tmp_path: Path) -> None:
     x, dt = np.array([*random_state(machine, 1)[0], *[0.1] * n, 0.0]), 2.5e-4
     kept = [code.energy(x[:n], x[n : 2 * n])]
     for _ in range(400):
-        k1 = rate(x)
-        k2 = rate(x + dt / 2 * k1)
-        k3 = rate(x + dt / 2 * k2)
-        x = x + dt / 6 * (k1 + 2 * k2 + 2 * k3 + rate(x + dt * k3))
+        x = step(RK4, rate, 0.0, x, dt)
         kept.append(code.energy(x[:n], x[n : 2 * n]))
         assert abs(sum(kept[-1]) - sum(kept[0]) - x[-1]) < 1e-7 * np.abs(kept).max()
     swing = np.ptp(kept, axis=0)

@@ -1,4 +1,4 @@
-"""The generated linear model, M dqdd + D dqd + K dq = dtau: a recursion, against slopes of the equations of motion."""
+"""The linear model M dqdd + D dqd + K dq = dtau: its recursion against dual numbers in the equations of motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.vibration.motion import Motion, State
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from tests.references.random_machines import random_machine
 
 MODEL = "linearization"
@@ -22,17 +22,24 @@ SEEDS = range(8)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_it_is_the_slope_of_the_equations_of_motion(seed: int) -> None:
-    """Springs, dampers, friction, prismatic joints, trees; numbers of dual arithmetic, another way to differentiate."""
+def test_matrices_against_dual_numbers(seed: int) -> None:
+    """Springs, dampers, friction, wrenches, prismatic joints, trees.
+
+    Both ways sum at most some hundred products along a chain of 6 bodies, each rounded by 1.1e-16 of its size: the
+    random sum of 500 such errors is 2.5e-15 of the largest entry. 1e-14 leaves four times that.
+    """
     machine = random_machine(seed, joints=6, massless=0.0)
     states = moderate_states(machine, 3)
     found = evaluated(trace(machine, MODEL), states, parameter_values(machine), np.float64)
-    motion, n = Motion(machine), len(machine.moving)
+    motion, n = EquationsOfMotion(machine), len(machine.moving)
     for k in range(len(states)):
         state = State(states.q[k], states.qd[k], states.qdd[k], np.zeros(n))
-        for name, wanted in zip("KDM", motion.jacobians(motion.residual, state), strict=True):
-            own = found[name][k].reshape(n, n)
-            np.testing.assert_allclose(own, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max(initial=1.0))
+        analysed = motion.matrices("KDM", state.q, state.qd, state.qdd)
+        by_duals = motion.jacobians(motion.residual, state)
+        for name, ours, wanted in zip("KDM", analysed, by_duals, strict=True):
+            tolerance = 1e-14 * np.abs(wanted).max(initial=1.0)
+            np.testing.assert_allclose(ours, wanted, rtol=0, atol=tolerance)
+            np.testing.assert_allclose(found[name][k].reshape(n, n), wanted, rtol=0, atol=tolerance)
 
 
 def test_rows_of_a_scene() -> None:

@@ -12,6 +12,8 @@ import pytest
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
 from tests.compiled_models import Array, Built, built, cell, vector, worst
 from tests.references.numbers_of_machine import numbers_of
 from tests.references.random_machines import chain, random_state, two_children
@@ -41,21 +43,17 @@ def energy(machine: Machine, code: Built, q: Array, qd: Array) -> float:
     return float(total)
 
 
-def simulated(code: Built, q: Array, qd: Array, step: float, steps: int) -> tuple[Array, Array]:
-    """Runge and Kutta's fourth-order method with motors that exert nothing."""
-    tau, n = np.zeros(len(code.module.MOTORS)), len(q)
+def simulated(code: Built, q: Array, qd: Array, h: float, steps: int) -> tuple[Array, Array]:
+    """RK4 with motors that exert nothing."""
+    tau = np.zeros(len(code.module.MOTORS))
 
-    def rate(x: Array) -> Array:
-        return np.concatenate([x[n:], code.c("direct_dynamics", q=x[:n], qd=x[n:], tau=tau)[0]])
+    def rate(t: float, y: Array) -> Array:
+        return np.array([y[1], code.c("direct_dynamics", q=y[0], qd=y[1], tau=tau)[0]])
 
-    x = np.concatenate([q, qd])
+    y = np.array([q, qd])
     for _ in range(steps):
-        k1 = rate(x)
-        k2 = rate(x + step / 2 * k1)
-        k3 = rate(x + step / 2 * k2)
-        k4 = rate(x + step * k3)
-        x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return x[:n], x[n:]
+        y = step(RK4, rate, 0.0, y, h)
+    return y[0], y[1]
 
 
 def test_energy_is_conserved(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Graph, Scalar
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.reverse import slopes
-from symoro_elastic.vibration.motion import Motion, State
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from tests.references.random_machines import random_machine, random_state
 from tests.references.small_motions import as_floats, differences, forces
 
@@ -72,7 +72,7 @@ def test_duals_of_duals_give_second_derivatives() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_jacobians_of_random_trees_against_differences_in_50_digits(seed: int) -> None:
     machine = random_machine(seed, joints=5, symbolic=True, moving_base=seed == 3)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     q, qd, _ = random_state(machine, seed)
     qdd = np.random.default_rng(seed).uniform(-3, 3, len(q)).tolist()
     found = motion.jacobians(motion.residual, State(*map(np.array, (q, qd, qdd)), np.zeros(len(q))))
@@ -101,7 +101,7 @@ def test_one_sweep_back_gives_the_slopes_of_every_operation() -> None:
 def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
     """Of forces, and of their changes along a direction: second derivatives by parameters and by positions."""
     machine = random_machine(7, joints=3, symbolic=True, friction=False)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     names = [parameter.name for parameter in machine.parameters][::3]
     q, _, _ = random_state(machine, 7)
     n, rest = len(q), [0.0] * len(q)

@@ -34,11 +34,11 @@ from symoro_elastic.trade import forms as forms_of_trade
 from symoro_elastic.trade import running
 from symoro_elastic.trade.advice import advice, sentence
 from symoro_elastic.trade.builds import FAST, LIBM, NATIVE, PLAIN, Build, flag_sets
-from symoro_elastic.trade.choices import choices
+from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.drift import drifts
-from symoro_elastic.trade.forms import Form, forms
+from symoro_elastic.trade.factors import effects
+from symoro_elastic.trade.forms import Formulation, forms
 from symoro_elastic.trade.front import MATTERS, front
-from symoro_elastic.trade.points import BATCH, SINGLE_CALL, Figures, Point
 from symoro_elastic.trade.timing import Run, Time, timed
 from symoro_elastic.trade.trade import Request, Trade, trade
 
@@ -53,7 +53,7 @@ def two_r() -> Machine:
 
 
 @pytest.fixture(scope="module")
-def form(two_r: Machine) -> Form:
+def form(two_r: Machine) -> Formulation:
     return forms(two_r, Scene(models=("inverse_dynamics",)), parameter_values(two_r))[0][0]
 
 
@@ -65,24 +65,24 @@ def printed() -> dict[str, Any]:
 
 
 def figures(
-    form: Form,
+    form: Formulation,
     ns: float,
     error: float,
     flags: tuple[str, ...] = NATIVE,
     precision: Precision = DOUBLE,
     call: str = BATCH,
-) -> Figures:
-    point = Point("inverse_dynamics", form, Build(("gcc",), flags, precision), precision, call)
+) -> Measurement:
+    point = Configuration("inverse_dynamics", form, Build(("gcc",), flags, precision), precision, call)
     u = 2.0**-precision.bits
-    return Figures(point, Time(ns, ns), Errors(u, error / u, error / u / 8, 1.0, 1.0, 100, 0))
+    return Measurement(point, Time(ns, ns), Errors(u, error / u, error / u / 8, 1.0, 1.0, 100, 0))
 
 
-def found(machine: Machine, *some: Figures) -> Trade:
+def found(machine: Machine, *some: Measurement) -> Trade:
     return Trade(machine, Request(), {"inverse_dynamics": list(some)})
 
 
 @given(st.lists(st.tuples(st.floats(1, 1e4), st.floats(1e-17, 1e-3) | st.just(math.inf)), max_size=12))
-def test_nothing_beats_the_front(form: Form, drawn: list[tuple[float, float]]) -> None:
+def test_nothing_beats_the_front(form: Formulation, drawn: list[tuple[float, float]]) -> None:
     some = [figures(form, ns, error) for ns, error in drawn]
     best = front(some)
     for one, other in pairwise(best):
@@ -93,7 +93,7 @@ def test_nothing_beats_the_front(form: Form, drawn: list[tuple[float, float]]) -
     assert all(math.isfinite(one.error) for one in best)
 
 
-def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Form) -> None:
+def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Formulation) -> None:
     slow, fast = figures(form, 20, 1e-16), figures(form, 5, 1e-7, precision=SINGLE)
     one_by_one = figures(form, 70, 1e-16, call=SINGLE_CALL)
     known = found(two_r, slow, fast, one_by_one)
@@ -104,30 +104,45 @@ def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Form)
     assert said.count(".\n") == 0 and said.endswith(".") and "20 ns" in said and "70 ns" in said
 
 
-def test_fast_math_is_advised_only_where_it_is_allowed(two_r: Machine, form: Form) -> None:
+def test_fast_math_is_advised_only_where_it_is_allowed(two_r: Machine, form: Formulation) -> None:
     known = found(two_r, figures(form, 20, 1e-16), figures(form, 1, 2e-16, (*NATIVE, FAST)))
     assert advice(known, 1e-12).fastest[0].ns == 20
     assert advice(known, 1e-12, with_fast_math=True).fastest[0].ns == 1
-    assert [one.ns for one in front(known.figures["inverse_dynamics"])] == [20]
+    assert [one.ns for one in front(known.measurements["inverse_dynamics"])] == [20]
 
 
-def test_a_tolerance_that_no_point_reaches_names_the_nearest(two_r: Machine, form: Form) -> None:
+def test_a_tolerance_that_no_point_reaches_names_the_nearest(two_r: Machine, form: Formulation) -> None:
     known = found(two_r, figures(form, 20, 3e-16), figures(form, 5, 1e-7, precision=SINGLE))
     with pytest.raises(InputError, match=r"within 1\.0e-20: nearest is 3\.0e-16, with recursion; double; gcc O3"):
         advice(known, 1e-20)
 
 
-def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Form) -> None:
+def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulation) -> None:
     best, libm, plain = (
         figures(form, 10, 1e-16),
         figures(form, 30, 2e-16, (*NATIVE, LIBM)),
         figures(form, 20, 1e-16, PLAIN),
     )
-    told = {one.words: (one.time, one.error) for one in choices([best, libm, plain])}
+    told = {one.words: (one.time, one.error) for one in effects([best, libm, plain])}
     assert told == {
         "libm's sine and cosine": (pytest.approx(3), pytest.approx(2)),
         "-O2 instead of what the source recommends": (pytest.approx(2), pytest.approx(1)),
     }
+
+
+def test_a_choice_is_told_only_where_all_other_factors_agree(form: Formulation) -> None:
+    """Fast-math with libm against fast-math without is no effect of libm; compilers compare at equal flags."""
+    gcc, fast_libm, fast = (measured(form, flags) for flags in (NATIVE, (*NATIVE, FAST, LIBM), (*NATIVE, FAST)))
+    clang, numpy = measured(form, NATIVE, "clang", ns=5), measured(form, None)
+    told = {one.words: one.time for one in effects([gcc, fast_libm, fast, clang, numpy])}
+    assert told == {"-ffast-math, inline sine and cosine": 1.0, "clang instead of gcc": 0.5}
+
+
+def measured(form: Formulation, flags: tuple[str, ...] | None, compiler: str = "gcc", ns: float = 10) -> Measurement:
+    build = None if flags is None else Build((compiler,), flags, DOUBLE)
+    u = 2.0**-DOUBLE.bits
+    errors = Errors(u, 1e-16 / u, 1e-16 / u, 1.0, 1.0, 100, 0)
+    return Measurement(Configuration("inverse_dynamics", form, build, DOUBLE, BATCH), Time(ns, ns), errors)
 
 
 def test_times_are_of_one_state_and_every_run_has_its_turn() -> None:
@@ -188,7 +203,7 @@ def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
     assert double <= 1e-10 * printed["drift"][0]["energy"]
 
 
-def test_a_compensated_sum_keeps_what_rounding_takes(form: Form, two_r: Machine, tmp_path: Path) -> None:
+def test_a_compensated_sum_keeps_what_rounding_takes(form: Formulation, two_r: Machine, tmp_path: Path) -> None:
     """100 000 changes of a thousandth of an ulp of 1 and less: the plain sum stays, the compensated one arrives."""
     direct, _ = forms(two_r, Scene(models=("direct_dynamics",)), parameter_values(two_r))
     library = ctypes.CDLL(str(compile_library(render_c(direct[0].package, SINGLE), tmp_path)))
@@ -225,8 +240,8 @@ def test_without_a_compiler_there_is_numpy(two_r: Machine, monkeypatch: pytest.M
     monkeypatch.setenv("CC", "no-such-compiler")
     known = trade(two_r, Scene(models=("direct_dynamics",)), Request("quick", states=4, rounds=1))
     assert known.drifts == [] and any("no-such-compiler" in note for note in known.notes)
-    assert {one.point.build for one in known.figures["direct_dynamics"]} == {None}
-    assert advice(known, 1e-9).fastest[0].point.made_by == "numpy"
+    assert {one.configuration.build for one in known.measurements["direct_dynamics"]} == {None}
+    assert advice(known, 1e-9).fastest[0].configuration.made_by == "numpy"
 
 
 def test_a_flag_that_the_compiler_lacks_is_noted(tmp_path: Path) -> None:
@@ -234,12 +249,12 @@ def test_a_flag_that_the_compiler_lacks_is_noted(tmp_path: Path) -> None:
     compiler.write_text('#!/bin/sh\ncase "$*" in *-ffast-math*) exit 1;; esac\nexec cc "$@"\n')
     compiler.chmod(0o755)
     sets, notes = flag_sets((str(compiler),))
-    assert notes == [f"{compiler} has no -ffast-math: points without it only"]
+    assert notes == [f"{compiler} has no -ffast-math: builds without it only"]
     assert not any(FAST in flags for flags in (sets.best, *sets.others, *sets.every))
 
 
 def test_a_build_that_fails_is_noted(
-    form: Form, two_r: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    form: Formulation, two_r: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: object) -> Path:
         raise CompilationFailed("gcc: killed")
@@ -247,9 +262,9 @@ def test_a_build_that_fails_is_noted(
     monkeypatch.setattr(running, "compile_library", fails)
     jobs = [(form, Build(("gcc",), PLAIN, DOUBLE))]
     states = moderate_states(two_r, 3)
-    made, notes = running.compiled_points(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
+    made, notes = running.compiled_configurations(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
     assert made == [] and notes == ["gcc O2, double: left out, gcc: killed"]
-    made, notes = running.compiled_points(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
+    made, notes = running.compiled_configurations(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
     assert made == [] and "1 of 1 builds left out" in notes[0]
 
 
@@ -273,7 +288,7 @@ def test_a_tolerance_out_of_reach_ends_the_command(monkeypatch: pytest.MonkeyPat
     assert "ns a state" in result.stdout, "the front is shown all the same"
 
 
-def test_the_picture(two_r: Machine, form: Form, tmp_path: Path) -> None:
+def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     from symoro_elastic.trade.plots import plot
 

@@ -7,10 +7,10 @@ import pytest
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium, given_state
 from symoro_elastic.vibration.linearization import linearize
 from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.motion import Motion, State
 from tests.compiled_models import cell, vector
 from tests.references.random_machines import random_machine
 from tests.references.small_motions import as_floats, differences
@@ -24,13 +24,13 @@ def pendulum(up: float = 0.0) -> Machine:
     return machine_of("pendulum", arm, base=WEIGHT)
 
 
-def stiffness(motion: Motion, state: State) -> np.ndarray:
+def stiffness(motion: EquationsOfMotion, state: State) -> np.ndarray:
     sought = list(state.sought)
     return np.linalg.eigvalsh(motion.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)])
 
 
 def test_a_standing_pendulum_falls_unless_it_is_placed() -> None:
-    motion = Motion(pendulum(np.pi))
+    motion = EquationsOfMotion(pendulum(np.pi))
     fallen = equilibrium(motion)
     assert abs(np.cos(fallen.q[0]) + 1) < 1e-14 and (stiffness(motion, fallen) > 0).all()
     standing = equilibrium(motion, {"arm": 0.0})
@@ -38,7 +38,7 @@ def test_a_standing_pendulum_falls_unless_it_is_placed() -> None:
 
 
 def test_a_given_state_may_be_no_equilibrium() -> None:
-    motion = Motion(pendulum())
+    motion = EquationsOfMotion(pendulum())
     state = given_state(motion, {"arm": 0.5}, {"arm": 1.0})
     assert state.qdd[0] == pytest.approx(-9.81 / 0.7 * np.sin(0.5), rel=1e-12)
     above = modes(linearize(motion, given_state(motion, {"arm": np.pi})))
@@ -49,7 +49,7 @@ def test_a_given_state_may_be_no_equilibrium() -> None:
 def test_springs_that_sag_far() -> None:
     """Soft joints that carry 30 bodies: least squares alone end elsewhere, the potential energy leads on."""
     machine = random_machine(3, joints=30, kinds=("motor", "elastic", "fixed"), wrenches=False, friction=False)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     state = equilibrium(motion)
     turned = [abs(state.q[k]) for k in state.sought if motion.joints[k].sigma == 0]
     assert max(turned) > 0.5
@@ -60,7 +60,7 @@ def test_springs_that_sag_far() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_are_the_slope_of_the_energy(seed: int) -> None:
     machine = random_machine(seed, joints=4, wrenches=False, friction=False)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     q = np.random.default_rng(seed).uniform(-1, 1, len(motion.joints))
     found = motion.forces(q, 0 * q, 0 * q)
     h = 1e-5
@@ -75,9 +75,9 @@ def test_torques_given_instead_of_positions() -> None:
     """A hanging load: gravity and a motor's force meet where the spring to the base lets them."""
     base = slide("base", 0, Kind.ELASTIC, 2, spring=spring(1e3))
     machine = machine_of("hanging", base, slide("motor", 1, Kind.MOTOR, 3), base=Base(gravity=vector(0, 0, -10)))
-    state = equilibrium(Motion(machine), {"motor": 0.2}, {"motor": 30.0})
+    state = equilibrium(EquationsOfMotion(machine), {"motor": 0.2}, {"motor": 30.0})
     np.testing.assert_allclose(state.q, [-0.05, 0.2], atol=1e-15)
-    held = equilibrium(Motion(machine), {"motor": 0.2})
+    held = equilibrium(EquationsOfMotion(machine), {"motor": 0.2})
     np.testing.assert_allclose(held.tau, [0.0, 30.0], atol=1e-13)
     assert held.residual < 1e-13
 
@@ -89,7 +89,7 @@ def unsupported(kind: Kind, base: Base = WEIGHT) -> Machine:
 @pytest.mark.parametrize("kind", [Kind.PASSIVE, Kind.ELASTIC])
 def test_an_unsupported_load_is_named(kind: Kind) -> None:
     with pytest.raises(InputError) as error:
-        equilibrium(Motion(unsupported(kind)))
+        equilibrium(EquationsOfMotion(unsupported(kind)))
     assert str(error.value).startswith("loose.toml: equilibrium: there is none: nothing supports hanger (29.43 N); ")
     assert list(modes_of(unsupported(kind, NO_WEIGHT)).eigenvalues) == [0.0]
 
@@ -99,7 +99,7 @@ def test_a_load_on_a_slide_that_only_tilts() -> None:
     turn = Joint("turn", 0, Kind.PASSIVE, 0, "q1", alpha=cell("pi/2"))
     machine = machine_of("tilting", turn, slide("weight", 1, Kind.PASSIVE, 2, alpha=cell("pi/2")), base=WEIGHT)
     with pytest.raises(InputError, match=r"tilting\.toml: equilibrium: there is none: nothing supports weight"):
-        equilibrium(Motion(machine))
+        equilibrium(EquationsOfMotion(machine))
 
 
 def test_a_machine_without_moving_joints() -> None:

@@ -14,10 +14,10 @@ from click.testing import CliRunner
 from symoro_elastic.cli import cli
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Base, Body, Floating, Given, Joint, Kind, Machine
 from symoro_elastic.vibration.energies import kinetic_shares
 from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.free_base import COORDINATES
 from symoro_elastic.vibration.linearization import Linearization, linearize, motion_of, with_motors
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.responses import frequency_response

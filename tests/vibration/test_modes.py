@@ -13,9 +13,9 @@ import scipy.linalg
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.vibration.energies import GRAVITY, frame_shapes, kinetic_shares, strain_shares
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium, given_state
 from symoro_elastic.vibration.linearization import linearize, motion_of
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.sensitivity import sensitivity
 from tests.references import small_motions
 from tests.references.lagrange import lagrange
@@ -124,7 +124,7 @@ def test_modes_from_lagrange_equations() -> None:
 @pytest.mark.parametrize("seed", [1, 4])
 def test_equilibrium_and_frequencies_against_50_digits(seed: int) -> None:
     machine = random_machine(seed, joints=5, kinds=("motor", "elastic", "fixed"), friction=False, wrenches=False)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     at = {motion.names[k]: 0.3 for k in motion.motors}
     state = equilibrium(motion, at)
     exact = small_motions.equilibrium(machine, state.q.tolist(), state.sought)
@@ -197,7 +197,7 @@ def test_a_pendulum_swings_by_gravity_alone() -> None:
 def test_a_given_state_is_linearized_along_its_motion(seed: int) -> None:
     """M, D, K at q, qd and the accelerations there, against differences of the reference."""
     machine = random_machine(seed + 20, joints=4, friction=False)
-    motion = Motion(machine)
+    motion = EquationsOfMotion(machine)
     q, qd, tau = random_state(machine, seed)
     torques = {motion.names[k]: x for k, x in zip(motion.motors, tau, strict=True)}
     state = given_state(

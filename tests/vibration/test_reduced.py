@@ -10,10 +10,10 @@ import pytest
 import scipy.integrate
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import Measurements, read_measurements, write_csv
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.reduced import reduced, rigid, rotors, with_ratios
+from symoro_elastic.time_series.measurements import Measurements, read_measurements, write_csv
 from symoro_elastic.vibration.comparison import compare, course_of, move
-from symoro_elastic.vibration.reduced import reduced, rigid, rotors, with_ratios
 from tests.compiled_models import cell, vector
 from tests.references.multiprecision import bias_forces, inertia_matrix
 from tests.references.random_machines import random_machine, random_state

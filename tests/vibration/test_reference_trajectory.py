@@ -12,17 +12,19 @@ import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import read_columns
-from symoro_elastic.identification.simulation import numpy_model, runge_kutta
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
+from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.vibration.feed_forward import Following, feed_forward, notes, orders
-from symoro_elastic.vibration.reduced import rigid
-from symoro_elastic.vibration.wanted import along, move, read_wanted, through, times
+from symoro_elastic.simulation.explicit import step
+from symoro_elastic.simulation.tableaus import RK4
+from symoro_elastic.time_series.columns import read_columns
+from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
+from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
 from tests.cli.test_commands import EXAMPLES, refused, run
 from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
@@ -50,19 +52,19 @@ def outboard(machine: Machine, q: Any) -> Any:
     return np.stack([block.sum(axis=1) for block in np.split(q, first[1:], axis=1)], axis=1)
 
 
-def simulated(found: Following) -> Any:
+def simulated(found: FeedForward) -> Any:
     """q (N, n) under the torques alone, by the direct model; steps of two samples, so that stages are at samples."""
     model = numpy_model(found.machine)
-    h, q, qd = found.t[2] - found.t[0], found.q[0], found.qd[0]
-    followed = [q]
+    h, y = found.t[2] - found.t[0], np.array([found.q[0], found.qd[0]])
+
+    def rate(t: float, y: Any) -> Any:
+        return np.array([y[1], model.direct_dynamics(*y, found.tau[round(2 * t / h)])])
+
+    positions = [y[0]]
     for k in range(0, len(found.t) - 2, 2):
-
-        def rate(t: float, q: Any, qd: Any) -> Any:
-            return np.asarray(model.direct_dynamics(q, qd, found.tau[round(2 * t / h)]))
-
-        q, qd = runge_kutta(rate, k * h / 2, q, qd, h)
-        followed.append(q)
-    return np.array(followed)
+        y = step(RK4, rate, k * h / 2, y, h)
+        positions.append(y[0])
+    return np.array(positions)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +145,7 @@ def columns(order: int, degree: int = 9, letter: str = "y") -> dict[str, Any]:
 @pytest.mark.parametrize("letter", ["y", "q"])
 def test_columns_of_a_file(name: str, letter: str, tmp_path: Path) -> None:
     machine = drive()
-    found = feed_forward(machine, read_wanted(written(tmp_path / name, columns(4, letter=letter)), machine))
+    found = feed_forward(machine, read_reference(written(tmp_path / name, columns(4, letter=letter)), machine))
     wanted = feed_forward(machine, move(machine, {}, {"": 0.1}, 0.4, 9, 500))
     np.testing.assert_allclose(found.tau, wanted.tau, rtol=0, atol=1e-12 * abs(wanted.tau).max())
 
@@ -153,7 +155,7 @@ def test_positions_of_a_file(tmp_path: Path) -> None:
     machine = drive()
     t = np.linspace(0, 1, 41)
     path = written(tmp_path / "w.csv", {"t [ms]": 1e3 * t, "y_motor [mm]": 50 * np.cos(3 * t)})
-    found = feed_forward(machine, read_wanted(path, machine, usual=9, rate=100))
+    found = feed_forward(machine, read_reference(path, machine, usual=9, rate=100))
     torque = 0.05 * (-9 * 8 + 81 * 15 / 2e4) * np.cos(3 * found.t)
     np.testing.assert_allclose(found.tau[:, 0], torque, rtol=0, atol=1e-6 * abs(torque).max())
     assert not notes(found)[0].startswith("motor: derivative")
@@ -178,7 +180,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
          "motor: 2 derivatives of its motion are given (derivative 2 changes by "),
         ({"t": columns(0)["t"]}, "y_motor: missing"),
         ({x: y for x, y in columns(4).items() if x != "ydd_motor"}, "ydd_motor: missing"),
-        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: a wanted motion is that of what motors drive"),
+        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: motors and their springs have a trajectory"),
         (columns(0) | {"y_load": columns(0)["t"]}, "y_load: load is elastic and has no motor: y belongs to motor"),
         (columns(0) | {"t": columns(0)["t"][::-1]}, "t: does not increase at sample 2"),
         (columns(0) | {"y_motor": np.full(201, np.nan)}, "y_motor: NaN or infinity"),
@@ -188,7 +190,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
 def test_files_refused(columns: dict[str, Any], said: str, tmp_path: Path) -> None:
     machine = drive()
     with pytest.raises(InputError) as error:
-        feed_forward(machine, read_wanted(written(tmp_path / "w.npz", columns), machine))
+        feed_forward(machine, read_reference(written(tmp_path / "w.npz", columns), machine))
     assert f"w.npz: {said}" in str(error.value) and "\n" not in str(error.value)
 
 

@@ -7,8 +7,8 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 
-from symoro_elastic.identification.simulation import numpy_model
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response, with_modal_damping

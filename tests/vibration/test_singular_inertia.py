@@ -13,11 +13,11 @@ import pytest
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import given_state
 from symoro_elastic.vibration.inertia import needing, without_inertia
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response
 from symoro_elastic.vibration.tracking import over_grid
 from symoro_elastic.vibration.zeros import poles_and_zeros
@@ -58,7 +58,7 @@ def test_a_motor_without_inertia_is_named(asked: str) -> None:
 
 def test_a_given_state_without_inertia() -> None:
     with pytest.raises(InputError, match=r"in a motion of motor and load; give motor an inertia$"):
-        given_state(Motion(drive(m1=0.0)))
+        given_state(EquationsOfMotion(drive(m1=0.0)))
 
 
 def test_a_negative_inertia_is_named() -> None:
@@ -84,9 +84,9 @@ def test_the_fewest_joints_that_mend_it() -> None:
 
 def test_positions_of_a_grid_are_named() -> None:
     with pytest.raises(InputError) as refusal:
-        over_grid(Motion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]})
+        over_grid(EquationsOfMotion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]})
     assert str(refusal.value) == f"sing.toml: inertia matrix at pitch = 0: {YAW}"
-    held = over_grid(Motion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]}, held=["yaw"])
+    held = over_grid(EquationsOfMotion(on_the_axis()), {"pitch": [-1.0, 0.0, 1.0]}, held=["yaw"])
     assert held.frequencies.shape == (3, 2)
 
 
@@ -108,4 +108,4 @@ def test_joints_of_a_grid_are_named_once() -> None:
         "motor_y=0:1:2",
     )
     with pytest.raises(InputError, match="--over: pitch and q_pitch are not joints of their own"):
-        over_grid(Motion(on_the_axis()), {"pitch": [0.1], "q_pitch": [0.2]})
+        over_grid(EquationsOfMotion(on_the_axis()), {"pitch": [0.1], "q_pitch": [0.2]})

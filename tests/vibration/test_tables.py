@@ -13,10 +13,10 @@ from rich.console import Console
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.vibration.comparison import compare
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import given_state
 from symoro_elastic.vibration.linearization import linearize
 from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.plots import bode, plot_response
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.sensitivity import sensitivity
@@ -68,7 +68,7 @@ def test_a_comparison_says_what_grows() -> None:
 
 
 def test_modes_over_positions_say_what_grows() -> None:
-    found = over_grid(Motion(pole()), {"lift": [0.0, 1.0]}, {"pole": 0.0}, held=["lift"])
+    found = over_grid(EquationsOfMotion(pole()), {"lift": [0.0, 1.0]}, {"pole": 0.0}, held=["lift"])
     assert text(tracked_table(found)).count(GROWS) == 2
     assert "mode 1 grows at 2 of 2 positions" in tracked_conclusion(found)
     np.testing.assert_array_equal(tracked_json(found)["growth"], found.growth)
@@ -101,7 +101,7 @@ def test_frequencies_of_their_own_keep_their_slopes() -> None:
 
 
 def test_a_given_state_that_is_not_at_rest_says_so(tmp_path: Path) -> None:
-    motion = Motion(machine_of("lift", slide("lift", 0, Kind.MOTOR, 2), base=WEIGHT))
+    motion = EquationsOfMotion(machine_of("lift", slide("lift", 0, Kind.MOTOR, 2), base=WEIGHT))
     falling = linearize(motion, given_state(motion, rates={"lift": -3.0}))
     note = "not at rest: qd up to 3 m/s at joint lift, qdd up to 9.81 m/s2 at joint lift"
     assert falling.notes == falling.unrest == (note,)

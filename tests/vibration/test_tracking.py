@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.modes import clusters
-from symoro_elastic.vibration.motion import Motion
 from symoro_elastic.vibration.tracking import Tracked, over_grid, pair
 from tests.vibration.machines import crossing, modes_of, twins
 from tests.vibration.test_modes import two_axis
 
 
 def through_the_crossing(positions: list[float]) -> Tracked:
-    return over_grid(Motion(crossing()), {"radius": positions}, held=["radius"])
+    return over_grid(EquationsOfMotion(crossing()), {"radius": positions}, held=["radius"])
 
 
 def test_frequencies_cross_and_keep_their_modes() -> None:
@@ -23,7 +23,7 @@ def test_frequencies_cross_and_keep_their_modes() -> None:
     turn, beside = np.sqrt(1e4 / 4) / radii / (2 * np.pi), np.full(11, 100 / (2 * np.pi))
     np.testing.assert_allclose(found.frequencies, np.stack([beside, turn], axis=1), rtol=1e-14)
     assert found.mac.min() > 1 - 1e-12 and not found.doubtful
-    exactly = found.found[4]
+    exactly = found.modes[4]
     assert radii[4] == 0.5 and len(clusters(np.sort(exactly.eigenvalues))) == 1
     np.testing.assert_allclose(np.abs(exactly.shapes[:, 1]), [1.0, 0.0], atol=1e-12)
 
@@ -40,9 +40,9 @@ def test_sorted_modes_would_be_mixed_up() -> None:
 
 def test_a_repeated_frequency_keeps_its_shapes() -> None:
     """Any basis of the subspace is right; the one before is kept."""
-    found = over_grid(Motion(twins()), {"table": np.linspace(0, 3, 7).tolist()}, held=["table"])
-    first = found.found[0].shapes
-    for each in found.found:
+    found = over_grid(EquationsOfMotion(twins()), {"table": np.linspace(0, 3, 7).tolist()}, held=["table"])
+    first = found.modes[0].shapes
+    for each in found.modes:
         np.testing.assert_allclose(each.shapes, first, atol=1e-12)
     assert found.mac.min() > 1 - 1e-12
 
@@ -61,7 +61,7 @@ def test_a_turned_basis_is_turned_back() -> None:
 def test_a_grid_of_two_joints() -> None:
     """Every point is paired with its neighbour; frequencies there are those found alone."""
     grid = {"motor_x": [0.0, 0.3], "motor_y": [0.0, 0.2, 0.4]}
-    found = over_grid(Motion(two_axis()), grid, held=["motor_x", "motor_y"])
+    found = over_grid(EquationsOfMotion(two_axis()), grid, held=["motor_x", "motor_y"])
     assert found.lengths == (2, 3) and found.before == (0, 0, 1, 0, 3, 4)
     assert found.positions[4].tolist() == [0.3, 0.2]
     alone = modes_of(two_axis(), {"motor_x": 0.3, "motor_y": 0.2}, held=["motor_x", "motor_y"])
@@ -72,8 +72,8 @@ def test_a_grid_of_two_joints() -> None:
 def test_a_coarse_grid_says_so() -> None:
     """Far apart, positions of the two-axis machine leave pairs in doubt that neighbours do not."""
     positions = [0.0, 40.0]
-    coarse = over_grid(Motion(two_axis()), {"motor_y": positions})
-    fine = over_grid(Motion(two_axis()), {"motor_y": np.linspace(0, 0.4, 5).tolist()})
+    coarse = over_grid(EquationsOfMotion(two_axis()), {"motor_y": positions})
+    fine = over_grid(EquationsOfMotion(two_axis()), {"motor_y": np.linspace(0, 0.4, 5).tolist()})
     assert coarse.doubtful and not fine.doubtful
 
 

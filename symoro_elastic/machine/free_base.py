@@ -1,4 +1,4 @@
-"""A floating base as six joints without springs: three slides along axes of the world, then three turns.
+"""A floating base as six joints without springs: three prismatic along axes of the world, then three revolute.
 
 Small motions are about a base whose axes are those of the world. One whose acceleration is known is held.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine
 from symoro_elastic.machine.scene import BASE
@@ -18,7 +17,7 @@ QUARTER = Formula.parse("pi/2")
 
 
 def with_base_coordinates(machine: Machine) -> Machine:
-    """The machine on a base at rest, its own six degrees of freedom being its first joints.
+    """Return the machine on a base at rest, its six degrees of freedom being the first joints.
 
     Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. Raises `InputError` for a joint
     that has the name of the base.
@@ -29,7 +28,7 @@ def with_base_coordinates(machine: Machine) -> Machine:
         return replace(machine, floating=None)
     if any(joint.name == BASE for joint in machine.joints):
         what = f"on a floating base this name belongs to the base: choose another for the joint {BASE!r}"
-        raise InputError(machine.source or machine.name, "joints", what)
+        raise machine.error("joints", what)
     coordinates = [_coordinate(k, name) for k, name in enumerate(COORDINATES)]
     base = Joint(BASE, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
     before = len(coordinates) + 1
@@ -38,6 +37,6 @@ def with_base_coordinates(machine: Machine) -> Machine:
 
 
 def _coordinate(k: int, name: str) -> Joint:
-    """Joint k + 1: a slide for k up to 2, then a turn, its axis the next of x, y, z."""
+    """Return joint k + 1: prismatic for k up to 2, then revolute, its axis the next of x, y, z."""
     turns = k > 2
     return Joint(name, k, Kind.PASSIVE, 0 if turns else 1, name, gamma=QUARTER, alpha=QUARTER, theta=ZERO, r=ZERO)

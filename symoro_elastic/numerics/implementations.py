@@ -1,4 +1,4 @@
-"""What is compared with the reference: generated C, generated numpy, and the equations on floats."""
+"""Implementations of a model that can be run: generated C, generated numpy, the traced program on floats."""
 
 from __future__ import annotations
 
@@ -6,41 +6,45 @@ import importlib.util
 import itertools
 import math
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage
-from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.states import States
+from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.program import Program
 
-Array = NDArray[np.float64]
-Results = dict[str, Array]
-Candidate = Callable[[TracedModel, States], Results]
+ResultArrays = dict[str, Array]
+Implementation = Callable[[TracedModel, States], ResultArrays]
 
 _numbers = itertools.count()
 
 
-def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Candidate:
+def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implementation:
     """The compiled functions: state by state, or all states by one call where a model depends on the state."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         call = compiled.call_batch if batch and traced.model.arguments else compiled.call
         return _spread(traced, call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
 
     return run
 
 
-def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
+def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
     """The generated package: all states in one call, or one at a time on plain floats."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         function = getattr(module, traced.model.name)
         if stacked:
             return _spread(traced, _named(traced, function(**_arguments(traced, states), p=p)), len(states))
@@ -50,10 +54,10 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Candidate:
     return run
 
 
-def equations_on_floats(values: Mapping[str, float]) -> Candidate:
+def equations_on_floats(values: Mapping[str, float]) -> Implementation:
     """The traced program in double precision, without code; NaN where it has no value."""
 
-    def run(traced: TracedModel, states: States) -> Results:
+    def run(traced: TracedModel, states: States) -> ResultArrays:
         rows = [_evaluated(traced.program, _symbols(traced, states, state, values)) for state in range(len(states))]
         columns = zip(*rows, strict=True)
         return {
@@ -64,20 +68,28 @@ def equations_on_floats(values: Mapping[str, float]) -> Candidate:
     return run
 
 
+def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
+    """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base."""
+    refuse_floating(machine, "simulation")
+    files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
+    with tempfile.TemporaryDirectory() as folder:
+        return import_package(files, Path(folder))
+
+
 def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
     """Write a generated numpy package to a folder and import it under a name of its own."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     name = f"symoro_elastic_generated_{next(_numbers)}"
-    found = importlib.util.spec_from_file_location(
+    spec = importlib.util.spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
-    if found is None or found.loader is None:
+    if spec is None or spec.loader is None:
         raise ImportError(f"{folder} holds no package")
-    module = sys.modules[name] = importlib.util.module_from_spec(found)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
-        found.loader.exec_module(module)
+        spec.loader.exec_module(module)
     finally:
         for loaded in [loaded for loaded in sys.modules if loaded == name or loaded.startswith(f"{name}.")]:
             del sys.modules[loaded]
@@ -89,13 +101,13 @@ def _arguments(traced: TracedModel, states: States, state: int | slice = slice(N
     return {name: getattr(states, name)[state] for name in traced.model.arguments}
 
 
-def _named(traced: TracedModel, results: Any) -> Results:
+def _named(traced: TracedModel, results: Any) -> ResultArrays:
     names = tuple(traced.rows)
     return dict(zip(names, results if len(names) > 1 else (results,), strict=True))
 
 
-def _spread(traced: TracedModel, results: Results, states: int) -> Results:
-    """Results by state also where they depend on parameters only."""
+def _spread(traced: TracedModel, results: ResultArrays, states: int) -> ResultArrays:
+    """ResultArrays by state also where they depend on parameters only."""
     shapes = {output.name: output.shape for output in traced.program.outputs}
     return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 

@@ -1,4 +1,4 @@
-"""Machines whose outboard motion does not tell, in closed form, what the motors must do: which joints, and why."""
+"""Checks of feed-forward: machines whose motor torques have no closed form in the outboard motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
 
-HIGHEST = 12
+HIGHEST_DERIVATIVE = 12
 """The highest derivative by time that a function takes."""
 
 
@@ -60,8 +60,9 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool) -> Iterator[tuple[
 
 
 def refuse_high_order(bound: Bound, j: int, order: int) -> NoReturn:
-    """Raise `InputError` for a motion that would be needed with more derivatives than can be given."""
-    what = f"its motion is needed with {order} derivatives, at most {HIGHEST} can be given: lock springs in a scene"
+    """Raise `InputError` for a motion that is needed with more derivatives than can be given."""
+    given = f"at most {HIGHEST_DERIVATIVE} can be given"
+    what = f"its motion is needed with {order} derivatives, {given}: lock springs in a scene"
     _refuse(bound, place_of(j, bound.machine.joint(j)), what)
 
 

@@ -1,4 +1,4 @@
-"""Numbers in the table become parameters, so that a frequency has a sensitivity to each of them."""
+"""Numbers of the table as parameters, so that a frequency has a sensitivity to each of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 
 
 def with_named_cells(machine: Machine) -> Machine:
-    """The machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` that have values.
+    """Return the machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` with values.
 
     Parameters keep their names. Zeros and angles stay as they are: they are the structure of a machine.
     """
@@ -25,7 +25,7 @@ def with_named_cells(machine: Machine) -> Machine:
 
 
 def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
-    """The machine with other values of parameters, and of numbers in its table by the names of `with_named_cells`.
+    """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
 
     Raises `InputError` for names that do not exist.
     """
@@ -40,7 +40,7 @@ def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
 
 def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
     """Raise `InputError` for a value of a parameter that does not exist, or that is no finite number."""
-    source = machine.source or machine.name
+    source = machine.label
     for name, x in values.items():
         if name not in names:
             raise InputError(source, "parameters", f"no parameter {quoted(name)}{did_you_mean(name, names)}")

@@ -14,13 +14,13 @@ from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.reference import Numbers, Point, distance, dot
+from symoro_elastic.numerics.reference import Numbers, StateReference, distance, dot
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 
 
 @dataclass(frozen=True)
-class Followed:
+class FeedForwardMotion:
     """q, qd, qdd of all joints on a wanted motion, and the forces A qdd + H that it takes."""
 
     q: Numbers
@@ -29,7 +29,7 @@ class Followed:
     forces: Numbers
 
 
-def followed(point: Point, traced: TracedModel) -> Followed:
+def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwardMotion:
     """The motion that a feed-forward gives, derived by time, and its forces."""
     symbols: dict[str, Any] = dict(point.names)
     for argument in traced.program.inputs:
@@ -44,40 +44,42 @@ def followed(point: Point, traced: TracedModel) -> Followed:
     H = point.run(point.reference.bias, {"q": place, "qd": velocity})["H"]
     n = len(place)
     rows = [A[row * n : (row + 1) * n] for row in range(n)]
-    return Followed(place, velocity, acceleration, [dot(row, acceleration) + h for row, h in zip(rows, H, strict=True)])
+    return FeedForwardMotion(
+        place, velocity, acceleration, [dot(row, acceleration) + h for row, h in zip(rows, H, strict=True)]
+    )
 
 
-def torques(point: Point, traced: TracedModel) -> dict[str, Numbers]:
+def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
     """Results of a feed-forward, velocities by differentiating q and torques from the equations of motion."""
-    found, machine = followed(point, traced), point.reference.machine
-    by_joint = {name: dict(zip(machine.moving, x, strict=True)) for name, x in _named(found).items()}
+    motion, machine = feed_forward_motion(point, traced), point.reference.machine
+    by_joint = {name: dict(zip(machine.moving, x, strict=True)) for name, x in _named(motion).items()}
     return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
 
 
-def unfollowed(point: Point, traced: TracedModel) -> float:
+def residual(point: StateReference, traced: TracedModel) -> float:
     """How far springs are from their law, and motors and springs from adding up to y, relative."""
-    found, machine = followed(point, traced), point.reference.machine
-    joints = [machine.joints[j - 1] for j in machine.moving]
+    motion, machine = feed_forward_motion(point, traced), point.reference.machine
+    joints = machine.moving_joints
     springs = [
         -point.cell(joint.spring.stiffness) * (q - point.cell(joint.spring.neutral))
-        for joint, q in zip(joints, found.q, strict=True)
+        for joint, q in zip(joints, motion.q, strict=True)
         if joint.kind is Kind.ELASTIC
     ]
-    exerted = [x for joint, x in zip(joints, found.forces, strict=True) if joint.kind is Kind.ELASTIC]
-    q = dict(zip(machine.moving, found.q, strict=True))
+    exerted = [x for joint, x in zip(joints, motion.forces, strict=True) if joint.kind is Kind.ELASTIC]
+    q = dict(zip(machine.moving, motion.q, strict=True))
     bound = Bound(machine)
     elastic = [j for j in machine.moving if j not in bound.motors]
     sums = [
         sum(sense * q[j] for j, sense in zip(drive.joints, drive.senses, strict=True))
         for drive in drives(bound.mechanism, bound.motors, elastic)
     ]
-    scale = max(map(abs, found.forces), default=0) or 1
+    scale = max(map(abs, motion.forces), default=0) or 1
     bent = max((abs(x - y) / scale for x, y in zip(springs, exerted, strict=True)), default=0)
     return max(float(bent), distance(sums, point.numbers("y")))
 
 
-def _named(found: Followed) -> dict[str, Numbers]:
-    return {"tau": found.forces, "q": found.q, "qd": found.qd}
+def _named(motion: FeedForwardMotion) -> dict[str, Numbers]:
+    return {"tau": motion.forces, "q": motion.q, "qd": motion.qd}
 
 
 def _value(x: Any) -> Any:

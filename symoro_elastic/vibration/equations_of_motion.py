@@ -1,8 +1,10 @@
-"""The equations of motion of a machine at a point, with their exact derivatives.
+"""The equations of motion of a machine at a state, and their exact derivatives.
 
     r(q, qd, qdd, p) = A qdd + H(q, qd) + friction + springs and dampers = tau of the motors, else 0    [8], [9]
 
-Coulomb friction is a jump at rest and is left out. Frames are seen in axes of frame 0.
+M = dr/dqdd, D = dr/dqd and K = dr/dq are those of the traced model `linearization`. Dual numbers differentiate what no
+model gives: velocities and accelerations of frames by the state, r and its changes by parameters. Coulomb friction
+jumps at rest and is left out. Frames are in axes of frame 0.
 """
 
 from __future__ import annotations
@@ -13,8 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy
 from symoro_elastic.equations.kinematics import frame_set, motion_expressed_in, velocities
@@ -23,16 +25,17 @@ from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.models.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.symbolic.program import Program
 from symoro_elastic.symbolic.reverse import slopes
-from symoro_elastic.vibration.cells import refuse_values, with_named_cells
 
-Array = NDArray[np.float64]
 DUALS = differentiating(FLOATS)
 LARGEST = 1e9
 """Of a position, a velocity or a torque that is given, SI units."""
@@ -42,8 +45,8 @@ LARGEST = 1e9
 class State:
     """q, qd, qdd (n,) of the moving joints and tau (n,), zero where there is no motor; SI units, radians.
 
-    `sought` are indices of the coordinates that an equilibrium was solved for, `residual` the largest
-    force (N or N m) that is left there.
+    `sought` are indices of the coordinates that an equilibrium was solved for, `residual` is its largest
+    unbalanced force, N or N m.
     """
 
     q: Array
@@ -54,27 +57,27 @@ class State:
     residual: float = 0.0
 
 
-class Motion:
-    """A machine with values for all its parameters; rows follow the joints that move, in table order."""
+class EquationsOfMotion:
+    """The equations of motion of a machine with values for all its parameters; rows follow the moving joints."""
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Raises `InputError` for parameters without a value, or with one and unknown."""
         refuse_floating(machine, "linear models")
         self.given, self.points = machine, points
         self.machine = with_named_cells(_without_coulomb(machine))
-        self.joints: list[Joint] = [self.machine.joints[j - 1] for j in machine.moving]
+        self.joints = self.machine.moving_joints
         self.names = [joint.name for joint in self.joints]
-        self.motors = [k for k, joint in enumerate(self.joints) if joint.kind is Kind.MOTOR]
+        self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
         self.parameters = _values(self.machine, values or {})
 
     @property
     def source(self) -> str:
-        """The file to be named in messages."""
-        return self.machine.source or self.machine.name
+        """The file, or the name of the machine: its name in messages."""
+        return self.machine.label
 
     def index(self, name: str, place: str) -> int:
-        """Number in q of a joint called by its name or variable; raises `InputError`."""
+        """Return the index in q of a joint given by its name or variable; raises `InputError`."""
         known = {str(joint.variable): k for k, joint in enumerate(self.joints)}
         known |= {joint.name: k for k, joint in enumerate(self.joints)}
         if name not in known:
@@ -83,19 +86,24 @@ class Motion:
         return known[name]
 
     def numbered(self, named: Mapping[str, float], place: str) -> dict[int, float]:
-        """Numbers by row of q; raises `InputError` for joints that do not move and for what is no finite number."""
-        found = {self.index(name, place): float(x) for name, x in named.items()}
+        """Return numbers by index in q; raises `InputError` for joints that do not move and numbers out of range."""
+        numbers = {self.index(name, place): float(x) for name, x in named.items()}
         for name, x in named.items():
             if not abs(x) <= LARGEST:
                 raise InputError(self.source, place, f"{name}={x:g} is out of range: give a number up to {LARGEST:g}")
-        return found
+        return numbers
 
     @cached_property
     def residual(self) -> list[Scalar]:
         """Expressions of r, one a joint."""
         bound = self.bound
-        found = dynamics(self.bodies, bound.rates(), bound.given_rules())
-        return [found.Gamma[j] + bound.friction(j) - bound.passive_torque(j) for j in self.machine.moving]
+        Gamma = dynamics(self.bodies, bound.rates(), bound.given_rules()).Gamma
+        return [Gamma[j] + bound.friction(j) - bound.passive_torque(j) for j in self.machine.moving]
+
+    @cached_property
+    def linear_model(self) -> Program:
+        """The traced model `linearization`: M, D, K by one recursion."""
+        return trace(self.machine, "linearization").program
 
     @cached_property
     def bodies(self) -> Mechanism:
@@ -104,19 +112,18 @@ class Motion:
 
     @cached_property
     def potential(self) -> Scalar:
-        """Energy of gravity, of the base's acceleration, and of springs; r at rest, but for wrenches, is its slope."""
+        """Energy of gravity, of the base's acceleration, and of springs; r at rest without wrenches is its gradient."""
         elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.moving]
-        return sum(elastic, gravity_energy(self.bodies, (-self.bodies.acceleration[0])))
+        return sum(elastic, gravity_energy(self.bodies, -self.bodies.acceleration.linear))
 
     @cached_property
     def seen(self) -> tuple[list[Scalar], list[Scalar]]:
         """V_j [3] and V'_j [6] of every frame and point, base included, linear part first, in axes of frame 0."""
         mechanism = replace(self.bound.mechanism, acceleration=self.bound.base_acceleration)
-        found = motion_expressed_in(
-            mechanism, frame_set(mechanism), self.bound.rates(), self.bound.given_accelerations()
-        )
-        v, vd = ([x for twist in twists for x in twist.entries] for twists in found)
-        return v, vd
+        qd, qdd = self.bound.rates(), self.bound.given_accelerations()
+        motion = motion_expressed_in(mechanism, frame_set(mechanism), qd, qdd)
+        V, Vd = ([x for twist in twists for x in twist.entries] for twists in motion)
+        return V, Vd
 
     @cached_property
     def own_velocities(self) -> list[Scalar]:
@@ -124,74 +131,82 @@ class Motion:
         return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
     def row_of(self, number: int, point: int | None = None) -> int:
-        """First of the six rows in `seen` of a frame of the table, or of one of the points."""
+        """Return the first of the six rows in `seen` of a frame of the table, or of one of the points."""
         return 6 * (number if point is None else len(self.machine.joints) + 1 + point)
 
     def potential_energy(self, q: Array) -> float:
-        """Energy in J, up to a constant."""
+        """Return the potential energy in J, up to a constant."""
         zero = np.zeros_like(q)
         return float(evaluate([self.potential], self._symbols(q, zero, zero), FLOATS)(self.potential))
 
     def forces(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """r (n,), N m or N."""
-        value = evaluate(self.residual, self._symbols(q, qd, qdd, self.parameters), FLOATS)
+        """Return r (n,), N m or N."""
+        value = evaluate(self.residual, self._symbols(q, qd, qdd), FLOATS)
         return np.array([float(value(x)) for x in self.residual])
 
     def forces_and_stiffness(self, q: Array) -> tuple[Array, Array]:
-        """r (n,) at rest and its derivative by q (n, n)."""
-        zero, n = np.zeros_like(q), len(q)
-        found, slopes = self._differentiated(self.residual, self._symbols(_seeded(q, np.eye(n)), zero, zero), n)
-        return found, slopes
+        """Return r (n,) and K (n, n) at rest, SI units."""
+        rest = np.zeros_like(q)
+        return self.forces(q, rest, rest), self.matrices("K", q, rest, rest)[0]
+
+    def matrices(self, names: Iterable[str], q: Array, qd: Array, qdd: Array) -> list[Array]:
+        """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians."""
+        entries = {output.name: output.entries for output in self.linear_model.outputs}
+        value = evaluate((x for name in names for x in entries[name]), self._symbols(q, qd, qdd), FLOATS)
+        return [np.array([float(value(x)) for x in entries[name]]).reshape(len(q), len(q)) for name in names]
 
     def jacobians(self, roots: Sequence[Scalar], state: State) -> tuple[Array, Array, Array]:
-        """Derivatives of expressions by q, qd and qdd, each (roots, n)."""
+        """Return the derivatives of expressions by q, qd and qdd, each (roots, n)."""
         n = len(state.q)
         seeds = np.split(np.eye(3 * n), 3)
         q, qd, qdd = map(_seeded, (state.q, state.qd, state.qdd), seeds)
-        symbols = self._symbols(q, qd, qdd)
-        _, slopes = self._differentiated(roots, symbols, 3 * n)
+        value = evaluate(roots, self._symbols(q, qd, qdd), DUALS)
+        slopes = np.zeros((len(roots), 3 * n))
+        for row, x in enumerate(map(value, roots)):
+            if x.__class__ is Dual:
+                slopes[row] = x.slope
         return slopes[:, :n], slopes[:, n : 2 * n], slopes[:, 2 * n :]
 
     def work_slopes(self, state: State, left: Array) -> Mapping[str, Any]:
-        """Slopes of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
-        symbols = self._symbols(state.q, state.qd, state.qdd, self.parameters)
+        """Return the derivatives of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
+        symbols = self._symbols(state.q, state.qd, state.qdd)
         return slopes(self.residual, list(left), symbols, FLOATS)
 
     def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
-        """Slopes of left^T dr, with dr the change of r along dq and dqdd; columns (n, m) belong together.
+        """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each.
 
-        By q (n, m), and by symbol of the parameters, (m,) each.
+        dr is the change of r along dq and dqdd; the columns (n, m) of `left`, dq and dqdd belong together.
         """
         q, qdd = (
             [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
             for block, changes in ((state.q, dq), (state.qdd, dqdd))
         )
-        found = slopes(self.residual, list(left), self._symbols(q, state.qd, qdd, self.parameters), DUALS)
+        by_symbol = slopes(self.residual, list(left), self._symbols(q, state.qd, qdd), DUALS)
         none = np.zeros(left.shape[1])
-        changed = {name: x.slope + none if x.__class__ is Dual else none for name, x in found.items()}
+        changed = {name: x.slope + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
         by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
         return by_q, changed
 
     def body_inertias(self) -> Array:
-        """Spatial inertias JJ_j [13], (bodies, 6, 6), each in its own frame about its origin, linear part first."""
+        """Return the spatial inertias JJ_j [13], (bodies, 6, 6), in the frames of the bodies, linear part first."""
         cells = [[link.body.mass, *link.body.moments, *link.body.inertia] for link in self.bodies.links]
         value = evaluate((x for row in cells for x in row), self.parameters, FLOATS)
         return np.array([_spatial_inertia([float(value(x)) for x in row]) for row in cells])
 
     def rotor_inertias(self) -> Array:
-        """Ia (n,), kg m2 or kg."""
+        """Return Ia (n,), kg m2 or kg."""
         return self.values(link.rotor_inertia for _, link in self._moving_links())
 
     def stiffnesses(self) -> Array:
-        """k (n,) of the springs, N m/rad or N/m, zero where there is none."""
+        """Return k (n,) of the springs, N m/rad or N/m, zero where there is none."""
         return self.values(self.bound.spring(j)[0] for j in self.machine.moving)
 
     def neutral_positions(self) -> Array:
-        """q0 (n,) of the springs, rad or m, zero where there is none."""
+        """Return q0 (n,) of the springs, rad or m, zero where there is none."""
         return self.values(self.bound.cell(joint.spring.neutral) for joint in self.joints)
 
     def values(self, roots: Iterable[Scalar]) -> Array:
-        """Values of expressions of parameters."""
+        """Return the values of expressions of parameters."""
         roots = list(roots)
         value = evaluate(roots, self.parameters, FLOATS)
         return np.array([float(value(x)) for x in roots])
@@ -199,27 +214,12 @@ class Motion:
     def _moving_links(self) -> list[tuple[int, Any]]:
         return [(j, link) for j, link in self.bound.mechanism.from_base() if link.axis is not Axis.NONE]
 
-    def _symbols(
-        self,
-        q: Sequence[Any] | Array,
-        qd: Sequence[Any] | Array,
-        qdd: Sequence[Any] | Array,
-        parameters: Mapping[str, Any] | None = None,
-    ) -> dict[str, Any]:
-        symbols = dict(self.parameters if parameters is None else parameters)
+    def _symbols(self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any]) -> dict[str, Any]:
+        symbols: dict[str, Any] = dict(self.parameters)
         for by_joint, numbers in ((self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd)):
             for symbol, x in zip(by_joint.values(), numbers, strict=True):
                 symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
         return symbols
-
-    def _differentiated(self, roots: Sequence[Scalar], symbols: Mapping[str, Any], size: int) -> tuple[Array, Array]:
-        value = evaluate(roots, symbols, DUALS)
-        found = [value(root) for root in roots]
-        slopes = np.zeros((len(roots), size))
-        for row, x in enumerate(found):
-            if x.__class__ is Dual:
-                slopes[row] = x.slope
-        return np.array([float(x.value if x.__class__ is Dual else x) for x in found]), slopes
 
 
 def _seeded(x: Array, slopes: Array) -> list[Dual]:
@@ -239,8 +239,8 @@ def _spatial_inertia(ten: Sequence[float]) -> Array:
 
 
 def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
-    """Values of all parameters; raises `InputError`."""
-    source, names = machine.source or machine.name, [parameter.name for parameter in machine.parameters]
+    """Return the values of all parameters; raises `InputError`."""
+    source, names = machine.label, [parameter.name for parameter in machine.parameters]
     refuse_values(machine, given, names)
     missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
     if missing:

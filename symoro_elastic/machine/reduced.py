@@ -21,7 +21,7 @@ ZZ = 5
 
 
 def rotors(machine: Machine) -> tuple[int, ...]:
-    """Numbers of revolute motors whose own body is a rotor: a coaxial elastic joint carries what follows."""
+    """Return the numbers of revolute motors whose body is a rotor: a coaxial elastic joint carries the next body."""
     coaxial = {
         joint.antecedent
         for joint in machine.joints
@@ -34,7 +34,7 @@ def rotors(machine: Machine) -> tuple[int, ...]:
 
 
 def reduced(machine: Machine) -> Machine:
-    """Spong's reduced model: the inertia of each rotor about its own axis turns with its joint only.
+    """Return Spong's reduced model: the inertia of each rotor about its own axis turns with its joint only.
 
     ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway.
     """
@@ -50,7 +50,7 @@ def reduced(machine: Machine) -> Machine:
 
 
 def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
-    """The full model: rotors given as Ia behind gears that turn N times as fast, coupled with their bodies.
+    """Return the full model: rotors behind gears that turn N times as fast, coupled with their bodies.
 
     Of Ia, the part Ia / N becomes a body on the joint, and (Ia / N^2 - Ia / N) z z^T joins the inertia of the body
     that carries the rotor; the kinetic energy is then exactly T. Raises `InputError` for joints without a rotor
@@ -74,18 +74,18 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
 
 
 def rigid(machine: Machine) -> Machine:
-    """The rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
+    """Return the rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
     locked = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
     return restricted(machine, Scene(locked=locked))
 
 
 def _geared(machine: Machine, name: str, ratio: float) -> int:
-    source = machine.source or machine.name
+    source = machine.label
     names = [joint.name for joint in machine.joints]
     if name not in names:
         raise InputError(source, "--ratio", f"no joint {quoted(name)}{did_you_mean(name, names)}")
     j = names.index(name) + 1
-    joint = machine.joints[j - 1]
+    joint = machine.joint(j)
     if joint.kind is not Kind.MOTOR or joint.sigma != 0 or joint.rotor_inertia.is_zero:
         able = [o.name for o in machine.joints if o.kind is Kind.MOTOR and o.sigma == 0 and not o.rotor_inertia.is_zero]
         what = f"{name} is no revolute motor with a rotor inertia, so no gear ratio belongs to it"
@@ -98,7 +98,7 @@ def _geared(machine: Machine, name: str, ratio: float) -> int:
 
 
 def _along(joint: Joint, inertia: str) -> dict[int, str]:
-    """Entries of `inertia` z_j z_j^T in the frame of the antecedent, z_j = (sg sa, -cg sa, ca)."""
+    """Return entries of `inertia` z_j z_j^T in the frame of the antecedent, z_j = (sg sa, -cg sa, ca)."""
     x = f"sin({joint.gamma})*sin({joint.alpha})"
     y = f"(-cos({joint.gamma})*sin({joint.alpha}))"
     z = f"cos({joint.alpha})"
@@ -107,7 +107,7 @@ def _along(joint: Joint, inertia: str) -> dict[int, str]:
 
 
 def _with_inertia(body: Body, added: Mapping[int, str]) -> Body:
-    """A body with more inertia, about its centre of mass or its origin alike, since nothing is added to its mass."""
+    """Return a body with more inertia, about its centre of mass or its origin alike: its mass stays."""
     cells = [_sum(cell, Formula.parse(added[k])) if k in added else cell for k, cell in enumerate(body.inertia)]
     return replace(body, inertia=(cells[0], cells[1], cells[2], cells[3], cells[4], cells[5]))
 

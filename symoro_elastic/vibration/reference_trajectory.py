@@ -1,4 +1,4 @@
-"""Wanted motions of what motors drive, with derivatives by time: columns of a file, splines, moves from rest to rest.
+"""Reference trajectories beyond the springs, with time derivatives: from files, splines, moves from rest to rest.
 
 The coordinate y of a motor is its own plus those of the springs behind it. A motion gives k derivatives where the
 first that jumps is the k-th: the next one would be infinite. A spline of degree k gives k.
@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.identification.measurements import named_columns, read_columns
-from symoro_elastic.identification.trajectory import MOST_SAMPLES, motors_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.models.flatness import HIGHEST
-from symoro_elastic.vibration.motion import LARGEST, Array
-from symoro_elastic.vibration.optional import optional
+from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
+from symoro_elastic.vibration.equations_of_motion import LARGEST
 
 RATE = 1000.0  # samples/s
 STROKE = 0.1  # rad or m
@@ -34,8 +34,8 @@ Doubt = tuple[int, str]
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """t (N,) s and by motor y and its derivatives, (orders + 1, N), rad or m; where they come from.
+class ReferenceTrajectory:
+    """t (N,) s; by motor y and its derivatives, (orders + 1, N), rad or m; their source.
 
     `columns` is the letter of its columns in a file, empty for splines; `doubts` tells by motor which derivative is
     the first that is not to be trusted, and why.
@@ -48,14 +48,14 @@ class Wanted:
     doubts: Mapping[str, Doubt] = field(default_factory=dict)
 
     def order(self, motor: str) -> int:
-        """How many derivatives the motion of a motor has."""
+        """Return the number of derivatives of a motor."""
         return len(self.y[motor]) - 1
 
 
-def read_wanted(
+def read_reference(
     path: str | Path, machine: Machine, degree: int | None = None, usual: int = 5, rate: float | None = None
-) -> Wanted:
-    """Columns t, y_<motor>, yd_<motor>, ydd_<motor> ... of a .csv or .npz file, or q_, qd_ ... as `excite` writes.
+) -> ReferenceTrajectory:
+    """Read columns t, y_<motor>, yd_<motor>, ydd_<motor> ... of a .csv or .npz file, or q_, qd_ ... as `excite` writes.
 
     Splines of a degree go through the positions where it is given, and where there are positions only (`usual`);
     they are sampled at `rate` Hz. Raises `InputError`.
@@ -72,28 +72,30 @@ def read_wanted(
         raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
-    return Wanted(t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why})
+    return ReferenceTrajectory(
+        t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why}
+    )
 
 
 def through(
     t: Array, positions: Mapping[str, Array], degree: int, rate: float | None = None, source: str = "motion"
-) -> Wanted:
-    """Interpolating splines of a degree through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
+) -> ReferenceTrajectory:
+    """Return splines of a degree through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
     _refuse_degree(degree, source)
     if len(t) <= degree:
         what = f"{len(t)} points are too few for a spline of degree {degree}: give {degree + 1} or more"
         raise InputError(source, "t", what)
-    make = optional("scipy.interpolate").make_interp_spline
+    make = for_vibrations("scipy.interpolate").make_interp_spline
     curves = {name: make(t, y, k=degree) for name, y in positions.items()}
-    found = along(curves, times(t[0], t[-1], rate), source)
+    trajectory = along(curves, times(t[0], t[-1], rate), source)
     if len(t) <= 2 * degree:
-        return found
-    coarse = along({name: make(t[::2], y[::2], k=degree) for name, y in positions.items()}, found.t)
-    return replace(found, doubts=dict(_doubts(found, coarse)))
+        return trajectory
+    coarse = along({name: make(t[::2], y[::2], k=degree) for name, y in positions.items()}, trajectory.t)
+    return replace(trajectory, doubts=dict(_doubts(trajectory, coarse)))
 
 
-def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
-    """By motor the first derivative that half the points tell otherwise, but for the ends."""
+def _doubts(fine: ReferenceTrajectory, coarse: ReferenceTrajectory) -> Iterator[tuple[str, Doubt]]:
+    """Yield by motor the first derivative that changes with half of the points, away from the ends."""
     inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
     for name, rows in fine.y.items():
         change, size = (np.abs(x[:-1, inside]).max(axis=1) for x in (rows - coarse.y[name], rows))
@@ -106,42 +108,42 @@ def _doubts(fine: Wanted, coarse: Wanted) -> Iterator[tuple[str, Doubt]]:
 def move(
     machine: Machine, start: Mapping[str, float], strokes: Mapping[str, float], duration: float, degree: int,
     rate: float | None = None,
-) -> Wanted:  # fmt: skip
-    """All motors from rest to rest in `duration` s, each as far as its stroke: velocity is a B-spline bell.
+) -> ReferenceTrajectory:  # fmt: skip
+    """Return a move of all motors from rest to rest in `duration` s: velocity is a B-spline.
 
     Of degree 2 it has a triangle of velocity, of degree 3 limited jerk. Raises `InputError`.
     """
-    source = f"{machine.source or machine.name}, move"
+    source = f"{machine.label}, move"
     _refuse_degree(degree, source)
     if not 0 < duration < np.inf:
         raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
-    names = [joint.name for joint in motors_of(machine)]
+    names = [joint.name for joint in machine.motor_joints]
     first, far = (_of_motors(x, machine, place) for x, place in ((start, "--at"), (strokes, "--stroke")))
     knots = duration / degree * np.arange(-degree - 1, 2 * degree + 2)
     rising = np.repeat([0.0, 1.0], degree + 1)
-    spline = optional("scipy.interpolate").BSpline
+    spline = for_vibrations("scipy.interpolate").BSpline
     curves = {name: spline(knots, first[name] + far[name] * rising, degree) for name in names}
     return along(curves, times(0.0, duration, rate, beyond=True), source)
 
 
-def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Wanted:
-    """Curves by motor, each a `BSpline` or a piecewise polynomial (`PPoly`) of scipy, at times (N,) s.
+def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> ReferenceTrajectory:
+    """Return curves by motor at times (N,) s, each a `BSpline` or a piecewise polynomial (`PPoly`) of scipy.
 
     As many derivatives as the curve has before one jumps.
     """
-    return Wanted(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
+    return ReferenceTrajectory(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
 
 
 def times(first: float, last: float, rate: float | None = None, beyond: bool = False) -> Array:
-    """Samples from `first` to `last` s, or to the one `beyond`, at `rate` Hz. Raises `InputError`."""
+    """Return sample times from `first` to `last` s, or to the next one `beyond`, at `rate` Hz. Raises `InputError`."""
     rate = RATE if rate is None else rate
     count = (last - first) * rate
     if not 0 < rate < np.inf or count > MOST_SAMPLES:
         what = f"{rate:g} Hz for {last - first:g} s: give a positive rate, and at most {MOST_SAMPLES:.0g} samples"
         raise InputError("symoro-elastic", "--rate", what)
     steps = np.ceil(count * (1 - 1e-12)) if beyond else np.floor(count * (1 + 1e-12))
-    found: Array = first + np.arange(int(steps) + 1) / rate
-    return found
+    samples: Array = first + np.arange(int(steps) + 1) / rate
+    return samples
 
 
 def _sampled(curve: Any, t: Array) -> Array:
@@ -150,39 +152,39 @@ def _sampled(curve: Any, t: Array) -> Array:
 
 
 def _smoothness(curve: Any) -> int:
-    """The first derivative that jumps, at most one that can be used."""
+    """Return the first derivative that jumps, at most the highest that can be used."""
     if hasattr(curve, "t"):
         inside = curve.t[(curve.t > curve.t[curve.k]) & (curve.t < curve.t[-curve.k - 1])]
         most = int(np.unique(inside, return_counts=True)[1].max(initial=1)) if len(inside) else 1
-        return min(int(curve.k) - most + 1, HIGHEST)
-    for k in range(HIGHEST):
+        return min(int(curve.k) - most + 1, HIGHEST_DERIVATIVE)
+    for k in range(HIGHEST_DERIVATIVE):
         slope = curve.derivative(k) if k else curve
         ends = np.diff(slope.x[:-1])
         before = np.array([np.polyval(c, h) for c, h in zip(slope.c[:, :-1].T, ends, strict=True)])
         after = slope.c[-1, 1:]
         if (np.abs(after - before) > JUMP * max(np.abs(before).max(initial=0), np.abs(after).max(initial=0))).any():
             return k
-    return HIGHEST
+    return HIGHEST_DERIVATIVE
 
 
 def _refuse_degree(degree: int, source: str) -> None:
-    if not 1 <= degree <= HIGHEST + 1:
-        raise InputError(source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST + 1}")
+    if not 1 <= degree <= HIGHEST_DERIVATIVE + 1:
+        raise InputError(
+            source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
+        )
 
 
 def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
-    """Numbers by name of motor; those called by "" are of all others. Raises `InputError`."""
-    motors = motors_of(machine)
+    """Return numbers by name of motor; "" stands for all others. Raises `InputError`."""
+    motors = machine.motor_joints
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     for name, x in given.items():
         if name and name not in known:
-            raise InputError(
-                machine.source or machine.name, place, f"no motor {quoted(name)}{did_you_mean(name, known)}"
-            )
+            raise InputError(machine.label, place, f"no motor {quoted(name)}{did_you_mean(name, known)}")
         if not abs(x) <= LARGEST:
-            raise InputError(machine.source or machine.name, place, f"{x:g} is out of range: give up to {LARGEST:g}")
-    found = {known[name]: x for name, x in given.items() if name}
-    return {joint.name: found.get(joint.name, given.get("", 0.0)) for joint in motors}
+            raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST:g}")
+    named = {known[name]: x for name, x in given.items() if name}
+    return {joint.name: named.get(joint.name, given.get("", 0.0)) for joint in motors}
 
 
 def _time(named: Mapping[tuple[str, str], Array], source: str) -> Array:
@@ -197,32 +199,32 @@ def _time(named: Mapping[tuple[str, str], Array], source: str) -> Array:
 
 
 def _letter(named: Mapping[tuple[str, str], Array]) -> str:
-    """What positions are called in a file."""
+    """Return the letter of positions in a file: y or q."""
     letters = {quantity[0] for quantity, _ in named}
     return "q" if "q" in letters and "y" not in letters else "y"
 
 
 def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, source: str) -> dict[str, Array]:
-    """y and its derivatives without gap, by motor. Raises `InputError`."""
-    motors = [joint.name for joint in motors_of(machine)]
+    """Return y and its derivatives without gap, by motor. Raises `InputError`."""
+    motors = [joint.name for joint in machine.motor_joints]
     others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
     if others:
-        what = "a wanted motion is that of what motors drive, springs included: give y_<motor>, yd_<motor> ... alone"
+        what = "motors and their springs have a trajectory, other joints none: give y_<motor>, yd_<motor> ... alone"
         raise InputError(source, others[0], what)
-    found = {}
+    trajectories = {}
     for name in motors:
-        orders = [k for k in range(HIGHEST + 1) if (letter + "d" * k, name) in named]
+        orders = [k for k in range(HIGHEST_DERIVATIVE + 1) if (letter + "d" * k, name) in named]
         if orders != list(range(len(orders))) or not orders:
-            lacking = next(k for k in range(HIGHEST + 2) if k not in orders)
+            lacking = next(k for k in range(HIGHEST_DERIVATIVE + 2) if k not in orders)
             raise InputError(source, f"{letter}{'d' * lacking}_{name}", "missing: give it in a column of this name")
-        found[name] = np.array([named[letter + "d" * k, name] for k in orders])
-        if not np.isfinite(found[name]).all():
+        trajectories[name] = np.array([named[letter + "d" * k, name] for k in orders])
+        if not np.isfinite(trajectories[name]).all():
             raise InputError(source, f"{letter}_{name}", "NaN or infinity in the motion or its derivatives")
-    return found
+    return trajectories
 
 
 def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
-    """The first derivative of which the next is not the slope, and how it shows; the last where all is well.
+    """Return the first derivative whose successor is not its slope, and the reason; the last one where there is none.
 
     The trapezoidal rule misses h y'' / 12 of a smooth derivative, and half a jump of the last one.
     """

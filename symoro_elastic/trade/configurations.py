@@ -1,15 +1,14 @@
-"""The points of the trade: a form, compiled one way or run by numpy, called for one state or for many."""
+"""Configurations under comparison: a formulation, compiled one way or run by numpy, called for one or many states."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.numerics.accuracy import Errors
 from symoro_elastic.symbolic.program import OperationCount
 from symoro_elastic.trade.builds import Build
-from symoro_elastic.trade.forms import Form
+from symoro_elastic.trade.forms import Formulation
 from symoro_elastic.trade.timing import Time
 
 SINGLE_CALL, BATCH = "single call", "batch"
@@ -17,11 +16,11 @@ CALLS = (SINGLE_CALL, BATCH)
 
 
 @dataclass(frozen=True)
-class Point:
-    """A way to compute a model; `build` is None for numpy."""
+class Configuration:
+    """One way to compute a model; `build` is None for numpy."""
 
     model: str
-    form: Form
+    form: Formulation
     build: Build | None
     precision: Precision = field(hash=False)
     call: str
@@ -33,7 +32,7 @@ class Point:
 
     @property
     def words(self) -> str:
-        """The whole point in a few words."""
+        """Formulation, precision, compiler and call, as a table names them."""
         return f"{self.form.words}; {self.precision.name}; {self.made_by}; {self.call}"
 
     @property
@@ -41,16 +40,12 @@ class Point:
         """Whether it may be advised: not with -ffast-math."""
         return self.build is None or self.build.is_safe
 
-    def but(self, **changes: Any) -> Point:
-        """The point that differs in these choices."""
-        return replace(self, **changes)
-
 
 @dataclass(frozen=True)
-class Figures:
-    """What was found of a point: ns a state, errors (of results as the user gets them)."""
+class Measurement:
+    """Time and errors of a configuration; errors are those of the results that a user gets."""
 
-    point: Point
+    configuration: Configuration
     time: Time
     errors: Errors
 
@@ -67,9 +62,9 @@ class Figures:
     @property
     def count(self) -> OperationCount:
         """Operations of a call."""
-        return self.point.form.count(self.point.model)
+        return self.configuration.form.count(self.configuration.model)
 
 
 def judged_in(precision: Precision) -> Precision:
-    """The precision in whose units errors are told: sums of two doubles come back rounded to one."""
+    """Return the precision in whose units errors are given: double for double-double, which returns doubles."""
     return DOUBLE if precision.is_pair else precision

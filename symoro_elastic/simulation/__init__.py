@@ -1,0 +1,1 @@
+"""Integration of the equations of motion over time."""

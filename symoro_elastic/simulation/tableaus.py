@@ -1,0 +1,54 @@
+"""Butcher tableaus of Runge-Kutta methods, written as they are printed in their sources."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+Row = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """Coefficients of an explicit Runge-Kutta method: nodes c, matrix A (strictly lower triangular), weights b."""
+
+    order: int
+    c: Row
+    A: tuple[Row, ...]
+    b: Row
+
+    @classmethod
+    def printed(cls, order: int, text: str) -> Tableau:
+        """Return the tableau of a text: lines `c_i | a_i1 a_i2 ...`, the last one `| b_1 b_2 ...`."""
+        *stages, (_, weights) = [line.split("|") for line in text.strip().splitlines()]
+        nodes = tuple(Fraction(node) for node, _ in stages)
+        return cls(order, nodes, tuple(_row(entries) for _, entries in stages), _row(weights))
+
+    @cached_property
+    def stages(self) -> tuple[tuple[float, tuple[float, ...]], ...]:
+        """c_i and the row i of A, in double precision."""
+        return tuple((float(c), tuple(map(float, row))) for c, row in zip(self.c, self.A, strict=True))
+
+    @cached_property
+    def weights(self) -> tuple[float, ...]:
+        """The weights b in double precision."""
+        return tuple(map(float, self.b))
+
+
+def _row(text: str) -> Row:
+    return tuple(map(Fraction, text.split()))
+
+
+RK4 = Tableau.printed(
+    4,
+    """
+    0   |
+    1/2 | 1/2
+    1/2 | 0    1/2
+    1   | 0    0    1
+        | 1/6  2/6  2/6  1/6
+    """,
+)
+"""The classical method of fourth order: Kutta, Zeitschrift fuer Mathematik und Physik 46 (1901); Hairer, Norsett and
+Wanner, Solving Ordinary Differential Equations I, section II.1, table 1.2."""

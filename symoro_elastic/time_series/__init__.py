@@ -1,0 +1,1 @@
+"""Sampled motions and torques: files, units, checks."""

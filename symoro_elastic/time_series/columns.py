@@ -1,0 +1,199 @@
+"""Columns of motions and measurements in CSV and NPZ files, by quantity and joint, in SI units.
+
+A CSV file has one header line; its columns are `t` (s), `q_<joint>` (rad or m), `qd_<joint>`, `qdd_<joint>` and
+`tau_<motor>` (N m or N); `y_<motor>`, `yd_<motor>` ... are reference trajectories. A joint is called by its name or
+by its variable. A unit may follow in brackets: `q_slide [mm]`. An NPZ file holds the same names as arrays of one
+axis, or `t` (N), `q` (N x n), `tau` (N x m), `qd`, `qdd`.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean
+
+Columns = dict[str, Array]
+"""Columns of a file by header."""
+
+MOST_SAMPLES = 5_000_000
+"""Of a trajectory that is written."""
+UNITS = {
+    "s": ("t", 1.0), "ms": ("t", 1e-3), "us": ("t", 1e-6),
+    "m": ("slide", 1.0), "mm": ("slide", 1e-3), "um": ("slide", 1e-6),
+    "rad": ("turn", 1.0), "mrad": ("turn", 1e-3), "deg": ("turn", math.pi / 180),
+    "N": ("force", 1.0), "kN": ("force", 1e3),
+    "N m": ("torque", 1.0), "Nm": ("torque", 1.0), "mN m": ("torque", 1e-3), "mNm": ("torque", 1e-3),
+}  # fmt: skip
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+_HEADER = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
+_QUANTITY = re.compile(r"(?P<quantity>[qy]d*|tau)_(?P<joint>.+)")
+_BLOCK = re.compile("[qy]d*|tau")
+
+
+def read_columns(path: str | Path, machine: Machine) -> Columns:
+    """Return the columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
+    path = Path(path)
+    if path.suffix.lower() == ".npz":
+        return _read_npz(path, machine)
+    if path.suffix.lower() in (".csv", ".txt"):
+        return _read_csv(path)
+    raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
+
+
+def _read_csv(path: Path) -> Columns:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            lines = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if any(map(str.strip, row))]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(str(path), "file", f"cannot be read: {_reason(error)}") from None
+    if len(lines) < 2:
+        raise InputError(str(path), "file", "holds no samples: a header line, then one line a sample")
+    header = [name.strip() for name in lines[0][1]]
+    if _is_number(header[0]):
+        what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
+        raise InputError(str(path), "line 1", what)
+    if len(set(header)) < len(header):
+        double = next(name for name in header if header.count(name) > 1)
+        raise InputError(str(path), double, "two columns have this name")
+    rows = [_numbers(path, number, row, header) for number, row in lines[1:]]
+    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+
+
+def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
+    if len(row) != len(header):
+        raise InputError(str(path), f"line {line}", f"has {len(row)} cells, the header has {len(header)}")
+    for name, cell in zip(header, row, strict=True):
+        if not _is_number(cell):
+            what = f"{cell.strip()[:30]!r} is no number" if cell.strip() else "is empty: a gap in the data"
+            raise InputError(str(path), name, f"line {line}: {what}; cut the record there or measure again")
+    return [float(cell) for cell in row]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _reason(error: Exception) -> str:
+    return error.strerror or str(error) if isinstance(error, OSError) else str(error)
+
+
+def _read_npz(path: Path, machine: Machine) -> Columns:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays: dict[str, Any] = {name: np.asarray(file[name], dtype=float) for name in file.files}
+    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(str(path), "file", f"cannot be read as arrays of numbers: {_reason(error)}") from None
+    joints = [joint.name for joint in machine.moving_joints]
+    motors = [joint.name for joint in machine.motor_joints]
+    columns: Columns = {}
+    for name, array in arrays.items():
+        names = joints if name.startswith("q") else motors
+        if _BLOCK.fullmatch(name) and array.ndim == 2:
+            if array.shape[1] != len(names):
+                what = f"has {array.shape[1]} columns: {len(names)} are wanted, of {', '.join(names)}"
+                raise InputError(str(path), name, what)
+            columns |= {f"{name}_{joint}": array[:, k] for k, joint in enumerate(names)}
+        elif array.ndim == 1:
+            columns[name] = array
+        else:
+            raise InputError(str(path), name, f"has shape {array.shape}: one axis, or samples x joints")
+    return columns
+
+
+def named_columns(
+    columns: Mapping[str, Array], machine: Machine, source: str
+) -> tuple[dict[tuple[str, str], Array], list[str]]:
+    """Return columns by (quantity, joint name) in SI units, and warnings about skipped ones.
+
+    Quantities are t, tau, and q or y with a `d` for each derivative by time. Raises `InputError`.
+    """
+    named: dict[tuple[str, str], Array] = {}
+    warnings = []
+    for header, values in columns.items():
+        parts = _HEADER.fullmatch(header)
+        name, unit = (parts["name"], parts["unit"]) if parts else (header, None)
+        key = _key(name, machine, source)
+        if key is None:
+            warnings.append(f"column {header} is passed over")
+            continue
+        if key in named:
+            raise InputError(source, header, "is given twice, by name and by variable of the joint")
+        named[key] = np.asarray(values, dtype=float) * _factor(unit, key, machine, source, header)
+    lengths = {len(values) for values in named.values()}
+    if len(lengths) > 1:
+        short = min(named, key=lambda key: len(named[key]))
+        raise InputError(source, header_of(short), "columns have different lengths")
+    return named, warnings
+
+
+def header_of(key: tuple[str, str]) -> str:
+    """Return the header of a (quantity, joint name)."""
+    return "_".join(filter(None, key))
+
+
+def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
+    """Return (quantity, joint name) of a header; None for other columns."""
+    if name.lower() in ("t", "time"):
+        return "t", ""
+    known = {str(j.variable): j for j in machine.joints if j.sigma != 2}
+    known |= {j.name: j for j in machine.joints if j.sigma != 2}
+    if name in known and known[name].variable == name:
+        return "q", known[name].name
+    parts = _QUANTITY.fullmatch(name)
+    if parts is None:
+        return None
+    if parts["joint"] not in known:
+        what = f"the machine has no moving joint {parts['joint']!r}{did_you_mean(parts['joint'], known)}"
+        raise InputError(source, name, what)
+    joint = known[parts["joint"]]
+    if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
+        motors = ", ".join(joint.name for joint in machine.motor_joints)
+        what = f"{joint.name} is {joint.kind} and has no motor: {parts['quantity']} belongs to {motors}"
+        raise InputError(source, name, what)
+    return parts["quantity"], joint.name
+
+
+def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: str, header: str) -> float:
+    """Return the factor from the unit of a column to SI units."""
+    if unit is None:
+        return 1.0
+    quantity, name = key
+    slides = next((j.sigma == 1 for j in machine.joints if j.name == name), False)
+    wanted = "t" if quantity == "t" else ("force" if slides else "torque") if quantity == "tau" else (
+        "slide" if slides else "turn"
+    )  # fmt: skip
+    per_second = _per_second(quantity.count("d"))
+    for ending in per_second:
+        kind, factor = UNITS.get(unit.strip().removesuffix(ending) if ending else unit.strip(), ("", 0.0))
+        if kind == wanted and unit.strip().endswith(ending):
+            return factor
+    choices = ", ".join(name + per_second[0] for name, (kind, _) in UNITS.items() if kind == wanted)
+    raise InputError(source, header, f"no unit [{unit}] here: choose from {choices}")
+
+
+def _per_second(order: int) -> tuple[str, ...]:
+    """Return the endings of a unit for a time derivative."""
+    if order < 2:
+        return ("/s",) if order else ("",)
+    return (f"/s{order}", f"/s^{order}", "/s" + str(order).translate(SUPERSCRIPTS))
+
+
+def with_units(columns: Iterable[str]) -> frozenset[str]:
+    """Return the names of columns that state their unit."""
+    headers = (_HEADER.fullmatch(header) for header in columns)
+    return frozenset(parts["name"] for parts in headers if parts and parts["unit"] is not None)
