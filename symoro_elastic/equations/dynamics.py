@@ -204,7 +204,7 @@ def _forward(s: Dynamics, rules: Rules) -> None:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):
             s.qdd[j] = rule.qdd
-            s.Gamma[j] = a.T * s.f[j] + link.rotor_inertia * rule.qdd  # (61)
+            s.Gamma[j] = a.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
 
 
 def _accelerate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> None:

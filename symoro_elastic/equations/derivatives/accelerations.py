@@ -61,7 +61,7 @@ def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[i
     """
     found: Entries = {}
     for c in dict.fromkeys(c for _, c in given):
-        x = solve({i: -given.get((i, c), 0) for i in free})
+        x = solve({i: -given.get((i, c), 0) for i in free})  # (11)
         found |= {(i, c): x[i] if i in free else _moving(given, A, (i, c), x) for i in numbers}
     return found
 
@@ -73,7 +73,7 @@ def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], so
         if c in free:
             found |= {(i, c): _moving({}, A, (i, c), {f: found[f, c] for f in free}) for i in numbers if i not in free}
             continue
-        x = solve({i: -A.get((i, c), 0) for i in free})
+        x = solve({i: -A.get((i, c), 0) for i in free})  # (11)
         for i in numbers:
             mirrored = (c, i) in found and i not in free
             found[i, c] = x[i] if i in free else found[c, i] if mirrored else _moving(A, A, (i, c), x)

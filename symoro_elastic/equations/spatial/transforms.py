@@ -130,7 +130,7 @@ class Transform:
         linear, angular = V
         for step in self.steps:
             linear, angular = step.rotate_back(linear), step.rotate_back(angular)
-            linear = linear - step.moment(angular)
+            linear = linear - step.moment(angular)  # (5)
         return Twist(linear, angular)
 
     @property
@@ -186,7 +186,7 @@ class TransposedTransform:
         """The wrench jTi^T f: about the origin of frame i, in frame i."""
         force, moment = f
         for step in reversed(self.of.steps):
-            moment = step.rotate(moment + step.moment(force))
+            moment = step.rotate(moment + step.moment(force))  # (5)
             force = step.rotate(force)
         return Wrench(force, moment)
 
