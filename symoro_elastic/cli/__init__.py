@@ -8,15 +8,17 @@ import click
 
 from symoro_elastic import __version__
 from symoro_elastic.cli.code import check, equations, generate
+from symoro_elastic.cli.comparison import compare
 from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.machine import convert, models, show
+from symoro_elastic.cli.sections import SectionedGroup
 from symoro_elastic.cli.trade import trade
-from symoro_elastic.cli.vibration import compare, linearize, modes, response
+from symoro_elastic.cli.vibration import linearize, modes, response
 from symoro_elastic.errors import InputError
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(cls=SectionedGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="symoro-elastic")
 def cli() -> None:
     """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
@@ -25,15 +27,20 @@ def cli() -> None:
     """
 
 
-for command in (
-    generate, check, show, equations, convert, models, excite, identify, linearize, modes, response, compare,
-    feed_forward, trade,
-):  # fmt: skip
-    cli.add_command(command)
+SECTIONS = {
+    "Models and code": (show, convert, models, equations, generate),
+    "Verification": (check, trade),
+    "Vibration": (linearize, modes, response, compare),
+    "Control": (feed_forward,),
+    "Identification": (excite, identify),
+}
+
+for title, commands in SECTIONS.items():
+    cli.add_section(title, *commands)
 
 
 def main() -> None:
-    """Run the command line; whatever a user can mend ends in one line on stderr and exit code 2."""
+    """Run the command line; an error that the user can fix ends in one line on stderr and exit code 2."""
     try:
         code = cli.main(args=sys.argv[1:] or ["--help"], standalone_mode=False)
     except InputError as error:

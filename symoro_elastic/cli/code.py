@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE
+from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE, gather
 from symoro_elastic.cli.output import counted, print_json, print_table, steps, write_text
-from symoro_elastic.cli.reading import among, read, scene_of, with_merged_angles
+from symoro_elastic.cli.parsing import among
+from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,15 +21,16 @@ if TYPE_CHECKING:
 
 @click.command()
 @MACHINE
+@gather("selection", Selection)
 @MODEL
-@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c; both unless said.")
+@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c (default: both); may be repeated.")
 @click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
 @click.option(
     "--precision",
     "precisions",
     metavar="NAME",
     multiple=True,
-    help="Of the C code: double (unless said), single, mixed, double-double; may be repeated.",
+    help="Precision of the C code: double (default), single, mixed, double-double; may be repeated.",
 )
 @FOLD
 @BASE
@@ -37,18 +40,16 @@ if TYPE_CHECKING:
 @JSON
 def generate(
     machine: str,
-    models: tuple[str, ...],
+    selection: Selection,
     targets: tuple[str, ...],
     out: str,
     precisions: tuple[str, ...],
-    fold: tuple[str, ...],
-    base: bool,
-    only: tuple[str, ...],
-    scene: str | None,
-    merge_angles: float | None,
     as_json: bool,
 ) -> None:
-    """Write the models of MACHINE as code to OUT/<machine name>/."""
+    """Generate C and numpy code for the models of MACHINE.
+
+    The files go to OUT/<machine name>/.
+    """
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import TARGETS
     from symoro_elastic.pipeline import generate
@@ -60,10 +61,9 @@ def generate(
     written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
     with steps() as step:
         step("read")
-        found = read(machine, base)
-        asked = with_merged_angles(scene_of(found, scene, models, fold, only), merge_angles)
-        made = generate(found, asked, chosen, Path(out), step, written_in)
-    if merge_angles is not None and not any(model.merged for model in made.models):
+        found, scene = selection.read(machine)
+        made = generate(found, scene, chosen, Path(out), step, written_in)
+    if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)
     if as_json:
         print_json({"written": [str(p) for p in made.written], "models": models_json(made.models, made.whole)})
@@ -75,28 +75,25 @@ def generate(
 
 @click.command()
 @MACHINE
+@gather("selection", Selection)
 @MODEL
 @FOLD
 @BASE
 @ONLY
 @SCENE
-@click.option("--seed", default=0, show_default=True, help="Chooses the random states.")
-@click.option("--self", "by_itself", is_flag=True, help="Digits that survive the four rounding modes; no reference.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the random states.")
+@click.option(
+    "--self",
+    "by_itself",
+    is_flag=True,
+    help="Count the digits that agree in the four rounding modes, without a reference.",
+)
 @JSON
-def check(
-    machine: str,
-    models: tuple[str, ...],
-    fold: tuple[str, ...],
-    base: bool,
-    only: tuple[str, ...],
-    scene: str | None,
-    seed: int,
-    by_itself: bool,
-    as_json: bool,
-) -> None:
-    """Compile the C, and compare C, numpy and the equations on floats with 50 digits.
+def check(machine: str, selection: Selection, seed: int, by_itself: bool, as_json: bool) -> None:
+    """Compare the generated code with 50-digit references.
 
-    At random and at extreme states; exit code 1 where an error is out of bounds.
+    Compiles the C; C, numpy and the equations in floats are compared at random and at extreme states. Exit code 1
+    where an error is out of bounds.
     """
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.numerics.values import NoValues
@@ -104,8 +101,7 @@ def check(
     from symoro_elastic.pipeline import refuse_degenerate
     from symoro_elastic.report.tables import verification_json, verification_table
 
-    found = read(machine, base)
-    asked = scene_of(found, scene, models, fold, only)
+    found, asked = selection.read(machine)
     refuse_degenerate(found, asked)
     refuse_unverifiable(found, asked)
     if by_itself:
@@ -152,22 +148,18 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
 
 @click.command()
 @MACHINE
+@gather("selection", Selection)
 @click.option("--model", default="direct_dynamics", show_default=True, metavar="NAME", help="Model to write out.")
 @click.option("--format", "form", default="latex", show_default=True, metavar="NAME", help="latex, html or pdf.")
-@click.option("--out", metavar="FILE", type=click.Path(), help="File to write; standard output unless said.")
+@click.option("--out", metavar="FILE", type=click.Path(), help="File to write (default: standard output).")
 @FOLD
 @ONLY
 @SCENE
-def equations(
-    machine: str,
-    model: str,
-    form: str,
-    out: str | None,
-    fold: tuple[str, ...],
-    only: tuple[str, ...],
-    scene: str | None,
-) -> None:
-    """Write the equations of a model with their intermediate variables, in order."""
+def equations(machine: str, selection: Selection, model: str, form: str, out: str | None) -> None:
+    """Write the equations of a model as LaTeX, HTML or PDF.
+
+    With their intermediate variables, in the order of evaluation.
+    """
     from symoro_elastic.pipeline import described
     from symoro_elastic.report.page import html_page, latex_document
     from symoro_elastic.report.pdf import pdf
@@ -175,8 +167,8 @@ def equations(
     among((form,), ("latex", "html", "pdf"), "--format")
     with steps() as step:
         step("trace")
-        found = read(machine)
-        package = described(found, scene_of(found, scene, (model,), fold, only))
+        found, scene = replace(selection, models=(model,)).read(machine)
+        package = described(found, scene)
         step("render")
         text = (html_page if form == "html" else latex_document)(package, package.functions[0])
         if form == "pdf":

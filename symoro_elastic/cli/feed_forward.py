@@ -1,63 +1,108 @@
-"""The command feed-forward: motor torques for a wanted motion."""
+"""The command feed-forward: motor torques for a reference trajectory."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, SCENE
+from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, gather
 from symoro_elastic.cli.output import print_json, print_table, steps
-from symoro_elastic.cli.reading import numbers, read, scene_of
+from symoro_elastic.cli.parsing import numbers, numbers_or_default, parsed_by
+from symoro_elastic.cli.reading import read_restricted
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
 
+@dataclass(frozen=True)
+class Reference:
+    """A reference trajectory: a file, or a move by strokes; degree and sample rate of its splines."""
+
+    motion: str | None
+    strokes: Mapping[str, float]
+    duration: float | None
+    positions: Mapping[str, float]
+    degree: int | None
+    rate: float | None
+
+    def trajectory(self, machine: Machine) -> ReferenceTrajectory:
+        """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
+        from symoro_elastic.vibration import reference_trajectory
+        from symoro_elastic.vibration.comparison import usual_duration
+        from symoro_elastic.vibration.feed_forward import orders
+
+        smooth = max(orders(machine).values(), default=0) + 1
+        if self.motion:
+            return reference_trajectory.read_reference(self.motion, machine, self.degree, smooth, self.rate)
+        strokes = self.strokes or {"": reference_trajectory.STROKE}
+        duration = usual_duration(machine, self.positions) if self.duration is None else self.duration
+        degree = smooth if self.degree is None else self.degree
+        return reference_trajectory.move(machine, self.positions, strokes, duration, degree, self.rate)
+
+
 @click.command("feed-forward")
 @MACHINE
+@gather("reference", Reference)
 @click.option(
     "--motion",
     metavar="FILE",
     type=click.Path(),
-    help="Reference trajectory, .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions; a move unless said.",
+    help="Reference trajectory: .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions only (default: a move).",
 )
 @click.option(
-    "--stroke", metavar="[MOTOR=]X", multiple=True, help="Of the move, rad or m; 0.1 of every motor unless said."
+    "--stroke",
+    "strokes",
+    metavar="[MOTOR=]X",
+    multiple=True,
+    callback=parsed_by(numbers_or_default),
+    help="Stroke of the move, rad or m (default: 0.1 for every motor).",
 )
 @click.option(
-    "--duration", type=float, metavar="S", help="Of the move; five periods of the first vibration unless said."
+    "--duration",
+    type=float,
+    metavar="S",
+    help="Duration of the move (default: five periods of the first natural frequency).",
 )
-@click.option("--at", metavar="MOTOR=X", multiple=True, help="Where the move begins, rad or m, 0 unless said.")
 @click.option(
-    "--degree", type=int, metavar="N",
-    help="Of the splines of a move, or through the positions of a file; one more than is needed unless said.",
-)  # fmt: skip
-@click.option("--rate", type=float, metavar="HZ", help="Of the samples of splines; 1000 unless said.")
-@click.option("--value", "values", metavar="NAME=X", multiple=True, help="Value of a parameter; may be repeated.")
+    "--at",
+    "positions",
+    metavar="MOTOR=X",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Start of the move, rad or m (default: 0).",
+)
+@click.option(
+    "--degree",
+    type=int,
+    metavar="N",
+    help="Degree of the splines of a move, or through the positions of a file (default: one more than necessary).",
+)
+@click.option("--rate", type=float, metavar="HZ", help="Sample rate of splines (default: 1000).")
+@VALUE
 @SCENE
-@click.option("--out", metavar="FILE", type=click.Path(), help="Torques and motion of all joints: .csv or .npz.")
-@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw a picture there.")
+@click.option("--out", metavar="FILE", type=click.Path(), help="Save torques and motion of all joints: .csv or .npz.")
+@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw a plot into this folder.")
 @JSON
 def feed_forward(
     machine: str,
-    motion: str | None,
-    values: tuple[str, ...],
+    reference: Reference,
+    values: dict[str, float],
     scene: str | None,
     out: str | None,
     plots: str | None,
     as_json: bool,
-    **asked: Any,
 ) -> None:
-    """Motor torques with which what the motors of MACHINE drive, beyond the springs, follows a wanted motion.
+    """Compute torques that make the load follow a trajectory.
 
-    Exact for the full elastic model. Its torques need derivatives of the motion: two, and two more for each
-    spring in a row. Joints that are no spring behind a motor are to be locked in a scene.
+    Motor torques of MACHINE, exact for the full elastic model: the load, beyond the springs, follows the reference
+    trajectory. They need its derivatives: two, and two more for each spring in a row. Lock joints that are not
+    springs behind a motor with --scene.
     """
     from symoro_elastic.machine.named_cells import with_values
-    from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.vibration import export
     from symoro_elastic.vibration import feed_forward as vibration
     from symoro_elastic.vibration.plots import plot_feed_forward
@@ -65,11 +110,10 @@ def feed_forward(
 
     if out:
         export.refuse_file(out, (export.CSV, export.NPZ))
-    whole = read(machine)
-    kept = with_values(restricted(whole, scene_of(whole, scene)), numbers(values, "--value"))
+    kept = with_values(read_restricted(machine, scene), values)
     with steps() as step:
         step("feed-forward")
-        found = vibration.feed_forward(kept, _wanted(kept, motion, **asked))
+        found = vibration.feed_forward(kept, reference.trajectory(kept))
     figures = vibration.figures(found)
     if as_json:
         print_json({**figures, **({"written": out} if out else {})})
@@ -82,26 +126,3 @@ def feed_forward(
     if plots:
         (picture,) = plot_feed_forward(found, plots)
         click.echo(f"wrote {picture}", err=True)
-
-
-def _wanted(
-    machine: Machine,
-    motion: str | None,
-    stroke: Sequence[str],
-    duration: float | None,
-    at: Sequence[str],
-    degree: int | None,
-    rate: float | None,
-) -> ReferenceTrajectory:
-    """The motion that the options ask for."""
-    from symoro_elastic.vibration import reference_trajectory
-    from symoro_elastic.vibration.comparison import usual_duration
-    from symoro_elastic.vibration.feed_forward import orders
-
-    start = numbers(at, "--at")
-    smooth = max(orders(machine).values(), default=0) + 1
-    if motion:
-        return reference_trajectory.read_reference(motion, machine, degree, smooth, rate)
-    strokes = numbers([x if "=" in x else f"={x}" for x in stroke], "--stroke") or {"": reference_trajectory.STROKE}
-    seconds = usual_duration(machine, start) if duration is None else duration
-    return reference_trajectory.move(machine, start, strokes, seconds, smooth if degree is None else degree, rate)

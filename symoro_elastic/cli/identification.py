@@ -2,33 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE
-from symoro_elastic.cli.output import counted, print_json, print_table, steps
-from symoro_elastic.cli.reading import numbers, parameter_values, ranges, read
+from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, VALUE, gather
+from symoro_elastic.cli.output import counted, print_json, print_table, print_written, steps
+from symoro_elastic.cli.parsing import numbers, parsed_by, ranges
+from symoro_elastic.cli.reading import of_parameters, read
 
 if TYPE_CHECKING:
+    from symoro_elastic.identification.excitation import Excitation, Limits
     from symoro_elastic.identification.identify import Identification
+    from symoro_elastic.identification.trajectory import Trajectory
+    from symoro_elastic.machine.machine import Machine
 
-VALUE = click.option(
-    "--value", "values", metavar="NAME=X", multiple=True, help="Value of a parameter, lengths say; may be repeated."
-)
+Ranges = dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class MotorLimits:
+    """Limits of the motors by name; the name "" stands for all."""
+
+    position: Ranges
+    velocity: Ranges
+    acceleration: Ranges
+
+    def of(self, machine: Machine) -> Limits:
+        """Return the limits of every motor of the machine."""
+        from symoro_elastic.identification.trajectory import limits_of
+
+        given = {"--position": self.position, "--velocity": self.velocity, "--acceleration": self.acceleration}
+        return limits_of(machine, given)
+
+
+@dataclass(frozen=True)
+class FourierSeries:
+    """The periodic motion that is optimized, and how it is sampled."""
+
+    frequency: float
+    harmonics: int
+    periods: int
+    rate: float
+    evaluations: int
+    seed: int
+
+    def refuse_rate(self) -> None:
+        """Raise `InputError` where the sample rate is too low for the harmonics, or the file too long."""
+        from symoro_elastic.identification.trajectory import refuse_rate
+
+        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods)
+
+    def optimized(
+        self, machine: Machine, limits: Limits, values: Mapping[str, float], known: Sequence[str]
+    ) -> Excitation:
+        """Return the exciting motion."""
+        from symoro_elastic.identification.excitation import excite
+
+        with counted("search") as progress:
+            return excite(
+                machine, limits, self.frequency, self.harmonics, values, known, evaluations=self.evaluations,
+                seed=self.seed, progress=lambda done, total, _: progress(done, total),
+            )  # fmt: skip
 
 
 def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
-    """An option for limits, of all motors or of one."""
-    text = f"{of}, of all motors or of one (NAME=...); may be repeated. SI units."
-    return click.option(f"--{option}", metavar=metavar, multiple=True, required=True, help=text)
+    """Return an option for limits of all motors or of one."""
+    text = f"{of} of all motors, or of one (NAME=...), SI units; may be repeated."
+    return click.option(
+        f"--{option}", metavar=metavar, multiple=True, required=True, callback=parsed_by(ranges), help=text
+    )
 
 
 @click.command()
 @MACHINE
-@click.option("--out", required=True, metavar="FILE", type=click.Path(), help="Trajectory to write: .csv or .npz.")
-@limit("position", "[NAME=]LOW:HIGH", "Range of position")
+@gather("limits", MotorLimits)
+@gather("series", FourierSeries)
+@click.option("--out", required=True, metavar="FILE", type=click.Path(), help="Save the trajectory: .csv or .npz.")
+@limit("position", "[NAME=]LOW:HIGH", "Range of positions")
 @limit("velocity", "[NAME=]MAX", "Largest velocity")
 @limit("acceleration", "[NAME=]MAX", "Largest acceleration")
 @click.option(
@@ -37,15 +90,17 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     show_default=True,
     metavar="HZ",
     type=click.FloatRange(0, min_open=True),
-    help="Of the motion, one over its period.",
+    help="Fundamental frequency of the motion.",
 )
-@click.option("--harmonics", default=5, show_default=True, type=click.IntRange(1, 50), help="Of the Fourier series.")
+@click.option(
+    "--harmonics", default=5, show_default=True, type=click.IntRange(1, 50), help="Harmonics of the Fourier series."
+)
 @click.option(
     "--periods",
     default=3,
     show_default=True,
     type=click.IntRange(1, 1000),
-    help="To repeat the motion, start and stop apart.",
+    help="Periods of the motion, without start and stop.",
 )
 @click.option(
     "--rate",
@@ -53,81 +108,90 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     show_default=True,
     metavar="HZ",
     type=click.FloatRange(0, min_open=True),
-    help="Of the samples.",
+    help="Sample rate.",
 )
-@click.option("--evaluations", default=1500, show_default=True, type=click.IntRange(1), help="Motions to try.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Chooses the first motions.")
+@click.option(
+    "--evaluations", default=1500, show_default=True, type=click.IntRange(1), help="Motions that the search evaluates."
+)
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the first motions.")
 @VALUE
 @click.option("--known", metavar="LABEL", multiple=True, help="Parameter that is not to be identified.")
-@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw the motion and the search there.")
+@PLOTS
 @JSON
 def excite(
     machine: str,
+    limits: MotorLimits,
+    series: FourierSeries,
     out: str,
-    position: tuple[str, ...],
-    velocity: tuple[str, ...],
-    acceleration: tuple[str, ...],
-    frequency: float,
-    harmonics: int,
-    periods: int,
-    rate: float,
-    evaluations: int,
-    seed: int,
-    values: tuple[str, ...],
+    values: dict[str, float],
     known: tuple[str, ...],
     plots: str | None,
     as_json: bool,
 ) -> None:
-    """Find a motion of the motors of MACHINE that shows its parameters, and write it as t, q_<motor>, qd_, qdd_.
+    """Design an exciting trajectory for identification.
 
-    A Fourier series within limits whose regressor has a low condition number, started from rest and stopped.
-    Elastic joints follow their springs; passive ones are taken to stay at zero.
+    A Fourier series within limits whose regressor has a low condition number, started from rest and stopped,
+    written as t, q_<motor>, qd_, qdd_. Elastic joints follow their springs; passive ones are assumed to stay at
+    zero.
     """
-    from symoro_elastic.identification import excitation, trajectory
+    from symoro_elastic.identification import trajectory
     from symoro_elastic.identification.plots import plot_excitation
 
     trajectory.refuse_file(out)
     found = read(machine)
-    given = {"--position": position, "--velocity": velocity, "--acceleration": acceleration}
-    limits = trajectory.limits_of(found, {option: ranges(texts, option) for option, texts in given.items()})
-    trajectory.refuse_rate(rate, frequency, harmonics, periods)
-    with counted("search") as progress:
-        best = excitation.excite(
-            found, limits, frequency, harmonics, parameter_values(values, found), known,
-            evaluations=evaluations, seed=seed, progress=lambda done, total, _: progress(done, total),
-        )  # fmt: skip
-    sampled = trajectory.trajectory(best.motion, limits, periods, rate)
+    allowed = limits.of(found)
+    series.refuse_rate()
+    best = series.optimized(found, allowed, of_parameters(values, found), known)
+    sampled = trajectory.trajectory(best.motion, allowed, series.periods, series.rate)
     trajectory.write(sampled, found, out)
-    figures = trajectory.figures(best, sampled, limits, found)
+    _print_excitation(best, sampled, allowed, found, out, as_json)
+    if plots:
+        print_written(plots, plot_excitation(best, sampled, allowed, found, plots))
+
+
+def _print_excitation(
+    best: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, out: str, as_json: bool
+) -> None:
+    from symoro_elastic.identification import trajectory
+
+    figures = trajectory.figures(best, sampled, limits, machine)
     if as_json:
         print_json({"written": out, **figures})
-    else:
-        print_table(trajectory.table(figures), f"{found.name}: reached of the limits")
-        click.echo("\n".join(trajectory.lines(figures)))
-        click.echo(f"wrote {out}")
-    if plots:
-        written = plot_excitation(best, sampled, limits, found, plots)
-        click.echo(f"wrote {plots}: {', '.join(path.name for path in written)}", err=True)
+        return
+    print_table(trajectory.table(figures), f"{machine.name}: reached of the limits")
+    click.echo("\n".join(trajectory.lines(figures)))
+    click.echo(f"wrote {out}")
 
 
 @click.command()
 @MACHINE
 @click.argument("data", metavar="DATA...", nargs=-1, required=True, type=click.Path())
 @VALUE
-@click.option("--known", metavar="LABEL=X", multiple=True, help="Value of a column that is not to be estimated.")
-@click.option("--bandwidth", type=float, metavar="HZ", help="Of the motion, where its spectrum is not to decide.")
-@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw measured and predicted torques there.")
+@click.option(
+    "--known",
+    metavar="LABEL=X",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Value of a parameter that is not to be estimated.",
+)
+@click.option("--bandwidth", type=float, metavar="HZ", help="Bandwidth of the motion (default: from its spectrum).")
+@click.option(
+    "--plots", metavar="FOLDER", type=click.Path(), help="Draw measured and predicted torques into this folder."
+)
 @JSON
 def identify(
     machine: str,
     data: tuple[str, ...],
-    values: tuple[str, ...],
-    known: tuple[str, ...],
+    values: dict[str, float],
+    known: dict[str, float],
     bandwidth: float | None,
     plots: str | None,
     as_json: bool,
 ) -> None:
-    """Estimate the parameters of MACHINE from measurements: CSV or NPZ with t, q_<joint>, tau_<motor>."""
+    """Estimate dynamic parameters from measurements.
+
+    DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
+    """
     from symoro_elastic.identification import identify as identification
     from symoro_elastic.identification.plots import plot
     from symoro_elastic.time_series.measurements import read_measurements
@@ -136,21 +200,19 @@ def identify(
     with steps() as step:
         step("read")
         records = [read_measurements(path, found) for path in data]
-        result = identification.identify(
-            found, records, parameter_values(values, found), numbers(known, "--known"), bandwidth, step=step
-        )
+        given = of_parameters(values, found)
+        result = identification.identify(found, records, given, known, bandwidth, step=step)
     if as_json:
         print_json(identification.as_json(result))
     else:
         click.echo(identification.table(result))
         click.echo("\n".join([*neutral_positions(result), *result.notes]))
     if plots:
-        written = plot(result, plots)
-        click.echo(f"wrote {plots}: {', '.join(path.name for path in written)}", err=True)
+        print_written(plots, plot(result, plots))
 
 
 def neutral_positions(result: Identification) -> list[str]:
-    """A line for each spring whose neutral position was found."""
+    """Return a line for each spring with an identified neutral position."""
     units = {joint.name: "m" if joint.sigma == 1 else "rad" for joint in result.machine.joints}
     return [
         f"neutral position of {name}: {q0:.5g} {units[name]}, std {std:.2g}"

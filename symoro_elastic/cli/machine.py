@@ -1,9 +1,10 @@
-"""Commands about a machine and the models there are: show, convert, models."""
+"""Commands about machines and models: show, convert, models."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,7 +14,8 @@ from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    pass
+    from symoro_elastic.grouping import BaseParameters
+    from symoro_elastic.machine.machine import Machine
 
 
 @click.command()
@@ -21,12 +23,13 @@ if TYPE_CHECKING:
 @SCENE
 @JSON
 def show(machine: str, scene: str | None, as_json: bool) -> None:
-    """Print the table of MACHINE, its parameters, and what is degenerate."""
+    """Print the parameters of MACHINE and its base parameters.
+
+    Names the joints, if any, whose inertia is singular at every position.
+    """
     from symoro_elastic.grouping import base_parameters
-    from symoro_elastic.machine.machine import Kind
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.pipeline import found_degeneracies
-    from symoro_elastic.report.tables import machine_table
 
     found = read(machine)
     asked = scene_of(found, scene)
@@ -34,28 +37,38 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
     base = base_parameters(kept)
     if as_json:
-        by_kind = {k: [joint.name for joint in kept.joints if joint.kind is k] for k in Kind}
-        print_json(
-            {
-                "name": kept.name,
-                "joints": [kept.joints[j - 1].name for j in kept.moving],
-                "motors": by_kind[Kind.MOTOR],
-                "elastic": by_kind[Kind.ELASTIC],
-                "parameters": [p.name for p in kept.parameters],
-                "base_parameters": base.formulas,
-                "base_parameters_parts": base.parts,
-                "base_parameters_check": base.check,
-                "base_parameters_condition": base.condition,
-                "degenerate": degenerate,
-            }
-        )
-        return
-    print_table(machine_table(kept), kept.name)
-    for parameter in kept.parameters:
+        print_json(_as_json(kept, base, degenerate))
+    else:
+        _print(kept, base, degenerate)
+
+
+def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) -> dict[str, Any]:
+    from symoro_elastic.machine.machine import Kind
+
+    by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
+    return {
+        "name": machine.name,
+        "joints": [machine.joints[j - 1].name for j in machine.moving],
+        "motors": by_kind[Kind.MOTOR],
+        "elastic": by_kind[Kind.ELASTIC],
+        "parameters": [p.name for p in machine.parameters],
+        "base_parameters": base.formulas,
+        "base_parameters_parts": base.parts,
+        "base_parameters_check": base.check,
+        "base_parameters_condition": base.condition,
+        "degenerate": degenerate,
+    }
+
+
+def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.report.tables import machine_table
+
+    print_table(machine_table(machine), machine.name)
+    for parameter in machine.parameters:
         click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
-    if kept.floating:
-        turned, known = kept.floating.orientation, kept.floating.known
-        click.echo(f"floating base: {turned} and {known} given, M = {kept.floating.body.mass}")
+    if machine.floating:
+        orientation, known = machine.floating.orientation, machine.floating.known
+        click.echo(f"floating base: {orientation} and {known} given, M = {machine.floating.body.mass}")
     click.echo(f"\nbase inertial parameters: {base.check}")
     for name, formula in {**base.parts, **base.formulas}.items():
         click.echo(f"  {name} = {formula}")
@@ -68,7 +81,7 @@ def show(machine: str, scene: str | None, as_json: bool) -> None:
 @click.argument("file", metavar="FILE", type=click.Path())
 @BASE
 def convert(machine: str, file: str, base: bool) -> None:
-    """Write MACHINE to FILE, a .toml or a .par, with its base inertial parameters only if asked."""
+    """Convert MACHINE to FILE, a .toml or a SYMORO .par."""
     from symoro_elastic.machine.formats import write_machine
 
     if Path(file).exists():
@@ -80,7 +93,10 @@ def convert(machine: str, file: str, base: bool) -> None:
 @click.command()
 @JSON
 def models(as_json: bool) -> None:
-    """List the models with their arguments, results, shapes, units and equations."""
+    """List the models: arguments, results, shapes, units.
+
+    With the numbers of their equations.
+    """
     from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_table
 
     if as_json:

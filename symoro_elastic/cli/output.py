@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import click
@@ -56,3 +57,17 @@ def steps() -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("read") as status:
         yield status.update
+
+
+def save_arrays(arrays: dict[str, Any], out: str | None, as_json: bool) -> None:
+    """Save arrays to `out`, if given, and say so; on stderr beside JSON."""
+    if out:
+        from symoro_elastic.vibration.export import save_arrays
+
+        save_arrays(arrays, out)
+        click.echo(f"wrote {out}", err=as_json)
+
+
+def print_written(folder: str, written: Sequence[Path]) -> None:
+    """Name the files written to a folder, on stderr."""
+    click.echo(f"wrote {folder}: {', '.join(path.name for path in written)}", err=True)

@@ -1,16 +1,18 @@
-"""The command that weighs speed against accuracy: trade."""
+"""The command trade: speed against accuracy of every build."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE
-from symoro_elastic.cli.output import counted, print_json, print_table
-from symoro_elastic.cli.reading import read, scene_of, with_merged_angles
+from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, PLOTS, SCENE, gather
+from symoro_elastic.cli.output import counted, print_json, print_table, print_written
+from symoro_elastic.cli.parsing import parsed_by
+from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,8 +22,44 @@ if TYPE_CHECKING:
     from symoro_elastic.trade.trade import Request, Trade
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How many builds are tried, at how many states, in how many rounds."""
+
+    level: str | None
+    states: int
+    extreme: bool
+    rounds: int
+    seed: int
+
+    def request(self) -> Request:
+        """Return the request to `trade`."""
+        from symoro_elastic.trade.trade import Request
+
+        return Request(self.level or "usual", self.states, self.extreme, self.rounds, self.seed)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The error that is accepted, and what may be recommended and printed."""
+
+    tolerance: float
+    fast_math: bool
+    points: bool
+
+
+def finite_tolerance(tolerance: float, option: str) -> float:
+    """A tolerance that is a number."""
+    if not tolerance < float("inf"):
+        raise InputError("symoro-elastic", option, f"{tolerance} is no relative error: give a number such as 1e-6")
+    return tolerance
+
+
 @click.command()
 @MACHINE
+@gather("selection", Selection)
+@gather("effort", Effort)
+@gather("verdict", Verdict)
 @MODEL
 @FOLD
 @BASE
@@ -34,38 +72,30 @@ if TYPE_CHECKING:
     show_default=True,
     metavar="X",
     type=click.FloatRange(0, min_open=True),
-    help="Relative error that is good enough.",
+    callback=parsed_by(finite_tolerance),
+    help="Relative error that is accepted.",
 )
-@click.option("--quick", "effort", flag_value="quick", help="One compiler, its best flags.")
-@click.option("--all", "effort", flag_value="all", help="Every combination, however long it takes.")
-@click.option("--extreme", is_flag=True, help="At extreme states instead of moderate ones.")
-@click.option("--states", default=400, show_default=True, type=click.IntRange(1, 1_000_000), help="To measure errors.")
-@click.option("--rounds", default=15, show_default=True, type=click.IntRange(1, 10_000), help="Of timing.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Chooses the random states.")
-@click.option("--fast-math", is_flag=True, help="Let -ffast-math be advised: NaN and order of sums are not kept.")
-@click.option("--points", is_flag=True, help="Print every point, not the front only.")
-@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw time against error there.")
+@click.option("--quick", "level", flag_value="quick", help="Try one compiler with its best flags.")
+@click.option("--all", "level", flag_value="all", help="Try every combination, however long it takes.")
+@click.option("--extreme", is_flag=True, help="Measure at extreme states instead of moderate ones.")
+@click.option(
+    "--states", default=400, show_default=True, type=click.IntRange(1, 1_000_000), help="States to measure errors at."
+)
+@click.option("--rounds", default=15, show_default=True, type=click.IntRange(1, 10_000), help="Rounds of timing.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the random states.")
+@click.option("--fast-math", is_flag=True, help="Allow -ffast-math in the advice: NaN and order of sums are not kept.")
+@click.option("--points", is_flag=True, help="Print every build, not the Pareto front only.")
+@PLOTS
 @JSON
 def trade(
     machine: str,
-    models: tuple[str, ...],
-    fold: tuple[str, ...],
-    base: bool,
-    only: tuple[str, ...],
-    scene: str | None,
-    merge_angles: float | None,
-    tolerance: float,
-    effort: str | None,
-    extreme: bool,
-    states: int,
-    rounds: int,
-    seed: int,
-    fast_math: bool,
-    points: bool,
+    selection: Selection,
+    effort: Effort,
+    verdict: Verdict,
     plots: str | None,
     as_json: bool,
 ) -> None:
-    """Time every way to compute the models of MACHINE, measure its errors, and advise the fastest good enough.
+    """Measure speed and accuracy, recommend the fastest build.
 
     Precisions, compilers and flags, batches, base parameters, constants: each point on this computer. An error is
     relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand.
@@ -73,70 +103,47 @@ def trade(
     from symoro_elastic.trade.advice import advice
     from symoro_elastic.trade.plots import plot
     from symoro_elastic.trade.tables import trade_json
-    from symoro_elastic.trade.trade import Request
 
-    if not tolerance < float("inf"):
-        raise InputError(
-            "symoro-elastic", "--tolerance", f"{tolerance} is no relative error: give a number such as 1e-6"
-        )
-    found_machine = read(machine, base)
-    asked = with_merged_angles(scene_of(found_machine, scene, models, fold, only), merge_angles)
-    found = _found(found_machine, asked, Request(effort or "usual", states, extreme, rounds, seed), machine)
-    words = [machine, *_words(fold, base, only, scene)]
+    given, scene = selection.read(machine)
+    found = _found(given, scene, effort.request(), machine)
+    words = [machine, *selection.as_words()]
     if plots:
-        written = plot(found, plots, with_fast_math=fast_math)
-        click.echo(f"wrote {plots}: {', '.join(path.name for path in written)}", err=True)
+        print_written(plots, plot(found, plots, with_fast_math=verdict.fast_math))
     failed, advised = None, None
     try:
-        advised = advice(found, tolerance, fast_math)
+        advised = advice(found, verdict.tolerance, verdict.fast_math)
     except InputError as error:
         failed = error
     if as_json:
-        print_json(trade_json(found, advised, words, fast_math))
+        print_json(trade_json(found, advised, words, verdict.fast_math))
     else:
-        _print(found, advised, words, points, fast_math)
+        _print(found, advised, words, verdict)
     if failed:
         raise failed
 
 
-def _found(machine: Machine, asked: Scene, request: Request, source: str) -> Trade:
+def _found(machine: Machine, scene: Scene, request: Request, source: str) -> Trade:
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.numerics.values import NoValues
     from symoro_elastic.trade.trade import trade
 
     with ExitStack() as shown:
 
-        def watched(step: str) -> Callable[[int, int], None]:
+        def progress(step: str) -> Callable[[int, int], None]:
             shown.close()
             return shown.enter_context(counted(step))
 
         try:
-            return trade(machine, asked, request, watched)
+            return trade(machine, scene, request, progress)
         except (CompilationFailed, NoValues) as error:
             raise InputError(source, "trade", str(error)) from None
 
 
-def _words(fold: Sequence[str], base: bool, only: Sequence[str], scene: str | None) -> list[str]:
-    """What was asked for, as `generate` takes it."""
-    words = [word for name in fold for word in ("--fold", name)] + ["--base"] * base
-    words += [word for name in only for word in ("--only", name)]
-    return [*words, *(["--scene", scene] if scene else [])]
-
-
-def _print(found: Trade, advised: Advice | None, words: Sequence[str], points: bool, fast_math: bool) -> None:
+def _print(found: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
     from symoro_elastic.trade.advice import commands, sentence
-    from symoro_elastic.trade.factors import effects
-    from symoro_elastic.trade.front import front
-    from symoro_elastic.trade.tables import drifts_table, effects_table, measurements_table
+    from symoro_elastic.trade.tables import drifts_table
 
-    kind = "extreme" if found.request.extreme else "moderate"
-    for model, figures in found.measurements.items():
-        best = front(figures, fast_math)
-        title = f"{found.machine.name}, {model}: " + ("every point" if points else "none is faster and as accurate")
-        print_table(
-            measurements_table(figures if points else best, best), f"{title}, {found.request.states} {kind} states"
-        )
-        print_table(effects_table(effects(figures)), f"{model}: what a choice does by itself")
+    _print_points(found, verdict)
     if found.drifts:
         steps = f"{found.drifts[0].steps} steps of {found.drifts[0].step:.1e} s"
         print_table(drifts_table(found.drifts), f"free motion without losses, {steps}")
@@ -145,3 +152,17 @@ def _print(found: Trade, advised: Advice | None, words: Sequence[str], points: b
     if advised:
         click.echo(sentence(advised))
         click.echo("\n".join(f"  {line}" for line in commands(advised.fastest, words)))
+
+
+def _print_points(found: Trade, verdict: Verdict) -> None:
+    from symoro_elastic.trade.factors import effects
+    from symoro_elastic.trade.front import front
+    from symoro_elastic.trade.tables import effects_table, measurements_table
+
+    kind = "extreme" if found.request.extreme else "moderate"
+    of = "every point" if verdict.points else "none is faster and as accurate"
+    for model, figures in found.measurements.items():
+        best = front(figures, verdict.fast_math)
+        title = f"{found.machine.name}, {model}: {of}, {found.request.states} {kind} states"
+        print_table(measurements_table(figures if verdict.points else best, best), title)
+        print_table(effects_table(effects(figures)), f"{model}: what a choice does by itself")

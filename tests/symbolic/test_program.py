@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import subprocess
 import sys
@@ -39,6 +38,7 @@ from symoro_elastic.symbolic.program import (
     by_section,
     saved,
 )
+from tests.counted_calls import calls_of
 from tests.generated_code import ALL_MODELS, Assignment, c_functions, c_work, names_in, recount, rendered
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
 
@@ -365,21 +365,10 @@ def test_nodes_and_operations_are_linear_in_the_joints(model: str) -> None:
 
 
 def calls(joints: int) -> int:
-    """Function calls, of Python's own too, that it takes to print the direct model of a chain as C."""
+    """Function calls that it takes to print the direct model of a chain as C."""
     machine = chain(joints, elastic=range(2, joints, 2))
     rendered(chain(2), targets=["c"])
-    counter = itertools.count()
-
-    def count(_frame: Any, event: str, _argument: Any) -> None:
-        if event in ("call", "c_call"):
-            next(counter)
-
-    sys.setprofile(count)
-    try:
-        rendered(machine, Scene(models=("direct_dynamics",)), ["c"])
-    finally:
-        sys.setprofile(None)
-    return next(counter)
+    return calls_of(lambda: rendered(machine, Scene(models=("direct_dynamics",)), ["c"]))
 
 
 def test_work_of_generating_is_linear_in_the_joints() -> None:

@@ -1,0 +1,111 @@
+"""The command compare: the full model against the reduced model and the rigid limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from symoro_elastic.cli.options import AT, JSON, MACHINE, PLOTS, VALUE, gather
+from symoro_elastic.cli.output import print_json, print_table, print_written, steps
+from symoro_elastic.cli.parsing import numbers, parsed_by
+from symoro_elastic.cli.reading import read_restricted
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.vibration.comparison import Comparison
+
+
+@dataclass(frozen=True)
+class ComparedMotion:
+    """The motion that models are compared on: a file, or a move of a stroke and a duration."""
+
+    motion: str | None
+    stroke: float
+    duration: float | None
+
+
+@click.command()
+@MACHINE
+@gather("compared", ComparedMotion)
+@AT
+@VALUE
+@click.option(
+    "--ratio",
+    "ratios",
+    metavar="MOTOR=N",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Gear ratio: turns of the rotor per turn of its joint; couples them in the full model.",
+)
+@click.option(
+    "--motion",
+    metavar="FILE",
+    type=click.Path(),
+    help="Measured or simulated motion, .csv or .npz (default: a move).",
+)
+@click.option(
+    "--stroke", default=0.1, show_default=True, metavar="X", help="Stroke of the move, of every motor, rad or m."
+)
+@click.option(
+    "--duration",
+    type=float,
+    metavar="S",
+    help="Duration of the move (default: five periods of the first natural frequency).",
+)
+@click.option("--free", is_flag=True, help="Natural frequencies with free motors instead of held ones.")
+@PLOTS
+@JSON
+def compare(
+    machine: str,
+    compared: ComparedMotion,
+    positions: dict[str, float],
+    values: dict[str, float],
+    ratios: dict[str, float],
+    free: bool,
+    plots: str | None,
+    as_json: bool,
+) -> None:
+    """Compare the full model with reduced and rigid models.
+
+    Errors in frequencies, torques and elastic accelerations of Spong's reduced model and of the rigid limit,
+    on a motion.
+    """
+    from symoro_elastic.vibration.plots import plot_comparison
+    from symoro_elastic.vibration.tables import comparison_json
+
+    found = read_restricted(machine)
+    with steps() as step:
+        step("compare")
+        result = _compared(found, compared, positions, values, ratios, not free)
+    if as_json:
+        print_json(comparison_json(result))
+    else:
+        _print_comparison(result, f"{found.name}: motors {'free' if free else 'held'}")
+    if plots:
+        print_written(plots, plot_comparison(result, plots))
+
+
+def _compared(
+    machine: Machine,
+    on: ComparedMotion,
+    positions: Mapping[str, float],
+    values: Mapping[str, float],
+    ratios: Mapping[str, float],
+    held: bool,
+) -> Comparison:
+    from symoro_elastic.time_series.measurements import read_measurements
+    from symoro_elastic.vibration.comparison import compare, course_of
+
+    course = course_of(read_measurements(on.motion, machine)) if on.motion else None
+    return compare(machine, values, positions, ratios, held, course, on.stroke, on.duration)
+
+
+def _print_comparison(result: Comparison, title: str) -> None:
+    from symoro_elastic.vibration.tables import comparison_conclusion, frequencies_table, losses_table
+
+    print_table(frequencies_table(result), title)
+    print_table(losses_table(result), result.course.source)
+    click.echo(comparison_conclusion(result))

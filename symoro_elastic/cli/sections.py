@@ -1,0 +1,30 @@
+"""A command group whose help lists the commands in named sections."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+
+class SectionedGroup(click.Group):
+    """Commands by section; each belongs to exactly one."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.sections: dict[str, tuple[str, ...]] = {}
+
+    def add_section(self, title: str, *commands: click.Command) -> None:
+        """Add commands under a title, in this order."""
+        for command in commands:
+            self.add_command(command)
+        self.sections[title] = tuple(str(command.name) for command in commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write one list of commands per section, with the first sentence of each command's help."""
+        width = max(map(len, self.commands))
+        for title, names in self.sections.items():
+            with formatter.section(title):
+                limit = formatter.width - 6 - width
+                rows = [(name.ljust(width), self.commands[name].get_short_help_str(limit)) for name in names]
+                formatter.write_dl(rows)

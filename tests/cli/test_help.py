@@ -1,0 +1,81 @@
+"""`--help`: every command in one section, with a first line that is whole and short; options in standard terms."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from symoro_elastic.cli import cli
+
+COMMANDS = sorted(cli.commands)
+WIDTH = 80
+LONGEST = 60
+
+
+def printed(*arguments: str) -> str:
+    """The help as printed on a terminal of 80 columns."""
+    return CliRunner().invoke(cli, [*arguments, "--help"], terminal_width=WIDTH).output
+
+
+def first_line(command: click.Command) -> str:
+    return (command.help or "").split("\n")[0]
+
+
+def test_every_command_is_in_exactly_one_section() -> None:
+    listed = [name for names in cli.sections.values() for name in names]
+    assert sorted(listed) == COMMANDS
+
+
+def test_sections_are_printed_in_order_with_their_commands() -> None:
+    text = printed()
+    titles = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
+    assert titles == ["Options", *cli.sections]
+    for title, names in cli.sections.items():
+        section = text.split(f"\n{title}:\n")[1].split("\n\n")[0]
+        assert [line.split()[0] for line in section.splitlines()] == list(names)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_first_lines_are_short_whole_sentences(name: str) -> None:
+    line = first_line(cli.commands[name])
+    assert len(line) <= LONGEST
+    assert line.endswith(".") and line[0].isupper()
+    assert re.search(rf"^  {name} +{re.escape(line.removesuffix('.'))}\.?$", printed(), re.MULTILINE), "cut or wrapped"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_is_described(name: str) -> None:
+    options = [p for p in cli.commands[name].params if isinstance(p, click.Option)]
+    assert options
+    for option in options:
+        assert option.help and option.help[0].isupper() | (option.help.split()[0] in ("numpy", "latex,")), option.name
+        assert option.help.endswith("."), option.name
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_commands_take_few_arguments(name: str) -> None:
+    """Options that belong together are one record."""
+    command = cli.commands[name].callback
+    assert command
+    assert len(inspect.signature(command).parameters) <= 9
+
+
+def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
+    """Modules are counted, not seconds: a busy machine changes nothing."""
+    code = (
+        "import sys; before = set(sys.modules)\n"
+        "from symoro_elastic.cli import cli; cli.main(['--help'], standalone_mode=False)\n"
+        "print('loaded', *sorted(set(sys.modules) - before))"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    loaded = ran.stdout.splitlines()[-1].split()[1:]
+    assert {name.split(".")[0] for name in loaded} - sys.stdlib_module_names <= {"click", "symoro_elastic"}
+    ours = [name.split(".")[1] for name in loaded if name.startswith("symoro_elastic.")]
+    assert set(ours) == {"cli", "errors"}
