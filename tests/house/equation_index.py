@@ -62,7 +62,7 @@ WHAT = {
 }
 DIRECT = "step of the derivation of [28]-[36] for the last two bodies"
 INVERSE = "step of the derivation of [50]-[61] for the last two bodies"
-NOT_WRITTEN = {k: DIRECT for k in (16, *range(19, 28))} | dict.fromkeys(range(37, 50), INVERSE)
+NOT_WRITTEN = dict.fromkeys((16, *range(19, 28)), DIRECT) | dict.fromkeys(range(37, 50), INVERSE)
 """Equations that no line carries out, with the reason."""
 
 
@@ -120,9 +120,9 @@ def page() -> str:
         "# Where each equation is",
         "",
         "Numbers are those of W. Khalil and M. Gautier, *Modeling of high speed machines using robotics formulation*.",
-        "Each line of `symoro_elastic/equations/` that carries out an equation ends with its number, `# (29)`; this page is",
-        "made from these lines (`python -m tests.house.equation_index --write`). Names in generated code are given for",
-        "joint 5.",
+        "Each line of `symoro_elastic/equations/` that carries out an equation ends with its number, `# (29)`; this page",
+        "is made from these lines (`python -m tests.house.equation_index --write`). Names in generated code are given",
+        "for joint 5.",
         "",
         "| equation | what | function | generated names |",
         "|---|---|---|---|",
