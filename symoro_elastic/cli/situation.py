@@ -14,8 +14,8 @@ from symoro_elastic.cli.reading import read_restricted
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.vibration.linearization import Linearization
     from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+    from symoro_elastic.vibration.linearization import Linearization
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ WHAT = {
 }
 DIRECT = "step of the derivation of [28]-[36] for the last two bodies"
 INVERSE = "step of the derivation of [50]-[61] for the last two bodies"
-NOT_WRITTEN = {k: DIRECT for k in (16, *range(19, 28))} | dict.fromkeys(range(37, 50), INVERSE)
+NOT_WRITTEN = dict.fromkeys((16, *range(19, 28)), DIRECT) | dict.fromkeys(range(37, 50), INVERSE)
 """Equations that no line carries out, with the reason."""
 
 
