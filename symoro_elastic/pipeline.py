@@ -18,6 +18,7 @@ from symoro_elastic.models.degenerate import Degeneracy, degeneracies
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.packaging import package
+from symoro_elastic.symbolic.memory import no_collection
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ def nothing(_: str) -> None:
     """Progress that nobody watches."""
 
 
+@no_collection()
 def generate(
     machine: Machine,
     scene: Scene,
@@ -64,6 +66,7 @@ def described(machine: Machine, scene: Scene) -> Package:
     return package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
 
 
+@no_collection()
 def render(
     described: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)
 ) -> dict[str, str]:

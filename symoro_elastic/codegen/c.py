@@ -15,7 +15,8 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.parts import Part, Step, cut
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.symbolic.expression import SYMBOL, Expression, reachable
+from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Statement
 
 CIRCLES = ("sine", "cosine")

@@ -8,8 +8,10 @@ from typing import Any
 
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.printers import ATOM, Printer, Text
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import (
+from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
     COS,
@@ -21,10 +23,6 @@ from symoro_elastic.symbolic.expression import (
     SQRT,
     SUBTRACT,
     SYMBOL,
-    Expression,
-    Level,
-    Scalar,
-    reachable,
 )
 from symoro_elastic.symbolic.program import Program
 

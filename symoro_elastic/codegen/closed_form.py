@@ -26,7 +26,9 @@ from symoro_elastic.codegen.latex import (
 from symoro_elastic.codegen.notation import Notation
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
-from symoro_elastic.symbolic.expression import (
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
     COS,
@@ -40,9 +42,6 @@ from symoro_elastic.symbolic.expression import (
     SQRT,
     SUBTRACT,
     SYMBOL,
-    Expression,
-    Scalar,
-    reachable,
 )
 from symoro_elastic.symbolic.program import Output
 

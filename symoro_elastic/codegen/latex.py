@@ -21,21 +21,9 @@ from symoro_elastic.codegen.notation import (
 )
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
-from symoro_elastic.symbolic.expression import (
-    ATAN2,
-    COS,
-    COSPI,
-    DIVIDE,
-    MULTIPLY,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SYMBOL,
-    Constant,
-    Expression,
-    Scalar,
-)
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Constant, Expression
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, MULTIPLY, PI, SIGN, SIN, SQRT, SYMBOL
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
 
 MATRIX = 8

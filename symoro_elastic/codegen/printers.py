@@ -6,19 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    SUBTRACT,
-    SYMBOL,
-    Expression,
-    Level,
-    Scalar,
-    reachable,
-)
+from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
 from symoro_elastic.symbolic.program import Program, Statement
 
 SUM, PRODUCT, ATOM = 1, 2, 3

@@ -20,8 +20,8 @@ from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.models.catalogue import MODELS, trace
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
 from symoro_elastic.symbolic.program import Program
 
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -30,18 +30,8 @@ INERTIAL = (*INERTIA, *MOMENTS, "M")
 UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 UNIT = "X_"  # parameters of the machine whose columns are asked for
 
-ARRAYS = Arithmetic(
-    float,
-    {
-        **RATIONAL,
-        SIN: np.sin,
-        COS: np.cos,
-        SQRT: np.sqrt,
-        SIGN: np.sign,
-        ATAN2: np.arctan2,
-        PI: lambda: math.pi,
-        COSPI: lambda x: np.cos(math.pi * x),
-    },
+ARRAYS: Arithmetic[Any] = Arithmetic(
+    float, library(np, {ATAN2: np.arctan2, PI: lambda: math.pi, COSPI: lambda x: np.cos(math.pi * x)})
 )
 
 

@@ -33,7 +33,8 @@ from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Point
-from symoro_elastic.symbolic.expression import Expression, Graph, Level, Scalar
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression, Graph, Level
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
 

@@ -10,6 +10,7 @@ from symoro_elastic.machine.arguments import may_be_asked_by
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
+from symoro_elastic.models.angle_sums import on_angle_sums
 from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
@@ -18,8 +19,9 @@ from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
-from symoro_elastic.models.merging import with_merged_angles
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
+from symoro_elastic.symbolic.expression import operand
+from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.program import Input, Output, build
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
@@ -29,6 +31,7 @@ MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model i
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
 
+@no_collection()
 def trace(
     machine: Machine,
     name: str,
@@ -54,9 +57,9 @@ def trace(
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
     inputs = [Input(argument, entries[argument]) for argument in model.arguments]
-    outputs = [Output(name, r.shape, r.entries) for name, r in results.items()]
+    outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
     traced = TracedModel(model, results, build(inputs, outputs, bound.names), not asked, bound.points)
-    return with_merged_angles(traced, bound.graph, bound.names) if merge_angles else traced
+    return on_angle_sums(traced, bound.graph, bound.names) if merge_angles else traced
 
 
 def points_of(asked: Joints | Frames) -> Points:
@@ -71,6 +74,7 @@ def _everything(machine: Machine, model: Model) -> Joints | Frames:
     return machine.moving
 
 
+@no_collection()
 def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     """Every model that a scene asks of a machine; the default models where it names none.
 

@@ -39,8 +39,10 @@ from symoro_elastic.models.naming_derivatives import (
     name_tangents,
     name_torque_derivatives,
 )
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation, Tangents, substituted
-from symoro_elastic.symbolic.expression import SYMBOL, Expression, Level, Scalar, reachable
+from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
 
 Outputs = Mapping[str, Mapping[int, Scalar]]
 """Entries of each result of a model, by joint."""

@@ -14,7 +14,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
 from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_twists
-from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.scalar import Scalar
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:

@@ -22,9 +22,11 @@ from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE, refuse
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.models.naming_feed_forward import name_coordinates, name_results, name_series
-from symoro_elastic.symbolic.expression import SYMBOL, Scalar, reachable
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.functions import cosine_sine
-from symoro_elastic.symbolic.time_series import Motion, TimeSeries
+from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
 
 MOTION = tuple("y" + "d" * order for order in range(HIGHEST_DERIVATIVE + 1))
 """Names of the arguments: y, yd, ydd ..., a `d` for each derivative by time."""
@@ -59,7 +61,7 @@ class Solution:
 
     needed: Reach
     series: TimeSeries
-    z: dict[int, Motion]
+    z: dict[int, VariableCoefficient]
     deflections: dict[int, list[Scalar]]
 
 
@@ -114,8 +116,8 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
     reach = {j: _reach(bound, [balance.springs[behind], bound.q[behind]]) for j, behind in balance.outer.items()}
     order = [j for j in TopologicalSorter(reach).static_order() if j in reach]
     needed = _needed(bound, balance, reach, order)
-    z: dict[int, Motion] = {j: partial(_wanted, bound, balance.motors[j]) for j in balance.senses}
-    variables: dict[str, Motion] = {}
+    z: dict[int, VariableCoefficient] = {j: partial(_wanted, bound, balance.motors[j]) for j in balance.senses}
+    variables: dict[str, VariableCoefficient] = {}
     for j, sense in balance.senses.items():
         for rate, symbols in enumerate((bound.q, bound.qd, bound.qdd)):
             variables[symbols[j].operands[0]] = partial(_rate, z, j, sense, rate)
@@ -137,7 +139,7 @@ def _wanted(bound: Bound, motor: int, k: int) -> Scalar:
     return bound.graph.symbol(f"y{motor}_{k}") * Fraction(1, factorial(k))
 
 
-def _rate(z: Mapping[int, Motion], j: int, sense: int, rate: int, k: int) -> Scalar:
+def _rate(z: Mapping[int, VariableCoefficient], j: int, sense: int, rate: int, k: int) -> Scalar:
     """Coefficient k of s_j z_j, of its velocity or of its acceleration."""
     return z[j](k + rate) * (sense * factorial(k + rate) // factorial(k))
 

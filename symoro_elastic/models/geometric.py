@@ -18,7 +18,7 @@ from symoro_elastic.equations.spatial import AT_REST, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
-from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Section
 
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}

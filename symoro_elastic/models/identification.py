@@ -29,8 +29,9 @@ from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming_identification import name_regressor
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.expression import Expression, Level, Scalar
+from symoro_elastic.symbolic.expression import Expression, Level
 
 SEED = 20262
 VISCOUS, COULOMB, STIFFNESS, DAMPING, NEUTRAL = "FV", "FS", "K", "DA", "KQ"

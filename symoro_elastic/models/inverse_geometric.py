@@ -18,8 +18,9 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import PLACEMENT, Bound
 from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming_geometric import name_branches
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.expression import Expression, Level, Scalar
+from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 

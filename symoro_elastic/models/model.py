@@ -8,7 +8,7 @@ from typing import Any
 
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.models.bind import Bound, Points
-from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Program
 
 Joints = tuple[int, ...]

@@ -20,7 +20,9 @@ from symoro_elastic.equations.spatial import (
     Vector,
 )
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.symbolic.expression import COS, SIGN, SIN, SYMBOL, Expression, Scalar
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.operations import COS, SIGN, SIN, SYMBOL
 from symoro_elastic.symbolic.program import Names, Section
 
 AXES = "xyz"

@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from math import factorial
 
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.symbolic.expression import COS, NEGATE, SIN, SYMBOL, Expression, Scalar
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.operations import COS, NEGATE, SIN, SYMBOL
 from symoro_elastic.symbolic.program import Label, Section
 from symoro_elastic.symbolic.time_series import TimeSeries
 

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from symoro_elastic.equations.inverse_geometry.model import Branch
 from symoro_elastic.equations.spatial import AxialTransform
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.symbolic.expression import COS, Expression, Scalar
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
 
 

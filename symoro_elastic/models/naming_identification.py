@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import name_dynamics
-from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Section
 
 

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIN, SQRT
+from symoro_elastic.symbolic.arithmetic import Arithmetic, Library
+from symoro_elastic.symbolic.operations import COS, COSPI, PI
 
 Monomial = tuple[str, ...]
 """Its factors in order, repeated where they are powers: names and functions, as they are written."""
@@ -125,12 +125,10 @@ def _function(name: str) -> Callable[..., Polynomial]:
     return lambda *operands: Polynomial.factor(f"{name}({', '.join(map(written, operands))})")
 
 
-POLYNOMIALS = Arithmetic(
+POLYNOMIALS: Arithmetic[Polynomial] = Arithmetic(
     Polynomial.of,
-    {
-        **RATIONAL,
-        **{name: _function(name) for name in (SIN, COS, SQRT, ATAN2)},
-        PI: lambda: Polynomial.factor("pi"),
-        COSPI: lambda halves: _function(COS)(halves * Polynomial.factor("pi")),
-    },
+    Library(
+        _function,
+        {PI: lambda: Polynomial.factor("pi"), COSPI: lambda halves: _function(COS)(halves * Polynomial.factor("pi"))},
+    ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
 
 Numbers = NDArray[Any]
 Parameters = Mapping[str, Any]
@@ -27,7 +27,7 @@ HAS_EXTENDED = np.finfo(np.longdouble).nmant >= 63
 
 
 @cache
-def arithmetic(dtype: type) -> Arithmetic:
+def arithmetic(dtype: type) -> Arithmetic[Any]:
     """Arithmetic of a floating-point type of numpy; constants are rounded once."""
 
     def number(x: Fraction | int) -> Any:
@@ -35,19 +35,8 @@ def arithmetic(dtype: type) -> Arithmetic:
         return dtype(high) + dtype(float(Fraction(x) - Fraction(high)))
 
     pi = number(PI_TO_40_DIGITS)
-    return Arithmetic(
-        number,
-        {
-            **RATIONAL,
-            SIN: np.sin,
-            COS: np.cos,
-            SQRT: np.sqrt,
-            SIGN: np.sign,
-            ATAN2: np.arctan2,
-            PI: lambda: pi,
-            COSPI: lambda x: np.cos(pi * x),
-        },
-    )
+    own: dict[str, Callable[..., Any]] = {ATAN2: np.arctan2, PI: lambda: pi, COSPI: lambda x: np.cos(pi * x)}
+    return Arithmetic(number, library(np, own))
 
 
 def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, Numbers]:

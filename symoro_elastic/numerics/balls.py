@@ -9,8 +9,8 @@ from functools import cache
 from typing import Any
 
 from symoro_elastic.packages import imported
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.operations import COSPI, SIGN
 from symoro_elastic.symbolic.program import Program
 
 Balls = list[Any]
@@ -89,26 +89,14 @@ def _evaluated(program: Program, symbols: Mapping[str, float]) -> dict[str, Ball
 
 
 @cache
-def _arithmetic() -> Arithmetic:
+def _arithmetic() -> Arithmetic[Any]:
     flint = _flint()
     arb = flint.arb
 
     def number(x: Fraction | int) -> Any:
         return arb(flint.fmpq(*Fraction(x).as_integer_ratio()))
 
-    return Arithmetic(
-        number,
-        {
-            **RATIONAL,
-            SIN: arb.sin,
-            COS: arb.cos,
-            SQRT: arb.sqrt,
-            SIGN: arb.sgn,
-            ATAN2: arb.atan2,
-            PI: arb.pi,
-            COSPI: arb.cos_pi,
-        },
-    )
+    return Arithmetic(number, library(arb, {SIGN: arb.sgn, COSPI: arb.cos_pi}))
 
 
 @cache

@@ -87,4 +87,4 @@ def _value(x: Any) -> Any:
 
 
 def _slope(x: Any) -> Any:
-    return x.slope if x.__class__ is Dual else x * 0
+    return x.tangent if x.__class__ is Dual else x * 0

@@ -19,7 +19,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
-from symoro_elastic.symbolic.expression import ATAN2, COS, PI, SIN, SQRT
+from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
@@ -94,7 +94,7 @@ class StateReference:
 
     reference: Reference
     state: State
-    arithmetic: Arithmetic
+    arithmetic: Arithmetic[Any]
     source: random.Random | None = None
     forces: bool = False
 
@@ -279,7 +279,7 @@ class StateReference:
         return [[1, 0, 0, d], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]]
 
 
-def _rounded(arithmetic: Arithmetic, source: random.Random) -> Arithmetic:
+def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:
     """The arithmetic with every constant that double precision rounds one ulp off."""
     moved: dict[Fraction, Any] = {}
 

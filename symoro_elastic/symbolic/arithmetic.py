@@ -1,4 +1,4 @@
-"""Values of expressions: in double precision, in high precision, modulo a prime."""
+"""Values of expressions: in double precision, in high precision, modulo a prime, or as other expressions."""
 
 from __future__ import annotations
 
@@ -8,41 +8,83 @@ import random
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, Generic, TypeVar
 
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT, SYMBOL, Expression, reachable
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Constant, Expression, Graph, Operand, quotient, reachable
+from symoro_elastic.symbolic.finite_field import Point, Residue, circle_of_pi, circle_of_radians, random_radians
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    COS,
+    COSPI,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    PI,
+    SIGN,
+    SIN,
+    SUBTRACT,
+    SYMBOL,
+    Functions,
+)
 
-Operations = Mapping[str, Callable[..., Any]]
-RATIONAL: Operations = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-    "neg": operator.neg,
+RATIONAL: Functions = {
+    ADD: operator.add,
+    SUBTRACT: operator.sub,
+    MULTIPLY: operator.mul,
+    DIVIDE: operator.truediv,
+    NEGATE: operator.neg,
 }
+"""The operations that are operators of Python for all numbers."""
+
+
+EXACT: Functions = {**RATIONAL, DIVIDE: quotient}
+"""The same for expressions and exact constants: the quotient of two integers is no float."""
+
+
+class Library(dict[str, Callable[..., Any]]):
+    """What each operation does: the operators of Python, its `own` functions, and those that `find` gives by name."""
+
+    def __init__(self, find: Callable[[str], Callable[..., Any]], own: Functions | None = None) -> None:
+        super().__init__({**RATIONAL, **(own or {})})
+        self._find = find
+
+    def __missing__(self, operation: str) -> Callable[..., Any]:
+        self[operation] = found = self._find(operation)
+        return found
+
+
+def library(module: Any, own: Functions | None = None) -> Library:
+    """The functions of a module, or of anything else that has them as attributes."""
+    return Library(partial(getattr, module), own)
+
+
+Number = TypeVar("Number")
 
 
 @dataclass(frozen=True)
-class Arithmetic:
+class Arithmetic(Generic[Number]):
     """How to make a number of an exact rational, and what each operation does."""
 
-    number: Callable[[Fraction | int], Any]
-    operations: Operations
+    number: Callable[[Constant], Number]
+    operations: Functions
 
 
 def evaluate(
-    roots: Iterable[Any], symbols: Mapping[str, Any], arithmetic: Arithmetic, known: Mapping[int, Any] | None = None
-) -> Callable[[Any], Any]:
+    roots: Iterable[Scalar],
+    symbols: Mapping[str, Number],
+    arithmetic: Arithmetic[Number],
+    known: Mapping[int, Number] | None = None,
+) -> Callable[[Scalar], Number]:
     """A function giving the value of each root; `symbols` holds the values of the variables.
 
     `known` holds values of nodes, by number, that are not to be computed.
     """
-    roots = list(roots)
     values = dict(known or {})
 
-    def value(x: Any) -> Any:
-        return values[x.id] if isinstance(x, Expression) else arithmetic.number(x)
+    def value(x: Any) -> Number:
+        return values[x.id] if type(x) is Expression else arithmetic.number(x)
 
     for node in reachable(roots):
         if node.id in values:
@@ -59,74 +101,51 @@ def sign(x: Any) -> Any:
     return 1 if x > 0 else -1 if x < 0 else x
 
 
-FLOATS = Arithmetic(
-    float,
-    {
-        **RATIONAL,
-        SIN: math.sin,
-        COS: math.cos,
-        SQRT: math.sqrt,
-        SIGN: sign,
-        ATAN2: math.atan2,
-        PI: lambda: math.pi,
-        COSPI: lambda x: math.cos(math.pi * x),
-    },
+FLOATS: Arithmetic[float] = Arithmetic(
+    float, library(math, {SIGN: sign, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
 )
 
 
 @cache
-def multiprecision(digits: int = 50) -> Arithmetic:
+def multiprecision(digits: int = 50) -> Arithmetic[Any]:
     """Arithmetic with this many decimal digits."""
     import mpmath
 
     context = mpmath.MPContext()
     context.dps = digits
 
-    def number(x: Fraction | int | float) -> Any:
+    def number(x: Constant | float) -> Any:
         if isinstance(x, float):
             return context.mpf(x)
         return context.mpf(Fraction(x).numerator) / Fraction(x).denominator
 
-    return Arithmetic(
-        number,
-        {
-            **RATIONAL,
-            SIN: context.sin,
-            COS: context.cos,
-            SQRT: context.sqrt,
-            SIGN: sign,
-            ATAN2: context.atan2,
-            PI: lambda: +context.pi,
-            COSPI: context.cospi,
-        },
-    )
+    return Arithmetic(number, library(context, {SIGN: sign, PI: lambda: +context.pi}))
 
 
-@cache
-def constant_value(node: Expression) -> float:
-    """Double nearest to a constant expression."""
-    return float(evaluate([node], {}, multiprecision(60))(node))
+def nodes(graph: Graph, own: Functions | None = None) -> Arithmetic[Operand]:
+    """Arithmetic that builds expressions of a graph."""
+    return Arithmetic(lambda x: x, Library(lambda operation: partial(graph.node, operation), {**EXACT, **(own or {})}))
 
 
 class ModularAngles:
     """Values of expressions modulo a prime at random values of their variables.
 
-    Variables that occur as angles are random points of the circle.
+    Variables that occur as angles are random points of the circle. An operation that is not rational has a random
+    value for each of its operands.
     """
 
     def __init__(self, seed: int) -> None:
         self._source = random.Random(seed)
         self._angles: dict[int, Fraction] = {}
-        self._symbols: dict[int, Any] = {}
+        self._points: dict[Operand, Point] = {}
+        self._random: dict[int, int] = {}
 
-    def values(self, roots: Iterable[Any]) -> Callable[[Any], Any]:
+    def values(self, roots: Iterable[Scalar]) -> Callable[[Scalar], Residue]:
         """A function giving the residue of each root."""
-        from symoro_elastic.symbolic.finite_field import Residue, circle_of_pi
+        values: dict[int, Residue] = {}
 
-        values: dict[int, Any] = {}
-
-        def value(x: Any) -> Any:
-            return values[x.id] if isinstance(x, Expression) else Residue(x)
+        def value(x: Any) -> Residue:
+            return values[x.id] if type(x) is Expression else Residue(x)
 
         for node in reachable(roots):
             if node.operation in RATIONAL:
@@ -136,22 +155,27 @@ class ModularAngles:
             elif node.operation == COSPI:
                 values[node.id] = Residue(circle_of_pi(node.operands[0])[0])
             else:
-                values[node.id] = Residue(self._random(node))
+                values[node.id] = Residue(self._number(node))
         return value
 
-    def _point(self, angle: Expression | Fraction) -> tuple[int, int]:
-        from symoro_elastic.symbolic.finite_field import circle_of_radians
+    def _point(self, angle: Operand) -> Point:
+        if angle not in self._points:
+            self._points[angle] = circle_of_radians(self._radians(angle))
+        return self._points[angle]
 
+    def _radians(self, angle: Operand) -> Fraction:
         if not isinstance(angle, Expression):
-            return circle_of_radians(Fraction(angle))
-        if angle.operation == "*" and not isinstance(angle.operands[1], Expression):
-            return circle_of_radians(self._angle(angle.operands[0]) * angle.operands[1])
-        return circle_of_radians(self._angle(angle))
+            return Fraction(angle)
+        if angle.operation == MULTIPLY and not isinstance(angle.operands[1], Expression):
+            return self._angle(angle.operands[0]) * Fraction(angle.operands[1])
+        return self._angle(angle)
 
     def _angle(self, node: Expression) -> Fraction:
-        from symoro_elastic.symbolic.finite_field import random_radians
+        if node.id not in self._angles:
+            self._angles[node.id] = random_radians(self._source)
+        return self._angles[node.id]
 
-        return self._angles.setdefault(node.id, random_radians(self._source))
-
-    def _random(self, node: Expression) -> int:
-        return int(self._symbols.setdefault(node.id, self._source.randrange(1, 1 << 60)))
+    def _number(self, node: Expression) -> int:
+        if node.id not in self._random:
+            self._random[node.id] = self._source.randrange(1, 1 << 60)
+        return self._random[node.id]

@@ -2,39 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    ATAN2,
-    COS,
-    COSPI,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-    Expression,
-    Graph,
-    Scalar,
-    reachable,
-)
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import evaluate, nodes
+from symoro_elastic.symbolic.expression import Expression, Graph, Operand, quotient, reachable
+from symoro_elastic.symbolic.operations import DIVIDE, OPERATIONS, SYMBOL
 
 
 @dataclass(frozen=True)
 class Tangents:
     """Derivatives of expressions by one variable, by the number of their node; zero for all others."""
 
-    of_nodes: dict[int, Scalar]
+    of_nodes: dict[int, Operand]
 
-    def of(self, x: Scalar) -> Scalar:
+    def of(self, x: Scalar) -> Operand:
         """Derivative of an expression."""
         return self.of_nodes.get(x.id, 0) if isinstance(x, Expression) else 0
 
@@ -54,7 +37,7 @@ class Differentiation:
         """Derivatives of the roots and of what they are made of; that of a sign is zero."""
         tangents = Tangents({variable.id: 1})
         for node in self._depending_on(variable):
-            tangents.of_nodes[node.id] = RULES[node.operation](node, *node.operands, *map(tangents.of, node.operands))
+            tangents.of_nodes[node.id] = _derivative(node, [tangents.of(x) for x in node.operands])
         return tangents
 
     def _depending_on(self, variable: Expression) -> list[Expression]:
@@ -69,34 +52,24 @@ class Differentiation:
         return [found[number] for number in sorted(found)]
 
 
-def _quotient(node: Expression, x: Scalar, y: Scalar, dx: Scalar, dy: Scalar) -> Scalar:
-    """1/y has no other division than its own."""
-    return -(node * dy * node / x) if not isinstance(x, Expression) else (dx - node * dy) / y
+def _derivative(node: Expression, tangents: list[Operand]) -> Operand:
+    if node.operation == DIVIDE and not isinstance(node.operands[0], Expression):
+        return _derivative_of_reciprocal(node, tangents[1])
+    partials = OPERATIONS[node.operation].partials
+    if partials is None:
+        return 0
+    found: Operand = partials(nodes(node.graph).operations, node, node.operands).along(tangents)
+    return found
 
 
-RULES: Mapping[str, Callable[..., Scalar]] = {
-    ADD: lambda node, x, y, dx, dy: dx + dy,
-    SUBTRACT: lambda node, x, y, dx, dy: dx - dy,
-    NEGATE: lambda node, x, dx: -dx,
-    MULTIPLY: lambda node, x, y, dx, dy: dx * y + x * dy,
-    DIVIDE: _quotient,
-    SIN: lambda node, x, dx: node.graph.node(COS, x) * dx,
-    COS: lambda node, x, dx: -(node.graph.node(SIN, x) * dx),
-    SQRT: lambda node, x, dx: dx / (2 * node),
-    ATAN2: lambda node, y, x, dy, dx: (x * dy - y * dx) / (x * x + y * y),
-    SIGN: lambda node, x, dx: 0,
-}
-"""Derivative of a node from its operands and their derivatives."""
+def _derivative_of_reciprocal(node: Expression, tangent: Operand) -> Operand:
+    """z' = -z y' z / c of z = c / y: no division but that of z itself."""
+    return -quotient(node * tangent * node, node.operands[0])
 
 
-def substituted(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Scalar]) -> list[Scalar]:
+def substituted(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Operand]) -> list[Operand]:
     """Expressions with some variables replaced."""
     roots = list(roots)
-    symbols: dict[str, Any] = {x.operands[0]: x for x in reachable(roots) if x.operation == SYMBOL}
-
-    def node(operation: str) -> Callable[..., Scalar]:
-        return lambda *operands: graph.node(operation, *operands)
-
-    functions = {name: node(name) for name in (SIN, COS, SQRT, SIGN, ATAN2, PI, COSPI)}
-    value = evaluate(roots, symbols | dict(values), Arithmetic(lambda x: x, {**RATIONAL, **functions}))
+    symbols: dict[str, Operand] = {x.operands[0]: x for x in reachable(roots) if x.operation == SYMBOL}
+    value = evaluate(roots, symbols | dict(values), nodes(graph))
     return [value(x) for x in roots]

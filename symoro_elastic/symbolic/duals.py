@@ -1,103 +1,110 @@
-"""Exact first derivatives along with values: numbers `value + slope e` with e^2 = 0.
+"""Exact first derivatives along with values: numbers `value + tangent e` with e^2 = 0.
 
-A slope is a number for one direction, or an array for many. Duals nest: where value and slope are
-duals themselves, the slope of the slope is a second derivative.
+A tangent is a number for one direction, or an array for many. Duals nest: where value and tangent are
+duals themselves, the tangent of the tangent is a second derivative.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from numbers import Number
 from typing import Any
 
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, Library
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    OPERATIONS,
+    SUBTRACT,
+    Functions,
+)
 
 
 class Dual:
-    """A value and its slope; other numbers are constants beside it."""
+    """A value and its derivative along a direction, the tangent; other numbers beside it are constants."""
 
-    __slots__ = ("slope", "value")
+    __slots__ = ("tangent", "value")
     __array_ufunc__ = None  # an array beside a dual is a constant, and no array of duals
 
-    def __init__(self, value: Any, slope: Any) -> None:
-        self.value, self.slope = value, slope
+    def __init__(self, value: Any, tangent: Any) -> None:
+        self.value, self.tangent = value, tangent
 
     def __add__(self, other: Any) -> Dual:
-        if other.__class__ is Dual:
-            return Dual(self.value + other.value, self.slope + other.slope)
-        return Dual(self.value + other, self.slope)
+        return _operator(ADD, self, other) if self._may_meet(other) else NotImplemented
 
-    __radd__ = __add__
+    def __radd__(self, other: Any) -> Dual:
+        return _operator(ADD, other, self) if self._may_meet(other) else NotImplemented
 
     def __sub__(self, other: Any) -> Dual:
-        if other.__class__ is Dual:
-            return Dual(self.value - other.value, self.slope - other.slope)
-        return Dual(self.value - other, self.slope)
+        return _operator(SUBTRACT, self, other) if self._may_meet(other) else NotImplemented
 
     def __rsub__(self, other: Any) -> Dual:
-        return Dual(other - self.value, -self.slope)
+        return _operator(SUBTRACT, other, self) if self._may_meet(other) else NotImplemented
 
     def __mul__(self, other: Any) -> Dual:
-        if other.__class__ is Dual:
-            return Dual(self.value * other.value, self.value * other.slope + other.value * self.slope)
-        return Dual(self.value * other, self.slope * other)
+        return _operator(MULTIPLY, self, other) if self._may_meet(other) else NotImplemented
 
-    __rmul__ = __mul__
+    def __rmul__(self, other: Any) -> Dual:
+        return _operator(MULTIPLY, other, self) if self._may_meet(other) else NotImplemented
 
     def __truediv__(self, other: Any) -> Dual:
-        if other.__class__ is Dual:
-            ratio = self.value / other.value
-            return Dual(ratio, (self.slope - ratio * other.slope) / other.value)
-        return Dual(self.value / other, self.slope / other)
+        return _operator(DIVIDE, self, other) if self._may_meet(other) else NotImplemented
 
     def __rtruediv__(self, other: Any) -> Dual:
-        ratio = other / self.value
-        return Dual(ratio, -(ratio / self.value) * self.slope)
+        return _operator(DIVIDE, other, self) if self._may_meet(other) else NotImplemented
 
     def __neg__(self) -> Dual:
-        return Dual(-self.value, -self.slope)
+        return _operator(NEGATE, self)
 
     def __repr__(self) -> str:
-        return f"Dual({self.value!r}, {self.slope!r})"
+        return f"Dual({self.value!r}, {self.tangent!r})"
+
+    def _may_meet(self, other: Any) -> bool:
+        """Whether another operand is a dual or a constant: a number, an array, or what the value is made of."""
+        known = isinstance(other, Dual | Number) or hasattr(other, "__array_ufunc__")
+        return known or type(other) is type(innermost(self))
 
 
-def differentiating(arithmetic: Arithmetic) -> Arithmetic:
-    """An arithmetic of duals over another one; `sign` has slope zero, at a jump too.
+def differentiating(arithmetic: Arithmetic[Any]) -> Arithmetic[Any]:
+    """An arithmetic of duals over another one; steps such as `sign` have tangent zero, at a jump too.
 
     Constants stay numbers of the other arithmetic. Symbols may be given as numbers, or as duals, all of
-    one depth. Raises `ZeroDivisionError` for the slope of a square root or of an angle at zero.
+    one depth. Raises `ZeroDivisionError` for the tangent of a square root or of an angle at zero.
     """
-    base = arithmetic.operations
-    sine, cosine, root, arc = base[SIN], base[COS], base[SQRT], base[ATAN2]
-
-    def sin(x: Any) -> Any:
-        return Dual(sin(x.value), cos(x.value) * x.slope) if x.__class__ is Dual else sine(x)
-
-    def cos(x: Any) -> Any:
-        return Dual(cos(x.value), -sin(x.value) * x.slope) if x.__class__ is Dual else cosine(x)
-
-    def sqrt(x: Any) -> Any:
-        if x.__class__ is not Dual:
-            return root(x)
-        value = sqrt(x.value)
-        return Dual(value, x.slope / (2 * value))
-
-    def atan2(y: Any, x: Any) -> Any:
-        if y.__class__ is not Dual and x.__class__ is not Dual:
-            return arc(y, x)
-        (y, dy), (x, dx) = _parts(y), _parts(x)
-        return Dual(atan2(y, x), (x * dy - y * dx) / (x * x + y * y))
-
-    functions: dict[str, Callable[..., Any]] = {SIN: sin, COS: cos, SQRT: sqrt, ATAN2: atan2}
-    steps = {SIGN: lambda x: base[SIGN](_innermost(x)), PI: base[PI], COSPI: base[COSPI]}
-    return Arithmetic(arithmetic.number, {**RATIONAL, **functions, **steps})
+    functions = Library(lambda operation: _on_duals(operation, arithmetic.operations, functions))
+    return Arithmetic(arithmetic.number, functions)
 
 
-def _parts(x: Any) -> tuple[Any, Any]:
-    return (x.value, x.slope) if x.__class__ is Dual else (x, 0)
+def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable[..., Any]:
+    """A function of numbers as one of numbers and duals."""
+    function, is_step = base[operation], OPERATIONS[operation].partials is None
+
+    def of(*operands: Any) -> Any:
+        if is_step:
+            return function(*map(innermost, operands))
+        if not any(type(x) is Dual for x in operands):
+            return function(*operands)
+        return _applied(operation, functions, operands)
+
+    return of
 
 
-def _innermost(x: Any) -> Any:
-    while x.__class__ is Dual:
+def _operator(operation: str, *operands: Any) -> Dual:
+    return _applied(operation, RATIONAL, operands)
+
+
+def _applied(operation: str, functions: Functions, operands: tuple[Any, ...]) -> Dual:
+    """Value and tangent of an operation, by its partial derivatives."""
+    values = [x.value if type(x) is Dual else x for x in operands]
+    tangents = [x.tangent if type(x) is Dual else 0 for x in operands]
+    value, partials = functions[operation](*values), OPERATIONS[operation].partials
+    return Dual(value, partials(functions, value, values).along(tangents) if partials else 0)
+
+
+def innermost(x: Any) -> Any:
+    """The value of a dual, of duals the value of their value."""
+    while type(x) is Dual:
         x = x.value
     return x

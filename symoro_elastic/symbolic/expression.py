@@ -1,8 +1,9 @@
 """Scalar expressions, interned: equal expressions of a graph are one object.
 
 Exact rational constants are plain `int` and `Fraction` objects, so they fold by themselves, and
-zero and one disappear as soon as they meet an expression. Signs are carried outwards: `-x` is a
-node of its own, and no operand of a product or of a sum is one.
+zero and one disappear as soon as they meet an expression. A `float` is taken as the rational number
+that it is. Signs are carried outwards: `-x` is a node of its own, and no operand of a product or of a
+sum is one. Operands of other types are left to their own operators, as Python does.
 """
 
 from __future__ import annotations
@@ -10,15 +11,24 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import IntEnum
 from fractions import Fraction
-from typing import Any, TypeAlias
+from numbers import Rational
+from typing import Any, TypeAlias, final
+
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    PI,
+    SUBTRACT,
+    SYMBOL,
+)
 
 Constant: TypeAlias = int | Fraction
-Scalar: TypeAlias = Any
-"""An `Expression` or a `Constant`."""
-
-ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = "+", "-", "*", "/", "neg"
-SYMBOL, PI, COSPI = "symbol", "pi", "cospi"
-SIN, COS, SQRT, SIGN, ATAN2 = "sin", "cos", "sqrt", "sign", "atan2"
+Operand: TypeAlias = "Expression | int | Fraction"
+"""An expression or an exact constant."""
+_Key: TypeAlias = "tuple[str | int | tuple[int, int], ...]"
 
 
 class Level(IntEnum):
@@ -33,7 +43,7 @@ class Graph:
     """The expressions of one trace; they live as long as it does."""
 
     def __init__(self) -> None:
-        self._interned: dict[tuple[Any, ...], Expression] = {}
+        self._interned: dict[_Key, Expression] = {}
         self._symbols: dict[str, Expression] = {}
         self.pi = self.node(PI)
 
@@ -47,6 +57,15 @@ class Graph:
             self._interned[SYMBOL, name] = self._symbols[name]
         return self._symbols[name]
 
+    def node(self, operation: str, *operands: Operand) -> Expression:
+        """The node of this operation on these operands, already in normal form."""
+        key = (operation, *[o.id if type(o) is Expression else Fraction(o).as_integer_ratio() for o in operands])
+        found = self._interned.get(key)
+        if found is None:
+            level = max((o.level for o in operands if type(o) is Expression), default=Level.CONSTANT)
+            found = self._interned[key] = Expression(self, operation, operands, len(self._interned), level)
+        return found
+
     def pair(self, operation: str, first: Expression, second: Expression) -> Expression:
         """The node of an operation on two expressions, as `node` gives it; most nodes are made here."""
         key = (operation, first.id, second.id)
@@ -56,135 +75,192 @@ class Graph:
             found = self._interned[key] = Expression(self, operation, (first, second), len(self._interned), level)
         return found
 
-    def node(self, operation: str, *operands: Any) -> Expression:
-        """The node of this operation on these operands, already in normal form."""
-        key = (operation, *[o.id if o.__class__ is Expression else Fraction(o).as_integer_ratio() for o in operands])
+    def negative(self, x: Expression) -> Expression:
+        """The node -x of an expression without a sign."""
+        key = (NEGATE, x.id)
         found = self._interned.get(key)
         if found is None:
-            level = max((o.level for o in operands if o.__class__ is Expression), default=Level.CONSTANT)
-            found = self._interned[key] = Expression(self, operation, operands, len(self._interned), level)
+            found = self._interned[key] = Expression(self, NEGATE, (x,), len(self._interned), x.level)
         return found
 
 
+@final
 class Expression:
-    """A node: an operation on operands, which are older nodes or constants."""
+    """A node: an operation on operands, which are older nodes or constants; the operand of a symbol is its name."""
 
     __slots__ = ("graph", "id", "level", "operands", "operation")
 
     def __init__(self, graph: Graph, operation: str, operands: tuple[Any, ...], number: int, level: Level) -> None:
-        self.graph, self.operation, self.operands, self.id, self.level = graph, operation, operands, number, level
+        self.graph = graph
+        self.operation = operation
+        self.operands = operands
+        self.id = number
+        self.level = level
 
-    def __add__(self, other: Scalar) -> Scalar:
-        if other.__class__ is not Expression:
-            return _add_constant(self, other)
+    def __add__(self, other: Scalar) -> Operand:
+        if type(other) is not Expression:
+            constant = exact(other)
+            return NotImplemented if constant is None else _add_constant(self, constant)
         if self.operation == NEGATE:
-            return other - self.operands[0]
+            return other - self.positive
         if other.operation == NEGATE:
-            return self - other.operands[0]
-        alike = _combine(self, other, 1)
-        if alike is not None:
-            return alike
-        first, second = (self, other) if self.id < other.id else (other, self)
-        return self.graph.pair(ADD, first, second)
+            return self - other.positive
+        if _base(self) is _base(other):
+            return _base(self) * (_factor(self) + _factor(other))
+        return self.graph.pair(ADD, self, other) if self.id < other.id else self.graph.pair(ADD, other, self)
 
-    def __sub__(self, other: Scalar) -> Scalar:
-        if other.__class__ is not Expression:
-            return _add_constant(self, -other)
+    def __sub__(self, other: Scalar) -> Operand:
+        if type(other) is not Expression:
+            constant = exact(other)
+            return NotImplemented if constant is None else _add_constant(self, -constant)
         if other.operation == NEGATE:
-            return self + other.operands[0]
+            return self + other.positive
         if self.operation == NEGATE:
-            return -(self.operands[0] + other)
-        alike = _combine(self, other, -1)
-        if alike is not None:
-            return alike
+            return -(self.positive + other)
+        if _base(self) is _base(other):
+            return _base(self) * (_factor(self) - _factor(other))
         if self.id < other.id:
             return self.graph.pair(SUBTRACT, self, other)
         return -self.graph.pair(SUBTRACT, other, self)
 
-    def __mul__(self, other: Scalar) -> Scalar:
-        if other.__class__ is not Expression:
-            return _scale(self, other) if isinstance(other, int | float | Fraction) else NotImplemented
+    def __mul__(self, other: Scalar) -> Operand:
+        if type(other) is not Expression:
+            constant = exact(other)
+            return NotImplemented if constant is None else _scaled(self, constant)
         if self.operation == NEGATE:
-            return -(self.operands[0] * other)
+            return -(self.positive * other)
         if other.operation == NEGATE:
-            return -(self * other.operands[0])
-        first, second = (self, other) if self.id < other.id else (other, self)
-        return self.graph.pair(MULTIPLY, first, second)
+            return -(self * other.positive)
+        return self.graph.pair(MULTIPLY, self, other) if self.id < other.id else self.graph.pair(MULTIPLY, other, self)
 
-    def __truediv__(self, other: Scalar) -> Scalar:
-        if other.__class__ is not Expression:
-            return _scale(self, 1 / Fraction(other))
+    def __truediv__(self, other: Scalar) -> Operand:
+        if type(other) is not Expression:
+            constant = exact(other)
+            return NotImplemented if constant is None else _scaled(self, 1 / Fraction(constant))
         if self is other:
             return Fraction(1)
         if self.operation == NEGATE:
-            return -(self.operands[0] / other)
+            return -(self.positive / other)
         if other.operation == NEGATE:
-            return -(self / other.operands[0])
+            return -(self / other.positive)
         return self.graph.pair(DIVIDE, self, other)
 
     def __neg__(self) -> Expression:
-        return self.operands[0] if self.operation == NEGATE else self.graph.node(NEGATE, self)
+        return self.positive if self.operation == NEGATE else self.graph.negative(self)
 
     __radd__ = __add__
     __rmul__ = __mul__
 
-    def __rsub__(self, other: Constant) -> Scalar:
-        return -_add_constant(self, -other)
+    def __rsub__(self, other: Scalar) -> Operand:
+        constant = exact(other)
+        return NotImplemented if constant is None else -_add_constant(self, -constant)
 
-    def __rtruediv__(self, other: Constant) -> Scalar:
-        if other == 0:
-            return 0
-        if other < 0:
-            return -((-other) / self)
-        if self.operation == NEGATE:
-            return -(other / self.operands[0])
-        return self.graph.node(DIVIDE, other, self)
+    def __rtruediv__(self, other: Scalar) -> Operand:
+        constant = exact(other)
+        return NotImplemented if constant is None else _reciprocal(constant, self)
+
+    @property
+    def positive(self) -> Expression:
+        """x of the node -x, or the node itself."""
+        inner: Expression = self.operands[0] if self.operation == NEGATE else self
+        return inner
 
     def __repr__(self) -> str:
-        return f"{self.operation}{self.operands}"
+        """As written: `(x + 2*y)`."""
+        return _written(self)
 
 
-def _add_constant(x: Expression, constant: Constant) -> Scalar:
+def exact(x: Scalar) -> Constant | None:
+    """An exact constant; None for what is no number of Python's."""
+    if type(x) is int or type(x) is Fraction:
+        return x
+    return Fraction(x) if isinstance(x, float | Rational) else None
+
+
+def operand(x: Scalar) -> Operand:
+    """An expression, or an exact constant; raises `TypeError` for any other scalar."""
+    if type(x) is Expression:
+        return x
+    constant = exact(x)
+    if constant is None:
+        raise TypeError(f"no expression and no exact constant: {type(x).__name__}")
+    return constant
+
+
+def quotient(x: Operand, y: Operand) -> Operand:
+    """x/y, exact where both are constants."""
+    return x / y if type(x) is Expression else Fraction(x) / y if type(y) is not Expression else x / y
+
+
+def _add_constant(x: Expression, constant: Constant) -> Operand:
     if constant == 0:
         return x
     if x.operation == NEGATE:
-        return -_add_constant(x.operands[0], -constant)
-    if x.operation == ADD and x.operands[1].__class__ is not Expression:
+        return -_add_constant(x.positive, -constant)
+    if x.operation == ADD and type(x.operands[1]) is not Expression:
         return _add_constant(x.operands[0], x.operands[1] + constant)
     return x.graph.node(ADD, x, constant)
 
 
-def _scale(x: Expression, factor: Constant) -> Scalar:
+def _scaled(x: Expression, factor: Constant) -> Operand:
     if factor == 0:
         return 0
-    if x.operation == NEGATE or factor < 0:
-        return -_scale(-x if x.operation == NEGATE else x, factor if x.operation == NEGATE else -factor)
     if factor == 1:
         return x
-    if x.operation == MULTIPLY and x.operands[1].__class__ is not Expression:
-        return _scale(x.operands[0], x.operands[1] * factor)
+    if x.operation == NEGATE:
+        return -_scaled(x.positive, factor)
+    if factor < 0:
+        return -_scaled(x, -factor)
+    if x.operation == MULTIPLY and type(x.operands[1]) is not Expression:
+        return _scaled(x.operands[0], x.operands[1] * factor)
     return x.graph.node(MULTIPLY, x, factor)
 
 
-def _multiple(x: Expression) -> tuple[Expression, Constant]:
-    if x.operation == MULTIPLY and x.operands[1].__class__ is not Expression:
-        return x.operands
-    return x, 1
+def _reciprocal(constant: Constant, x: Expression) -> Operand:
+    if constant == 0:
+        return 0
+    if constant < 0:
+        return -_reciprocal(-constant, x)
+    if x.operation == NEGATE:
+        return -_reciprocal(constant, x.positive)
+    return x.graph.node(DIVIDE, constant, x)
 
 
-def _combine(x: Expression, y: Expression, sign: int) -> Scalar | None:
-    """`x + sign y` where both are constant multiples of one expression."""
-    (base_x, factor_x), (base_y, factor_y) = _multiple(x), _multiple(y)
-    return base_x * (factor_x + sign * factor_y) if base_x is base_y else None
+def _base(x: Expression) -> Expression:
+    """x without a constant factor."""
+    scaled = x.operation == MULTIPLY and type(x.operands[1]) is not Expression
+    base: Expression = x.operands[0] if scaled else x
+    return base
+
+
+def _factor(x: Expression) -> Constant:
+    """The constant factor of x."""
+    factor: Constant = 1 if _base(x) is x else x.operands[1]
+    return factor
+
+
+def _written(x: Operand) -> str:
+    if type(x) is not Expression:
+        return str(x)
+    if x.operation == SYMBOL:
+        return str(x.operands[0])
+    operands = [_written(o) for o in x.operands]
+    if x.operation == NEGATE:
+        return f"-{operands[0]}"
+    if x.operation == MULTIPLY:
+        return "*".join(operands)
+    if x.operation in (ADD, SUBTRACT, DIVIDE):
+        return f"({f' {x.operation} '.join(operands)})"
+    return f"{x.operation}({', '.join(operands)})"
 
 
 def reachable(roots: Iterable[Scalar]) -> list[Expression]:
     """Every node the roots need, operands before their users."""
-    found: dict[int, Expression] = {}
-    stack = [root for root in roots if isinstance(root, Expression)]
+    found: dict[int, Expression] = {root.id: root for root in roots if type(root) is Expression}
+    stack = list(found.values())
     while stack:
-        node = stack.pop()
-        if node.id not in found:
-            found[node.id] = node
-            stack.extend(o for o in node.operands if o.__class__ is Expression)
+        for operand in stack.pop().operands:
+            if type(operand) is Expression and operand.id not in found:
+                found[operand.id] = operand
+                stack.append(operand)
     return [found[number] for number in sorted(found)]

@@ -1,162 +1,279 @@
-"""Fewer products for the same values.
+"""Fewer products for the same values: three rewritings of the expressions that a program computes.
 
-The reciprocal of a quantity that is used once is a division. A product of three factors or more may
-be carried out in any order: the pairs of factors that most products have in common come first, and
-once. Terms of a sum that share a factor are added before they are multiplied.
+Notation: x, y, z are expressions, a, b, c parameters. The *uses* of a node are the operands and the roots that
+refer to it. A node is *inner* when it has one use and no name: then only its user knows it, and may compute
+the same value by another way. A node with a name (`H5`, `K5_33`) is a quantity of the paper and stays whole.
+
+1. Division. The recursions compute 1/H once and multiply by it. Where 1/H has a single use,
+
+       x (1/H)  ->  x/H                                               a product less.
+
+2. Shared factors. An inner product that is an operand of a product is taken apart, so that a product is a bag of
+   factors f1 f2 ... fn, n > 2, which costs n - 1 products in whatever order it is carried out. A pair {f, g} that
+   occurs in m of the bags can be computed once and put into each of them as one factor. The gain is
+
+       m - 1   products, or m where f g is computed anyway: as a product of its own, or from parameters only,
+               once for a set of parameters and not in each call.
+
+   The pair with the largest gain is joined first, of equal ones that whose factors come first in the program; gains
+   of pairs that overlap with it fall, so they are computed anew when their turn comes, until none is positive.
+   (To find the least number of products is a hard problem of covering; this greedy choice is the usual answer.)
+
+       x y w,  x z w,  x w    ->   x w = p,  p y,  p z                 2 + 2 + 1 products become 3.
+
+3. Common factors. An inner sum that is an operand of a sum is taken apart, so that a sum is a row of terms with
+   signs. The factor that occurs in most of its inner products, if in two or more, is taken out:
+
+       x w + y + z w  ->  w (x + z) + y                                m products become one.
+
+   Of factors that occur equally often, the youngest expression is taken out; it is nearest to the result.
+
+Each rewriting finds what it changes, then all nodes that depend on a change are made again from their new operands,
+in their old order. Values are the same in exact arithmetic; rounding errors differ.
 """
 
 from __future__ import annotations
 
 import heapq
 from collections import Counter, defaultdict
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
-from typing import TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
-from symoro_elastic.symbolic.arithmetic import RATIONAL
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    SUBTRACT,
-    Expression,
-    Level,
-    Scalar,
-    reachable,
-)
-
-Values: TypeAlias = Callable[[Scalar], Scalar]
-Recipes: TypeAlias = dict[int, Callable[[Values], Scalar]]
-"""How nodes are made, by number, from the new values of older nodes."""
-Atom: TypeAlias = int
-"""Number of a factor or of a pair of factors."""
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import EXACT
+from symoro_elastic.symbolic.expression import Expression, Level, Operand, quotient
+from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 
 
-def factored(roots: Iterable[Scalar], named: Container[int]) -> dict[int, Scalar]:
-    """New values of all nodes that the roots need, by number; the nodes with a name stay whole."""
-    roots = list(roots)
-    values: dict[int, Scalar] = {node.id: node for node in reachable(roots)}
-    for rewriting in (_divisions, _shared_factors, _common_factors):
-        now = [values[root.id] if isinstance(root, Expression) else root for root in roots]
-        whole = {_positive(x).id for number, x in values.items() if number in named and isinstance(x, Expression)}
-        uses = _Uses(now, whole)
-        rebuilt = _rebuilt(uses, rewriting(uses))
-        values = {number: rebuilt(x) for number, x in values.items()}
-    return values
+class Uses:
+    """The nodes that some roots need, operands before their users, and how often each is used."""
+
+    def __init__(self, roots: Iterable[Scalar], whole: Collection[int] = ()) -> None:
+        self._times: dict[int, int] = {}
+        self._whole = whole
+        self.nodes: list[Expression] = []
+        self._use(roots)
+        for node in self.nodes:  # grows on the way
+            self._use(node.operands)
+        self.nodes.sort(key=_number)
+
+    def _use(self, operands: Iterable[Scalar]) -> None:
+        times = self._times
+        for x in operands:
+            if type(x) is Expression:
+                if x.id in times:
+                    times[x.id] += 1
+                else:
+                    times[x.id] = 1
+                    self.nodes.append(x)
+
+    def of(self, *operations: str) -> list[Expression]:
+        """The nodes of some operations."""
+        return [node for node in self.nodes if node.operation in operations]
+
+    def once(self, x: Expression) -> bool:
+        """Whether a node has a single use."""
+        return self._times[x.id] == 1
+
+    def inner(self, *operations: str) -> set[Expression]:
+        """The nodes of some operations that have a single use and no name."""
+        return {node for node in self.of(*operations) if self.once(node) and node.id not in self._whole}
 
 
-def _positive(x: Expression) -> Expression:
-    positive: Expression = x.operands[0] if x.operation == NEGATE else x
-    return positive
+def _number(node: Expression) -> int:
+    return node.id
 
 
-class _Uses:
-    """The nodes that some roots need, and which of them serve one user only."""
+class NewValues:
+    """New values of the nodes: `changed` by number, the same node for all others."""
 
-    def __init__(self, roots: Sequence[Scalar], whole: Container[int]) -> None:
-        self.nodes, self._whole = reachable(roots), whole
-        self._times = Counter(o.id for node in self.nodes for o in node.operands if isinstance(o, Expression))
-        self._times.update(root.id for root in roots if isinstance(root, Expression))
+    def __init__(self) -> None:
+        self.changed: dict[int, Operand] = {}
 
-    def once(self, x: Scalar, *operations: str) -> bool:
-        """Whether x is such an operation and is used once."""
-        return isinstance(x, Expression) and x.operation in operations and self._times[x.id] == 1
-
-    def inner(self, x: Scalar, *operations: str) -> bool:
-        """Whether x is also free of a name, so that its user may take it apart."""
-        return self.once(x, *operations) and x.id not in self._whole
-
-
-def _rebuilt(uses: _Uses, recipes: Recipes) -> Values:
-    """The new value of every node: by its recipe, or by its operation on new operands."""
-    values: dict[int, Scalar] = {}
-
-    def value(x: Scalar) -> Scalar:
-        if not isinstance(x, Expression):
+    def __call__(self, x: Operand) -> Operand:
+        """The new value of an expression; a sign is carried over from -x to x."""
+        if type(x) is not Expression:
             return x
-        if x.id in values:
-            return values[x.id]
-        return -values[x.operands[0].id] if x.operation == NEGATE and x.operands[0].id in values else x
+        if x.id in self.changed:
+            return self.changed[x.id]
+        if x.operation == NEGATE and x.operands[0].id in self.changed:
+            return -self.changed[x.operands[0].id]
+        return x
 
-    for node in uses.nodes:
-        operands = [value(o) for o in node.operands]
+
+class Recipe(Protocol):
+    """Another way to compute a node."""
+
+    def made(self, value: NewValues) -> Operand:
+        """The node, from the new values of older nodes."""
+
+
+Recipes: TypeAlias = Mapping[int, Recipe]
+"""By the number of the node that they make."""
+
+
+@dataclass(frozen=True)
+class Rewriting:
+    """A rule that computes some nodes by another way, which takes fewer products."""
+
+    name: str
+    recipes: Callable[[Uses], Recipes]
+
+    def __call__(self, *roots: Operand, named: Iterable[Operand] = ()) -> tuple[Operand, ...]:
+        """The rewritten roots; expressions that are `named` stay whole."""
+        uses = Uses(roots, {x.id for x in named if type(x) is Expression})
+        value = remade(uses.nodes, self.recipes(uses))
+        return tuple(value(x) for x in roots)
+
+
+def factored(roots: Sequence[Scalar], named: Collection[int]) -> tuple[dict[int, Operand], list[Expression]]:
+    """New values of the roots and of the nodes whose number is `named`, and the nodes that the new roots need.
+
+    Values are given for what the roots need, by number; nodes with a name stay whole.
+    """
+    uses = Uses(roots, named)
+    values: dict[int, Operand] = {node.id: node for node in uses.nodes if node.id in named}
+    values |= {root.id: root for root in roots if type(root) is Expression}
+    for rewriting in REWRITINGS:
+        recipes = rewriting.recipes(uses)
+        if recipes:
+            value = remade(uses.nodes, recipes)
+            values = {number: value(x) for number, x in values.items()}
+            whole = {x.positive.id for number, x in values.items() if number in named and type(x) is Expression}
+            uses = Uses((values[root.id] for root in roots if type(root) is Expression), whole)
+    return values, uses.nodes
+
+
+def remade(nodes: Iterable[Expression], recipes: Recipes) -> NewValues:
+    """New values of nodes: by recipe, or by their operation on new operands."""
+    value = NewValues()
+    changed = value.changed
+    for node in nodes:
         if node.id in recipes:
-            values[node.id] = recipes[node.id](value)
-        elif all(new is old for new, old in zip(operands, node.operands, strict=True)):
-            values[node.id] = node
-        elif node.operation in RATIONAL:
-            values[node.id] = RATIONAL[node.operation](*operands)
-        else:
-            values[node.id] = node.graph.node(node.operation, *operands)
+            changed[node.id] = recipes[node.id].made(value)
+            continue
+        for x in node.operands:
+            if type(x) is Expression and x.id in changed:
+                changed[node.id] = _applied(node, [value(o) for o in node.operands])
+                break
     return value
 
 
-def _divisions(uses: _Uses) -> Recipes:
-    """x (1/y) is x/y where 1/y has no other use."""
-    recipes: Recipes = {}
-    for node in uses.nodes:
-        for x, other in (node.operands, node.operands[::-1]) if node.operation == MULTIPLY else ():
-            if uses.once(other, DIVIDE) and other.operands[0] == 1:
-                recipes[node.id] = lambda value, x=x, y=other.operands[1]: value(x) / value(y)  # type: ignore[misc]
+def _applied(node: Expression, operands: Sequence[Operand]) -> Operand:
+    """The operation of a node on other operands."""
+    operation = EXACT.get(node.operation)
+    made: Operand = operation(*operands) if operation else node.graph.node(node.operation, *operands)
+    return made
+
+
+# 1. Division
+
+
+class Quotient(NamedTuple):
+    """x/y, made in one operation."""
+
+    x: Operand
+    y: Operand
+
+    def made(self, value: NewValues) -> Operand:
+        """The quotient of the new values."""
+        return quotient(value(self.x), value(self.y))
+
+
+def _divisions(uses: Uses) -> dict[int, Recipe]:
+    recipes: dict[int, Recipe] = {}
+    reciprocals = {node for node in uses.of(DIVIDE) if uses.once(node) and node.operands[0] == 1}
+    for node in uses.of(MULTIPLY) if reciprocals else ():
+        first, second = node.operands
+        if first in reciprocals:
+            recipes[node.id] = Quotient(second, first.operands[1])
+        elif second in reciprocals:
+            recipes[node.id] = Quotient(first, second.operands[1])
     return recipes
 
 
-def _shared_factors(uses: _Uses) -> Recipes:
-    """Products of three factors or more, the pairs that most of them share first."""
-    factors: dict[int, list[Scalar]] = {}
-    inner: set[int] = set()
-    for node in uses.nodes:
-        if node.operation == MULTIPLY:
-            found = [o for o in node.operands if uses.inner(o, MULTIPLY)]
-            inner.update(o.id for o in found)
-            factors[node.id] = [f for o in node.operands for f in (factors[o.id] if o in found else (o,))]
-    return _Pairing({number: found for number, found in factors.items() if number not in inner}).recipes()
+# 2. Shared factors
+
+Atom: TypeAlias = int
+"""Number of a factor, or of a pair of factors, in the order in which they first occur."""
+Pair: TypeAlias = tuple[Atom, Atom]
 
 
-def _key(x: Scalar) -> tuple[bool, Scalar]:
-    return (True, x.id) if isinstance(x, Expression) else (False, x)
+class Product(NamedTuple):
+    """A product of atoms; `parts` are all atoms by number: factors, or pairs of atoms."""
+
+    atoms: Sequence[Atom]
+    parts: Sequence[Operand | Pair]
+
+    def made(self, value: NewValues) -> Operand:
+        """The product of the new values."""
+        product: Operand = 1
+        for atom in self.atoms:
+            part = self.parts[atom]
+            product = (Product(part, self.parts).made(value) if isinstance(part, tuple) else value(part)) * product
+        return product
+
+
+def _shared_factors(uses: Uses) -> Recipes:
+    inner = uses.inner(MULTIPLY)
+    factors: dict[int, list[Operand]] = {}
+    for node in uses.of(MULTIPLY):
+        found: list[Operand] = []
+        for x in node.operands:
+            found += factors.pop(x.id) if x in inner else (x,)
+        factors[node.id] = found
+    return _Pairing(factors).recipes()
 
 
 class _Pairing:
-    """Which factors of some products are multiplied first, so that as few products as possible are left."""
+    """Which pairs of factors of some products are multiplied first.
 
-    def __init__(self, products: dict[int, list[Scalar]]) -> None:
-        self._atoms: dict[tuple[bool, Scalar], Atom] = {}
-        self._parts: list[Scalar | tuple[Atom, Atom]] = []
-        self._once: list[bool] = []
-        self._holders: dict[tuple[Atom, Atom], set[int]] = defaultdict(set)
-        self._heap: list[tuple[int, tuple[Atom, Atom]]] = []
-        atoms = {number: [self._atom(x) for x in factors] for number, factors in products.items()}
-        self._made = {(min(pair), max(pair)) for pair in atoms.values() if len(pair) == 2}
-        self._before = {number: found for number, found in atoms.items() if len(found) > 2}
-        self._after = {number: list(found) for number, found in self._before.items()}
-        for number in self._after:
+    `_bags` are the products of more than two factors, as they are after the pairs that have been joined;
+    `_holders` the numbers of those that hold a pair; `_made` the pairs that are products by themselves; `_free`
+    tells for each atom whether it is made of parameters and constants.
+    """
+
+    def __init__(self, products: Mapping[int, Sequence[Operand]]) -> None:
+        self._atoms: dict[Operand, Atom] = {}
+        self._parts: list[Operand | Pair] = []
+        self._free: list[bool] = []
+        bags = {number: [self._atom(x) for x in factors] for number, factors in products.items()}
+        self._made = {(min(bag), max(bag)) for bag in bags.values() if len(bag) == 2}
+        self._bags = {number: bag for number, bag in bags.items() if len(bag) > 2}
+        self._holders: defaultdict[Pair, set[int]] = defaultdict(set)
+        self._heap: list[tuple[int, Pair]] = []
+        self._changed: set[int] = set()
+        for number in self._bags:
             self._offer(number)
 
-    def _atom(self, factor: Scalar) -> Atom:
-        atom = self._atoms.setdefault(_key(factor), len(self._parts))
-        if atom == len(self._parts):
+    def _atom(self, factor: Operand) -> Atom:
+        atom = self._atoms.get(factor)
+        if atom is None:
+            atom = self._atoms[factor] = len(self._parts)
             self._parts.append(factor)
-            self._once.append(not isinstance(factor, Expression) or factor.level < Level.STATE)
+            self._free.append(type(factor) is not Expression or factor.level < Level.STATE)
         return atom
 
-    def _pairs(self, number: int) -> set[tuple[Atom, Atom]]:
-        return set(combinations(sorted(self._after[number]), 2))
+    def _pairs(self, number: int) -> set[Pair]:
+        return set(combinations(sorted(self._bags[number]), 2))
 
     def _offer(self, number: int) -> None:
-        """Enter a product that may still be carried out in more than one order."""
-        if len(self._after[number]) == 2:
-            self._made |= self._pairs(number)
+        """Enter the pairs of a product that may still be carried out in more than one order."""
+        pairs = self._pairs(number)
+        if len(self._bags[number]) == 2:
+            self._made |= pairs
             return
-        for pair in self._pairs(number):
+        for pair in pairs:
             self._holders[pair].add(number)
             heapq.heappush(self._heap, (-self._gain(pair), pair))
 
-    def _gain(self, pair: tuple[Atom, Atom]) -> int:
-        """Products saved by computing this pair once; for parameters only it costs nothing in a call."""
-        free = pair in self._made or all(self._once[atom] for atom in pair)
-        return len(self._holders[pair]) - (not free)
+    def _gain(self, pair: Pair) -> int:
+        """Products saved by computing this pair once."""
+        first, second = pair
+        costs = pair not in self._made and not (self._free[first] and self._free[second])
+        return len(self._holders[pair]) - costs
 
     def recipes(self) -> Recipes:
         """How to make the products whose order changes."""
@@ -167,65 +284,111 @@ class _Pairing:
                 heapq.heappush(self._heap, (-gain, pair))
             elif gain > 0:
                 self._join(pair)
-        return {
-            number: lambda value, atoms=atoms: self._product(atoms, value)  # type: ignore[misc]
-            for number, atoms in self._after.items()
-            if atoms != self._before[number]
-        }
+        return {number: Product(bag, self._parts) for number, bag in self._bags.items() if number in self._changed}
 
-    def _join(self, pair: tuple[Atom, Atom]) -> None:
+    def _join(self, pair: Pair) -> None:
+        """Make a pair one atom, in every product that holds it."""
+        joined = len(self._parts)
         self._parts.append(pair)
-        self._once.append(all(self._once[atom] for atom in pair))
+        self._free.append(self._free[pair[0]] and self._free[pair[1]])
         for number in sorted(self._holders[pair]):
             for other in self._pairs(number):
                 self._holders[other].discard(number)
+            bag = self._bags[number]
             for atom in pair:
-                self._after[number].remove(atom)
-            self._after[number].append(len(self._parts) - 1)
+                bag.remove(atom)
+            bag.append(joined)
+            self._changed.add(number)
             self._offer(number)
 
-    def _product(self, atoms: Iterable[Atom], value: Values) -> Scalar:
-        product: Scalar = 1
-        for atom in atoms:
-            part = self._parts[atom]
-            product = (self._product(part, value) if isinstance(part, tuple) else value(part)) * product
-        return product
+
+# 3. Common factors
+
+Term: TypeAlias = tuple[int, Operand]
+"""Sign, 1 or -1, and what is added."""
 
 
-def _common_factors(uses: _Uses) -> Recipes:
-    """Sums in which products share a factor: a b + a c is a (b + c)."""
-    terms: dict[int, list[tuple[int, Scalar]]] = {}
-    inner: set[int] = set()
-    for node in uses.nodes:
-        if node.operation in (ADD, SUBTRACT):
-            terms[node.id] = []
-            for sign, o in zip((1, -1 if node.operation == SUBTRACT else 1), node.operands, strict=True):
-                taken_apart = uses.inner(o, ADD, SUBTRACT)
-                inner.update({o.id} if taken_apart else ())
-                terms[node.id] += [(sign * s, t) for s, t in terms[o.id]] if taken_apart else [(sign, o)]
-    found = {number: _most_common_factor(uses, terms[number]) for number in terms if number not in inner}
-    return {
-        number: lambda value, factor=factor, terms=terms[number]: _taken_out(uses, factor, terms, value)  # type: ignore[misc]
-        for number, factor in found.items()
-        if factor is not None
-    }
+class FactoredSum(NamedTuple):
+    """factor (sum of what it multiplies) + the other terms; `products` are the terms that may be taken apart."""
+
+    factor: Operand
+    terms: Sequence[Term]
+    products: Collection[Expression]
+
+    def made(self, value: NewValues) -> Operand:
+        """The sum of the new values."""
+        factor, multiplied, others = value(self.factor), _Sum(), _Sum()
+        for sign, x in self.terms:
+            if isinstance(x, Expression) and x in self.products and self.factor in x.operands:
+                first, second = x.operands
+                multiplied.add(sign, value(second if first == self.factor else first))
+            else:
+                others.add(sign, value(x))
+        return factor * multiplied.total + others.total
 
 
-def _most_common_factor(uses: _Uses, terms: Iterable[tuple[int, Scalar]]) -> tuple[bool, Scalar] | None:
-    times = Counter(_key(factor) for _, x in terms if uses.inner(x, MULTIPLY) for factor in set(x.operands))
-    factor = max(times, key=lambda key: (times[key], key), default=None)
-    return factor if factor and times[factor] > 1 else None
+class _Sum:
+    def __init__(self) -> None:
+        self.total: Operand = 0
+
+    def add(self, sign: int, x: Operand) -> None:
+        self.total = self.total + (x if sign > 0 else -x)
 
 
-def _taken_out(uses: _Uses, factor: tuple[bool, Scalar], terms: Iterable[tuple[int, Scalar]], value: Values) -> Scalar:
-    alone: Scalar = 0
-    shared: Scalar = 0
-    common: Scalar = 0
-    for sign, x in terms:
-        keys = [_key(o) for o in x.operands] if uses.inner(x, MULTIPLY) else []
-        if factor in keys:
-            place = keys.index(factor)
-            common, shared = value(x.operands[place]), shared + sign * value(x.operands[1 - place])
-        else:
-            alone = alone + sign * value(x)
-    return common * shared + alone
+def _common_factors(uses: Uses) -> dict[int, Recipe]:
+    inner, products = uses.inner(ADD, SUBTRACT), uses.inner(MULTIPLY)
+    terms: dict[int, list[Term]] = {}
+    for node in uses.of(ADD, SUBTRACT):
+        first, second = node.operands
+        sign = -1 if node.operation == SUBTRACT else 1
+        found = terms.pop(first.id) if first in inner else [(1, first)]
+        found += [(sign * s, x) for s, x in terms.pop(second.id)] if second in inner else [(sign, second)]
+        terms[node.id] = found
+    recipes: dict[int, Recipe] = {}
+    for number, found in terms.items():
+        factor = _most_common([x for _, x in found if isinstance(x, Expression) and x in products])
+        if factor is not None:
+            recipes[number] = FactoredSum(factor, found, products)
+    return recipes
+
+
+def _most_common(products: Sequence[Expression]) -> Operand | None:
+    """The factor of most of these products; None where no two share one."""
+    if len(products) < 2:
+        return None
+    times = Counter(factor for x in products for factor in set(x.operands))
+    most = max(times.values())
+    if most == 1:
+        return None
+    found: list[Operand] = [factor for factor, n in times.items() if n == most]
+    return max(found, key=lambda x: (True, x.id) if type(x) is Expression else (False, x))
+
+
+DIVISIONS = Rewriting("divisions", _divisions)
+"""The reciprocal of a quantity that is used once is a division.
+
+>>> x, y, z = symbols("x y z")
+>>> DIVISIONS(x * (1 / y))
+((x/y),)
+>>> DIVISIONS(x * (1 / y), z * (1 / y))
+(x*(1/y), z*(1/y))
+"""
+
+SHARED_FACTORS = Rewriting("shared factors", _shared_factors)
+"""Products of three factors or more, the pairs that most of them share first.
+
+>>> w, x, y, z = symbols("w x y z")
+>>> SHARED_FACTORS(x * y * w, x * z * w)
+(y*w*x, z*w*x)
+>>> SHARED_FACTORS(x * y * w, x * z * w, named=[x * y])
+(x*y*w, x*z*w)
+"""
+
+COMMON_FACTORS = Rewriting("common factors", _common_factors)
+"""Sums in which products share a factor.
+
+>>> w, x, y, z = symbols("w x y z")
+>>> COMMON_FACTORS(x * w + y - z * w)
+"""
+
+REWRITINGS = (DIVISIONS, SHARED_FACTORS, COMMON_FACTORS)

@@ -12,6 +12,9 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 from functools import cache
+from numbers import Rational
+
+from symoro_elastic.scalar import Scalar
 
 PRIME = 4614990852022238441880510100949231999999
 ELL = 2305843009213693967
@@ -28,29 +31,31 @@ class Residue:
     __slots__ = ("value",)
 
     def __init__(self, value: int | Fraction) -> None:
-        if isinstance(value, Fraction):
-            value = value.numerator * pow(value.denominator, -1, PRIME)
-        self.value = value % PRIME
+        self.value = (value if type(value) is int else _residue(Fraction(value))) % PRIME
 
-    def __add__(self, other: Residue | int | Fraction) -> Residue:
-        return Residue(self.value + _value(other))
+    def __add__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(self.value + value)
 
-    def __sub__(self, other: Residue | int | Fraction) -> Residue:
-        return Residue(self.value - _value(other))
+    def __sub__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(self.value - value)
 
-    def __rsub__(self, other: Residue | int | Fraction) -> Residue:
-        return Residue(_value(other) - self.value)
+    def __rsub__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(value - self.value)
 
-    def __mul__(self, other: Residue | int | Fraction) -> Residue:
-        if not isinstance(other, Residue | int | Fraction):
-            return NotImplemented
-        return Residue(self.value * _value(other))
+    def __mul__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(self.value * value)
 
-    def __truediv__(self, other: Residue | int | Fraction) -> Residue:
-        return self * _inverse(_value(other))
+    def __truediv__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(self.value * _inverse(value))
 
-    def __rtruediv__(self, other: Residue | int | Fraction) -> Residue:
-        return Residue(_value(other) * _inverse(self.value))
+    def __rtruediv__(self, other: Scalar) -> Residue:
+        value = _value(other)
+        return NotImplemented if value is None else Residue(value * _inverse(self.value))
 
     def __neg__(self) -> Residue:
         return Residue(-self.value)
@@ -62,10 +67,17 @@ class Residue:
     __rmul__ = __mul__
 
 
-def _value(other: Residue | int | Fraction) -> int:
-    if isinstance(other, Residue):
-        return other.value
-    return other if isinstance(other, int) else Residue(other).value
+def _value(x: Scalar) -> int | None:
+    """An integer that stands for a residue or an exact number; None for anything else."""
+    if type(x) is Residue:
+        return x.value
+    if type(x) is int:
+        return x
+    return _residue(Fraction(x)) if isinstance(x, Rational) else None
+
+
+def _residue(x: Fraction) -> int:
+    return x.numerator * pow(x.denominator, -1, PRIME)
 
 
 def _inverse(value: int) -> int:
@@ -91,7 +103,12 @@ def circle_of_pi(multiple: Fraction) -> Point:
 
 def circle_of_radians(radians: Fraction) -> Point:
     """Image of (cos, sin) of a number of radians."""
-    return _power(_free_point(), radians.numerator * pow(radians.denominator, -1, ELL) % ELL)
+    exponent = radians.numerator * pow(radians.denominator, -1, ELL) % ELL
+    result = (1, 0)
+    for k, power in enumerate(_powers_of_free_point()):
+        if exponent >> k & 1:
+            result = _times(result, power)
+    return result
 
 
 def random_radians(source: random.Random) -> Fraction:
@@ -122,6 +139,15 @@ def _circle_point(t: int) -> Point:
 def _free_point() -> Point:
     """A point of order ELL."""
     return _power(_circle_point(3), (PRIME + 1) // ELL)
+
+
+@cache
+def _powers_of_free_point() -> list[Point]:
+    """P, 2 P, 4 P, 8 P ... of the point of order ELL."""
+    powers = [_free_point()]
+    while 1 << len(powers) < ELL:
+        powers.append(_times(powers[-1], powers[-1]))
+    return powers
 
 
 @cache

@@ -9,32 +9,19 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import TypeAlias
 
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    ATAN2,
-    COS,
-    COSPI,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    Expression,
-    Graph,
-    Scalar,
-)
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand
+from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, COSPI, MULTIPLY, NEGATE, PI, SIGN, SIN, SQRT, SUBTRACT
 
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
-Circle = tuple[Any, Any]
+Circle: TypeAlias = tuple[Operand, Operand]
 
 
-def cosine_sine(graph: Graph, angle: Scalar) -> tuple[Scalar, Scalar]:
+def cosine_sine(graph: Graph, angle: Scalar) -> Circle:
     """Cosine and sine of an angle in radians."""
-    terms, radians = _linear_terms(angle)
+    terms, radians = _linear_terms(operand(angle))
     halves = _half_turns(radians)
     turns = Fraction(0) if halves is None else halves
     point: Circle = (1, 0)
@@ -47,33 +34,36 @@ def cosine_sine(graph: Graph, angle: Scalar) -> tuple[Scalar, Scalar]:
     return point if halves is not None else _turned(point, _sampled_constant(graph, radians))
 
 
-def square_root(graph: Graph, x: Scalar) -> Scalar:
+def square_root(graph: Graph, x: Scalar) -> Operand:
     """Square root; exact for squares of rationals."""
-    if isinstance(x, Expression):
-        return graph.node(SQRT, x)
-    if x < 0:
+    square = operand(x)
+    if isinstance(square, Expression):
+        return graph.node(SQRT, square)
+    if square < 0:
         raise ValueError("the square root of a negative number")
-    over, under = math.isqrt(Fraction(x).numerator), math.isqrt(Fraction(x).denominator)
+    over, under = math.isqrt(Fraction(square).numerator), math.isqrt(Fraction(square).denominator)
     root = Fraction(over, under)
-    return root if root * root == x else graph.node(SQRT, x)
+    return root if root * root == square else graph.node(SQRT, square)
 
 
-def sign(graph: Graph, x: Scalar) -> Scalar:
+def sign(graph: Graph, x: Scalar) -> Operand:
     """-1, 0 or 1."""
-    if isinstance(x, Expression):
-        return -graph.node(SIGN, x.operands[0]) if x.operation == NEGATE else graph.node(SIGN, x)
-    return (x > 0) - (x < 0)
+    of = operand(x)
+    if isinstance(of, Expression):
+        return -graph.node(SIGN, of.operands[0]) if of.operation == NEGATE else graph.node(SIGN, of)
+    return (of > 0) - (of < 0)
 
 
-def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Scalar:
+def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
     """Angle of the point (x, y)."""
-    return 0 if not isinstance(y, Expression) and y == 0 and x == 1 else graph.node(ATAN2, y, x)
+    over, under = operand(y), operand(x)
+    return 0 if over == 0 and under == 1 else graph.node(ATAN2, over, under)
 
 
-def _linear_terms(angle: Scalar) -> tuple[list[tuple[Expression, Fraction]], Fraction]:
+def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fraction]:
     terms: dict[Expression, Fraction] = {}
     radians = Fraction(0)
-    stack: list[tuple[Scalar, Fraction]] = [(angle, Fraction(1))]
+    stack: list[tuple[Operand, Fraction]] = [(angle, Fraction(1))]
     while stack:
         x, factor = stack.pop()
         if not isinstance(x, Expression):
@@ -106,13 +96,13 @@ def _rational_turn(graph: Graph, halves: Fraction) -> Circle:
     return _turned((cosine, sine), QUARTERS[int(quarters) % 4])
 
 
-def _cospi(graph: Graph, halves: Fraction) -> Scalar:
+def _cospi(graph: Graph, halves: Fraction) -> Operand:
     """cos(pi x) for 0 <= x <= 1/2."""
-    exact = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
-    return exact[halves] if halves in exact else graph.node(COSPI, halves)
+    rational: dict[Fraction, Operand] = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
+    return rational[halves] if halves in rational else graph.node(COSPI, halves)
 
 
-def _sampled(graph: Graph, angle: Scalar, sense: Fraction) -> Circle:
+def _sampled(graph: Graph, angle: Operand, sense: Fraction) -> Circle:
     sine = graph.node(SIN, angle)
     return graph.node(COS, angle), sine if sense > 0 else -sine
 

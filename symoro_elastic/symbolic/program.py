@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from itertools import count
 from string import ascii_lowercase
+from typing import NamedTuple, TypeAlias
 
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    COS,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    SIN,
-    SUBTRACT,
-    SYMBOL,
-    Expression,
-    Level,
-    Scalar,
-    reachable,
-)
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.factoring import factored
+from symoro_elastic.symbolic.operations import NEGATE, OPERATIONS, SYMBOL
 
 MAX_INLINE_DEPTH = 8
-
-_COUNTED = {ADD: "add", SUBTRACT: "add", MULTIPLY: "mul", DIVIDE: "div", SIN: "sincos", COS: "sincos"}
 
 
 @dataclass(frozen=True)
@@ -47,8 +35,7 @@ class OperationCount:
         return OperationCount(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """A stretch of a program: one joint's part of one recursion, with the equations it carries out."""
 
     title: str
@@ -56,8 +43,7 @@ class Section:
     equations: str = ""
 
 
-@dataclass(frozen=True)
-class Label:
+class Label(NamedTuple):
     """Name of the quantity that an expression is, and where it belongs."""
 
     name: str
@@ -78,11 +64,10 @@ class Output:
 
     name: str
     shape: tuple[int, ...]
-    entries: tuple[Scalar, ...]
+    entries: tuple[Operand, ...]
 
 
-@dataclass(frozen=True)
-class Statement:
+class Statement(NamedTuple):
     """`name = expression`, or `name = -expression` when `negative`."""
 
     name: str
@@ -125,11 +110,10 @@ class Names:
         if node.operation != SYMBOL:
             self.labels.setdefault(node.id, (Label(name, section), negative))
 
-    def moved(self, values: Mapping[int, Scalar]) -> Names:
-        """The same names for new values of the nodes."""
+    def moved(self, values: Mapping[int, Operand]) -> Names:
+        """The same names for new values of the nodes; others keep theirs where no new value has taken their node."""
         moved = Names()
-        for section in self.order:
-            moved.reserve(section)
+        moved.order = dict(self.order)
         for number, (label, negative) in self.labels.items():
             if number in values:
                 moved.give(-values[number] if negative else values[number], label.name, label.section)
@@ -140,124 +124,169 @@ class Names:
 
 
 def build(inputs: Iterable[Input], outputs: Iterable[Output], names: Names) -> Program:
-    """Prune what the outputs do not need, schedule the rest by section, name and count it."""
+    """The program of some outputs: pruned, then scheduled."""
+    return schedule(inputs, prune(outputs, names))
+
+
+@dataclass(frozen=True)
+class Pruned:
+    """Outputs, the names of quantities, and the nodes that the outputs need, operands before their users."""
+
+    outputs: tuple[Output, ...]
+    names: Names
+    nodes: Sequence[Expression]
+
+
+def prune(outputs: Iterable[Output], names: Names) -> Pruned:
+    """Leave out what no output needs, and compute the rest with fewer products."""
     outputs = tuple(outputs)
-    values = factored((x for o in outputs for x in o.entries), names.labels)
-    outputs = tuple(_with_values(output, values) for output in outputs)
-    names = names.moved(values)
-    nodes = reachable(x for o in outputs for x in o.entries)
-    plan = _Plan(nodes, outputs, names)
-    statements = plan.statements()
-    return Program(
-        tuple(inputs),
-        outputs,
-        tuple(s for s in statements if s.node.level == Level.PARAMETER),
-        tuple(s for s in statements if s.node.level == Level.STATE),
-        frozenset(n.operands[0] for n in nodes if n.operation == SYMBOL),
-        _count(n for n in nodes if n.level == Level.STATE),
-        _count(n for n in nodes if n.level == Level.PARAMETER),
-    )
+    values, nodes = factored([x for output in outputs for x in output.entries], names.labels.keys())
+    return Pruned(tuple(_with_values(output, values) for output in outputs), names.moved(values), nodes)
 
 
-def _with_values(output: Output, values: Mapping[int, Scalar]) -> Output:
+def _with_values(output: Output, values: Mapping[int, Operand]) -> Output:
     entries = tuple(values[x.id] if isinstance(x, Expression) else x for x in output.entries)
     return Output(output.name, output.shape, entries)
 
 
-def _count(nodes: Iterable[Expression]) -> OperationCount:
-    totals = {"mul": 0, "add": 0, "div": 0, "sincos": 0}
-    for node in nodes:
-        if node.operation in _COUNTED:
-            totals[_COUNTED[node.operation]] += 1
+def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
+    """Put the work in the order of the sections, name and count it."""
+    statements = name(pruned, _scheduled(pruned))
+    return Program(
+        tuple(inputs),
+        pruned.outputs,
+        tuple(s for s in statements if s.node.level == Level.PARAMETER),
+        tuple(s for s in statements if s.node.level == Level.STATE),
+        frozenset(n.operands[0] for n in pruned.nodes if n.operation == SYMBOL),
+        count(pruned.nodes, Level.STATE),
+        count(pruned.nodes, Level.PARAMETER),
+    )
+
+
+def count(nodes: Iterable[Expression], level: Level) -> OperationCount:
+    """Operations of the nodes of a level."""
+    totals = {field.name: 0 for field in fields(OperationCount)}
+    for operation, times in Counter(node.operation for node in nodes if node.level == level).items():
+        kind = OPERATIONS[operation].counted_as if operation in OPERATIONS else ""
+        if kind:
+            totals[kind] += times
     return OperationCount(**totals)
 
 
-class _Plan:
-    """Which nodes become statements, in which section, under which name."""
+Scheduled: TypeAlias = Sequence[tuple[int, Expression]]
+"""The nodes that become statements, in order, with the position of their section."""
 
-    def __init__(self, nodes: Sequence[Expression], outputs: Sequence[Output], names: Names) -> None:
-        self.nodes = nodes
-        self.names = names
-        self.last = len(names.order)
-        self.users: dict[int, list[Expression]] = {n.id: [] for n in nodes}
-        for node in nodes:
-            for operand in node.operands:
-                if operand.__class__ is Expression:
-                    self.users[operand.id].append(node)
-        self.asked = Counter(x.id for o in outputs for x in o.entries if isinstance(x, Expression))
-        self.rank = self._ranks()
-        self.assigned = self._assigned()
 
-    def _ranks(self) -> dict[int, int]:
-        """Position of the section of each node: its own, or its earliest user's if that is earlier."""
-        rank: dict[int, int] = {}
-        for node in reversed(self.nodes):
-            own = self.names.labels.get(node.id)
-            earliest = self.names.order[own[0].section] if own else self.last
-            for user in self.users[node.id]:
-                earliest = min(earliest, rank[user.id])
-            rank[node.id] = earliest
-        return rank
+def _scheduled(pruned: Pruned) -> Scheduled:
+    ranks, assigned = _ranks(pruned), _assigned(pruned)
+    found = [(ranks[node.id], node) for node in pruned.nodes if node.id in assigned]
+    return sorted(found, key=lambda ranked: ranked[0])  # nodes are in order, and the sort is stable
 
-    def _assigned(self) -> set[int]:
-        """Nodes that get a variable: named, shared, per-set work for the per-call part, or deep."""
-        assigned: set[int] = set()
-        depth: dict[int, int] = {}
-        for node in self.nodes:
-            if node.operation in (SYMBOL, NEGATE) or node.level == Level.CONSTANT:
-                depth[node.id] = max((depth[o.id] for o in node.operands if o.__class__ is Expression), default=0)
-                continue
-            depth[node.id] = 1 + max((depth[o.id] for o in node.operands if o.__class__ is Expression), default=0)
-            if node.id in self.names.labels or self._shared(node) or depth[node.id] > MAX_INLINE_DEPTH:
+
+def _ranks(pruned: Pruned) -> dict[int, int]:
+    """Position of the section of each node: its own, or its earliest user's if that is earlier."""
+    labels, order = pruned.names.labels, pruned.names.order
+    last = len(order)
+    ranks: dict[int, int] = {}
+    for node in reversed(pruned.nodes):
+        rank = ranks.get(node.id, last)
+        if node.id in labels:
+            rank = min(rank, order[labels[node.id][0].section])
+        ranks[node.id] = rank
+        for x in node.operands:
+            if type(x) is Expression and rank < ranks.get(x.id, last):
+                ranks[x.id] = rank
+    return ranks
+
+
+def _assigned(pruned: Pruned) -> set[int]:
+    """Nodes that get a variable: named, shared, for the next level, or deep."""
+    labels, shared = pruned.names.labels, _shared(pruned)
+    assigned: set[int] = set()
+    depth: dict[int, int] = {}
+    for node in pruned.nodes:
+        deepest = 0
+        for x in node.operands:
+            if type(x) is Expression and depth[x.id] > deepest:
+                deepest = depth[x.id]
+        if node.operation not in (SYMBOL, NEGATE) and node.level != Level.CONSTANT:
+            deepest += 1
+            if node.id in labels or node.id in shared or deepest > MAX_INLINE_DEPTH:
                 assigned.add(node.id)
-                depth[node.id] = 0
-        return assigned
-
-    def _shared(self, node: Expression) -> bool:
-        uses, hoisted = 0, False
-        stack = [node]
-        while stack:
-            current = stack.pop()
-            uses += self.asked[current.id]
-            hoisted |= node.level == Level.PARAMETER and current.id in self.asked
-            for user in self.users[current.id]:
-                if user.operation == NEGATE:
-                    stack.append(user)
-                else:
-                    uses += 1
-                hoisted |= user.level > node.level
-        return uses > 1 or hoisted
-
-    def statements(self) -> list[Statement]:
-        scheduled = sorted((n for n in self.nodes if n.id in self.assigned), key=lambda n: (self.rank[n.id], n.id))
-        sections = [*self.names.order, Section("Results")]
-        home = self._homes(scheduled)
-        letters: dict[str, count[int]] = {}
-        result = []
-        for node in scheduled:
-            label, negative = self.names.labels.get(node.id, (None, False))
-            name = label.name if label else _part_name(home[node.id], letters)
-            result.append(Statement(name, node, negative, sections[self.rank[node.id]]))
-        twice = [name for name, times in Counter(s.name for s in result).items() if times > 1]
-        if twice:
-            raise ValueError(f"one name for two quantities: {', '.join(twice)}")
-        return result
-
-    def _homes(self, scheduled: Sequence[Expression]) -> dict[int, str]:
-        """For each node the name of the first quantity that needs it."""
-        position = {n.id: k for k, n in enumerate(scheduled)}
-        home: dict[int, tuple[int, str]] = {}
-        for node in reversed(self.nodes):
-            users = [home[u.id] for u in self.users[node.id]]
-            found = min(users, default=(len(position), "result_"))
-            label = self.names.labels.get(node.id)
-            home[node.id] = (position[node.id], label[0].name) if label and node.id in position else found
-        return {number: name for number, (_, name) in home.items()}
+                deepest = 0
+        depth[node.id] = deepest
+    return assigned
 
 
-def _part_name(home: str, letters: dict[str, count[int]]) -> str:
+def _shared(pruned: Pruned) -> set[int]:
+    """Nodes that are used more than once, by work of a higher level, or as a result that depends on parameters only.
+
+    A use of -x is one of x.
+    """
+    results = [x for output in pruned.outputs for x in output.entries if type(x) is Expression]
+    uses = Counter(x.id for x in results)
+    shared = {x.id for x in results if x.level == Level.PARAMETER}
+    for node in reversed(pruned.nodes):
+        if uses[node.id] > 1:
+            shared.add(node.id)
+        if node.operation == NEGATE:
+            inner = node.operands[0].id
+            uses[inner] += uses[node.id]
+            if node.id in shared:
+                shared.add(inner)
+            continue
+        for x in node.operands:
+            if type(x) is Expression:
+                uses[x.id] += 1
+                if x.level < node.level:
+                    shared.add(x.id)
+    return shared
+
+
+def name(pruned: Pruned, scheduled: Scheduled) -> list[Statement]:
+    """Statements with the names of their quantities; parts of a quantity are named after it."""
+    labels = pruned.names.labels
+    sections = [*pruned.names.order, Section("Results")]
+    home = _homes(pruned, scheduled)
+    letters: dict[str, itertools.count[int]] = {}
+    result = []
+    for rank, node in scheduled:
+        label, negative = labels.get(node.id, (None, False))
+        result.append(
+            Statement(label.name if label else _part_name(home[node.id], letters), node, negative, sections[rank])
+        )
+    _refuse_repeated(statement.name for statement in result)
+    return result
+
+
+def _refuse_repeated(names: Iterable[str]) -> None:
+    twice = [name for name, times in Counter(names).items() if times > 1]
+    if twice:
+        raise ValueError(f"one name for two quantities: {', '.join(twice)}")
+
+
+def _homes(pruned: Pruned, scheduled: Scheduled) -> dict[int, str]:
+    """For each node the name of the first quantity that needs it."""
+    labels = pruned.names.labels
+    position = {node.id: k for k, (_, node) in enumerate(scheduled)}
+    names = {k: labels[node.id][0].name for k, (_, node) in enumerate(scheduled) if node.id in labels}
+    last = len(scheduled)
+    names[last] = "result_"
+    first: dict[int, int] = {}
+    for node in reversed(pruned.nodes):
+        home = first.get(node.id, last)
+        if node.id in labels and node.id in position:
+            home = position[node.id]
+        first[node.id] = home
+        for x in node.operands:
+            if type(x) is Expression and home < first.get(x.id, last):
+                first[x.id] = home
+    return {number: names[home] for number, home in first.items()}
+
+
+def _part_name(home: str, letters: dict[str, itertools.count[int]]) -> str:
     """`Js5_33a`, `Js5_33b`...: parts of a quantity that are used more than once."""
-    number = next(letters.setdefault(home, count()))
+    number = next(letters.setdefault(home, itertools.count()))
     suffix = ""
     while True:
         suffix = ascii_lowercase[number % 26] + suffix

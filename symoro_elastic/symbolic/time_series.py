@@ -10,27 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from typing import TypeAlias
 
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    COS,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-    Expression,
-    Level,
-    Scalar,
-    reachable,
-)
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, operand, quotient, reachable
+from symoro_elastic.symbolic.operations import ADD, COS, DIVIDE, MULTIPLY, NEGATE, SIGN, SIN, SQRT, SUBTRACT, SYMBOL
 
-Motion = Callable[[int], Scalar]
+VariableCoefficient: TypeAlias = Callable[[int], Scalar]
 """Coefficient k of a variable."""
-Coefficients = Sequence[Scalar]
+Coefficient: TypeAlias = Callable[[int], Operand]
+"""Coefficient k of an expression."""
+Coefficients: TypeAlias = Sequence[Operand]
 
 
 class TimeSeries:
@@ -40,15 +30,15 @@ class TimeSeries:
     followed once, as far as they are needed.
     """
 
-    def __init__(self, variables: Mapping[str, Motion]) -> None:
+    def __init__(self, variables: Mapping[str, VariableCoefficient]) -> None:
         self.variables = variables
-        self.found: dict[int, list[Scalar]] = {}
-        self._circles: dict[int, tuple[list[Scalar], list[Scalar]]] = {}
+        self.found: dict[int, list[Operand]] = {}
+        self._circles: dict[int, tuple[list[Operand], list[Operand]]] = {}
 
-    def of(self, x: Scalar, order: int) -> list[Scalar]:
+    def of(self, x: Scalar, order: int) -> list[Operand]:
         """Coefficients 0 to `order` of an expression."""
         self._follow([x], order)
-        return [self._coefficients(x)(k) for k in range(order + 1)]
+        return [self._coefficients(operand(x))(k) for k in range(order + 1)]
 
     def _follow(self, roots: Iterable[Scalar], order: int) -> None:
         for node in reachable(roots):
@@ -57,22 +47,22 @@ class TimeSeries:
                 while len(known) <= order:
                     known.append(self._next(node, len(known), known))
 
-    def _coefficients(self, x: Scalar) -> Motion:
+    def _coefficients(self, x: Operand) -> Coefficient:
         if isinstance(x, Expression) and x.level is Level.STATE:
             return self.found[x.id].__getitem__
         return lambda k: 0 if k else x
 
-    def _next(self, node: Expression, k: int, known: Coefficients) -> Scalar:
+    def _next(self, node: Expression, k: int, known: Coefficients) -> Operand:
         """Coefficient k of a node whose operands have theirs."""
         if node.operation == SYMBOL:
-            return self.variables[node.operands[0]](k)
+            return operand(self.variables[node.operands[0]](k))
         if node.operation in (SIN, COS):
             return self._on_circle(node.operands[0], k)[node.operation == SIN]
         if node.operation == MULTIPLY and node.operands[0] is node.operands[1]:
             return _square(k, self._coefficients(node.operands[0]))
-        return RULES[node.operation](k, known, *map(self._coefficients, node.operands))
+        return RECURRENCES[node.operation](node.graph, k, known, *map(self._coefficients, node.operands))
 
-    def _on_circle(self, angle: Expression, k: int) -> tuple[Scalar, Scalar]:
+    def _on_circle(self, angle: Expression, k: int) -> tuple[Operand, Operand]:
         """Coefficient k of cosine and sine: c' = -s x', s' = c x'."""
         cosine, sine = self._circles.setdefault(angle.id, ([], []))
         x = self._coefficients(angle)
@@ -89,7 +79,7 @@ class TimeSeries:
         return cosine[k], sine[k]
 
 
-def _function(operation: str, x: Scalar) -> Scalar:
+def _function(operation: str, x: Operand) -> Operand:
     """Sine is odd, cosine even; an angle that is a constant stays one of the graph."""
     if isinstance(x, Expression) and x.operation == NEGATE:
         inner = x.graph.node(operation, x.operands[0])
@@ -97,44 +87,44 @@ def _function(operation: str, x: Scalar) -> Scalar:
     return x.graph.node(operation, x) if isinstance(x, Expression) else int(operation == COS)
 
 
-def _total(terms: Iterable[Scalar]) -> Scalar:
-    total: Scalar = 0
+def _total(terms: Iterable[Operand]) -> Operand:
+    total: Operand = 0
     for term in terms:
         total = total + term
     return total
 
 
-def _product(k: int, known: Coefficients, x: Motion, y: Motion) -> Scalar:
+def _product(graph: Graph, k: int, known: Coefficients, x: Coefficient, y: Coefficient) -> Operand:
     return _total(x(i) * y(k - i) for i in range(k + 1))
 
 
-def _square(k: int, x: Motion) -> Scalar:
+def _square(k: int, x: Coefficient) -> Operand:
     """Each product of two different coefficients occurs twice."""
     twice = 2 * _total(x(i) * x(k - i) for i in range((k + 1) // 2))
     return twice if k % 2 else twice + x(k // 2) * x(k // 2)
 
 
-def _quotient(k: int, known: Coefficients, x: Motion, y: Motion) -> Scalar:
+def _quotient(graph: Graph, k: int, known: Coefficients, x: Coefficient, y: Coefficient) -> Operand:
     """y z = x."""
     left = x(k) - _total(y(i) * known[k - i] for i in range(1, k + 1))
-    return left / (y(0) if isinstance(y(0), Expression) else Fraction(y(0)))
+    return quotient(left, y(0))
 
 
-def _root(k: int, known: Coefficients, x: Motion) -> Scalar:
+def _root(graph: Graph, k: int, known: Coefficients, x: Coefficient) -> Operand:
     """z z = x."""
     if k == 0:
-        return x(0).graph.node(SQRT, x(0))
+        return graph.node(SQRT, x(0))
     left = x(k) - _total(known[i] * known[k - i] for i in range(1, k))
-    return left / (2 * known[0])
+    return quotient(left, 2 * known[0])
 
 
-RULES: Mapping[str, Callable[..., Scalar]] = {
-    ADD: lambda k, known, x, y: x(k) + y(k),
-    SUBTRACT: lambda k, known, x, y: x(k) - y(k),
-    NEGATE: lambda k, known, x: -x(k),
+RECURRENCES: Mapping[str, Callable[..., Operand]] = {
+    ADD: lambda graph, k, known, x, y: x(k) + y(k),
+    SUBTRACT: lambda graph, k, known, x, y: x(k) - y(k),
+    NEGATE: lambda graph, k, known, x: -x(k),
     MULTIPLY: _product,
     DIVIDE: _quotient,
     SQRT: _root,
-    SIGN: lambda k, known, x: 0 if k else x(0).graph.node(SIGN, x(0)),
+    SIGN: lambda graph, k, known, x: 0 if k else graph.node(SIGN, x(0)),
 }
-"""Coefficient k of a node from those before it and those of its operands."""
+"""Coefficient k of an operation from those before it and those of its operands; sine and cosine follow together."""

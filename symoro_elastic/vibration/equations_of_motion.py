@@ -30,11 +30,11 @@ from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
-from symoro_elastic.symbolic.expression import Scalar
+from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
-from symoro_elastic.symbolic.reverse import slopes
 
 DUALS = differentiating(FLOATS)
 LARGEST = 1e9
@@ -164,13 +164,13 @@ class EquationsOfMotion:
         slopes = np.zeros((len(roots), 3 * n))
         for row, x in enumerate(map(value, roots)):
             if x.__class__ is Dual:
-                slopes[row] = x.slope
+                slopes[row] = x.tangent
         return slopes[:, :n], slopes[:, n : 2 * n], slopes[:, 2 * n :]
 
     def work_slopes(self, state: State, left: Array) -> Mapping[str, Any]:
         """Return the derivatives of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
         symbols = self._symbols(state.q, state.qd, state.qdd)
-        return slopes(self.residual, list(left), symbols, FLOATS)
+        return gradient(self.residual, list(left), symbols, FLOATS)
 
     def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
         """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each.
@@ -181,9 +181,9 @@ class EquationsOfMotion:
             [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
             for block, changes in ((state.q, dq), (state.qdd, dqdd))
         )
-        by_symbol = slopes(self.residual, list(left), self._symbols(q, state.qd, qdd), DUALS)
+        by_symbol = gradient(self.residual, list(left), self._symbols(q, state.qd, qdd), DUALS)
         none = np.zeros(left.shape[1])
-        changed = {name: x.slope + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
+        changed = {name: x.tangent + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
         by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
         return by_q, changed
 

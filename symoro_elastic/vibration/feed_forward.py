@@ -18,7 +18,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.symbolic.expression import SYMBOL, reachable
+from symoro_elastic.symbolic.expression import reachable
+from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.export import CSV, save_arrays
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory

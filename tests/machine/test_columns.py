@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, get_args, get_type_hints
 
 import pytest
+from symoro_elastic.vibration.cells import with_named_cells
 
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.columns import Cell, Dimension, cells, column, declared, with_cells
@@ -16,7 +17,6 @@ from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Par
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.numerics.values import DRAWS, parameter_values
 from symoro_elastic.report.tables import machine_table
-from symoro_elastic.vibration.cells import with_named_cells
 
 BODIES = (Dimension.MASS, Dimension.FIRST_MOMENT, Dimension.INERTIA)
 

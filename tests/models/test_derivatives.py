@@ -28,8 +28,9 @@ from symoro_elastic.pipeline import described, refuse_degenerate
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.differentiation import Differentiation, substituted
-from symoro_elastic.symbolic.expression import ATAN2, SIGN, SQRT, SYMBOL, Graph, reachable
+from symoro_elastic.symbolic.expression import Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
+from symoro_elastic.symbolic.operations import ATAN2, SIGN, SQRT, SYMBOL
 from tests.benchmarks.machines import arm_6, arm_7, example, humanoid, rigid
 from tests.benchmarks.machines import chain as long_chain
 from tests.generated_code import COMPILERS, compiled, rendered

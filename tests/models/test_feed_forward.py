@@ -25,7 +25,8 @@ from symoro_elastic.output_folder import write_files
 from symoro_elastic.pipeline import described, generate, render
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT, Graph
+from symoro_elastic.symbolic.expression import Graph
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.time_series import TimeSeries
 from tests.generated_code import COMPILERS, call, compiled, imported
 from tests.references.multiprecision import generalized_forces

@@ -22,7 +22,8 @@ from symoro_elastic.numerics.balls import NoEnclosure, distance, enclosures, sum
 from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import COS, SIN, Graph
+from symoro_elastic.symbolic.expression import Graph
+from symoro_elastic.symbolic.operations import COS, SIN
 from symoro_elastic.symbolic.program import Input, Names, Output, build
 from tests.extremes import states as at
 from tests.extremes.machines import links, six_axes

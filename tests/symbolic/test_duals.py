@@ -9,11 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
 from symoro_elastic.symbolic.duals import Dual, differentiating
-from symoro_elastic.symbolic.expression import Graph, Scalar
+from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
-from symoro_elastic.symbolic.reverse import slopes
+from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from tests.references.random_machines import random_machine, random_state
 from tests.references.small_motions import as_floats, differences, forces
@@ -45,7 +46,7 @@ def test_every_operation_against_differences_in_50_digits() -> None:
             value = evaluate(roots, seeded, differentiating(arithmetic))
             for row, root in enumerate(roots):
                 found = value(root)
-                assert abs(found.slope - wanted[row][column]) < 1e-28
+                assert abs(found.tangent - wanted[row][column]) < 1e-28
 
 
 def test_duals_of_duals_give_second_derivatives() -> None:
@@ -66,7 +67,7 @@ def test_duals_of_duals_give_second_derivatives() -> None:
         [[2 * a * b / w**2, (b * b - a * a) / w**2], [(b * b - a * a) / w**2, -2 * a * b / w**2]],
     ]
     for root, hessian in zip(roots, wanted, strict=True):
-        np.testing.assert_allclose(value(root).slope.slope, hessian, rtol=1e-14, atol=1e-15)
+        np.testing.assert_allclose(value(root).tangent.tangent, hessian, rtol=1e-14, atol=1e-15)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -85,17 +86,18 @@ def test_jacobians_of_random_trees_against_differences_in_50_digits(seed: int) -
         np.testing.assert_allclose(block, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
 
 
-def test_one_sweep_back_gives_the_slopes_of_every_operation() -> None:
+def test_one_sweep_back_gives_the_derivatives_of_every_operation() -> None:
     graph, arithmetic = Graph(), multiprecision(50)
     roots = every_operation(graph)
     at = (mpmath.mpf("0.7"), mpmath.mpf("1.9"))
     with mpmath.workdps(50):
         for root in roots:
-            found = slopes([root, root], [mpmath.mpf(2), mpmath.mpf(-1)], dict(zip("xy", at, strict=True)), arithmetic)
+            weights, place = [mpmath.mpf(2), mpmath.mpf(-1)], dict(zip("xy", at, strict=True))
+            found = gradient([root, root], weights, place, arithmetic)
             for name, direction in (("x", (1, 0)), ("y", (0, 1))):
                 seeded = {n: Dual(x, mpmath.mpf(d)) for n, x, d in zip("xy", at, direction, strict=True)}
                 forward = evaluate([root], seeded, differentiating(arithmetic))(root)
-                assert abs(found.get(name, 0) - forward.slope) < 1e-48
+                assert abs(found.get(name, 0) - forward.tangent) < 1e-48
 
 
 def test_slopes_by_parameters_against_differences_in_50_digits() -> None:

@@ -17,26 +17,13 @@ from symoro_elastic.symbolic.arithmetic import (
     RATIONAL,
     Arithmetic,
     ModularAngles,
-    constant_value,
     evaluate,
     multiprecision,
 )
-from symoro_elastic.symbolic.expression import (
-    ADD,
-    COS,
-    COSPI,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    SIN,
-    SUBTRACT,
-    Expression,
-    Graph,
-    Level,
-    reachable,
-)
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.finite_field import PRIME, TORSION, Residue, circle_of_pi, circle_of_radians
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
+from symoro_elastic.symbolic.operations import ADD, COS, COSPI, DIVIDE, MULTIPLY, NEGATE, SIN, SUBTRACT
 
 EXACT = Arithmetic(Fraction, RATIONAL)
 U = 2.0**-53
@@ -82,6 +69,11 @@ def graph_of(*trees: Any) -> list[Any]:
     except ZeroDivisionError:
         assume(False)
         raise
+
+
+def constant_value(node: Expression) -> float:
+    """Double nearest to a constant expression."""
+    return float(evaluate([node], {}, multiprecision(60))(node))
 
 
 # Interning and normal form

@@ -18,10 +18,11 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.pipeline import described
+from symoro_elastic.symbolic.angle_sums import with_angle_sums
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import SYMBOL, Expression, Graph, reachable
+from symoro_elastic.symbolic.expression import Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
-from symoro_elastic.symbolic.merged_angles import merged_angles
+from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.trade.trade import Request, trade
 from tests.references.random_machines import random_machine
 
@@ -39,7 +40,7 @@ def test_sums_and_differences_become_one_angle() -> None:
     for angle in (a + b, a - b, b - a, a + b + c, a - b - c):
         cosine, sine = cosine_sine(graph, angle)
         assert len(reachable([cosine, sine])) >= 10
-        value = merged_angles(graph, [cosine, sine])
+        value = with_angle_sums(graph, [cosine, sine])
         sums = {node.operation for node in reachable([value(cosine), value(sine)])} - {"symbol", "neg"}
         assert sums <= {"cos", "sin", "+", "-"}, "no product is left"
 
@@ -50,7 +51,7 @@ def test_values_stay(seed: int) -> None:
     some = random_machine(seed, joints=6)
     roots = [x for o in trace(some, "jacobian").program.outputs for x in o.entries]
     graph = next(x.graph for x in roots if isinstance(x, Expression))
-    value = merged_angles(graph, roots)
+    value = with_angle_sums(graph, roots)
     merged = [value(x) for x in roots]
     rng = np.random.default_rng(seed)
     names = {n.operands[0] for n in reachable([*roots, *merged]) if n.operation == SYMBOL}

@@ -25,8 +25,9 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
 from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import COSPI, Expression, Graph, Level, reachable
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
+from symoro_elastic.symbolic.operations import COSPI
 from symoro_elastic.symbolic.program import (
     Input,
     Names,

@@ -7,77 +7,68 @@ from zero, where an ulp of an angle is large, that costs digits that the product
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from fractions import Fraction
+from typing import TypeAlias, TypeGuard
 
-from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
-from symoro_elastic.symbolic.expression import (
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, nodes
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, reachable
+from symoro_elastic.symbolic.functions import arc_tangent, sign, square_root
+from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
     COS,
-    COSPI,
-    DIVIDE,
     MULTIPLY,
     NEGATE,
-    PI,
     SIGN,
     SIN,
     SQRT,
     SUBTRACT,
     SYMBOL,
-    Expression,
-    Graph,
-    Level,
-    Scalar,
-    reachable,
 )
-from symoro_elastic.symbolic.functions import arc_tangent, sign, square_root
 
-Found = tuple[str, Expression, str, Expression]
+CircularProduct: TypeAlias = tuple[str, Expression, str, Expression]
 """A product of two of sine and cosine: which, of which angle; cosines first."""
 
 
-def merged_angles(graph: Graph, roots: Iterable[Scalar]) -> Callable[[Scalar], Scalar]:
-    """For each expression that the roots need the same value, with sums of angles wherever they can stand.
+def with_angle_sums(graph: Graph, roots: Iterable[Scalar]) -> Callable[[Scalar], Operand]:
+    """The same value of each expression that the roots need, with sums of angles in place of products.
 
-    Angles that depend on the state are merged; sums merge further.
+    Angles that depend on the state are added; sums are added further.
     """
     roots = list(roots)
-    symbols = {node.operands[0]: node for node in reachable(roots) if node.operation == SYMBOL}
+    symbols: dict[str, Operand] = {node.operands[0]: node for node in reachable(roots) if node.operation == SYMBOL}
     return evaluate(roots, symbols, _arithmetic(graph))
 
 
-def _arithmetic(graph: Graph) -> Arithmetic:
+def _arithmetic(graph: Graph) -> Arithmetic[Operand]:
     """Arithmetic that builds expressions anew."""
 
-    def added(x: Scalar, y: Scalar) -> Scalar:
-        found = _merged(graph, x, y, 1)
+    def added(x: Operand, y: Operand) -> Operand:
+        found = _by_addition_theorem(graph, x, y, 1)
         return x + y if found is None else found
 
-    def subtracted(x: Scalar, y: Scalar) -> Scalar:
-        found = _merged(graph, x, y, -1)
+    def subtracted(x: Operand, y: Operand) -> Operand:
+        found = _by_addition_theorem(graph, x, y, -1)
         return x - y if found is None else found
 
-    anew: dict[str, Callable[..., Scalar]] = {
+    anew: dict[str, Callable[..., Operand]] = {
         ADD: added,
         SUBTRACT: subtracted,
-        DIVIDE: lambda x, y: x / y if isinstance(x, Expression) or isinstance(y, Expression) else Fraction(x) / y,
         SIN: lambda x: _sine(graph, x),
         COS: lambda x: _cosine(graph, x),
         SQRT: lambda x: square_root(graph, x),
         SIGN: lambda x: sign(graph, x),
         ATAN2: lambda y, x: arc_tangent(graph, y, x),
-        PI: lambda: graph.pi,
-        COSPI: lambda x: graph.node(COSPI, x),
     }
-    return Arithmetic(lambda x: x, {**RATIONAL, **anew})
+    return nodes(graph, anew)
 
 
-def _merged(graph: Graph, x: Scalar, y: Scalar, sense: int) -> Scalar | None:
+def _by_addition_theorem(graph: Graph, x: Operand, y: Operand, sense: int) -> Operand | None:
     """x + y, or x - y, by the addition theorem; None where it does not apply."""
     if _is_negative(y):
-        return _merged(graph, x, y.operands[0], -sense)
+        return _by_addition_theorem(graph, x, y.operands[0], -sense)
     if _is_negative(x):
-        found = _merged(graph, x.operands[0], y, -sense)
+        found = _by_addition_theorem(graph, x.operands[0], y, -sense)
         return None if found is None else -found
     one, other = _product(x), _product(y)
     if one is None or other is None:
@@ -94,11 +85,11 @@ def _merged(graph: Graph, x: Scalar, y: Scalar, sense: int) -> Scalar | None:
     return None
 
 
-def _is_negative(x: Scalar) -> bool:
+def _is_negative(x: Operand) -> TypeGuard[Expression]:
     return isinstance(x, Expression) and x.operation == NEGATE
 
 
-def _product(x: Scalar) -> Found | None:
+def _product(x: Operand) -> CircularProduct | None:
     if not isinstance(x, Expression) or x.operation != MULTIPLY or x.level != Level.STATE:
         return None
     factors = sorted((factor for factor in x.operands if _is_circular(factor)), key=lambda factor: factor.operation)
@@ -108,17 +99,17 @@ def _product(x: Scalar) -> Found | None:
     return first.operation, first.operands[0], second.operation, second.operands[0]
 
 
-def _is_circular(x: Scalar) -> bool:
+def _is_circular(x: Operand) -> TypeGuard[Expression]:
     return isinstance(x, Expression) and x.operation in (SIN, COS) and x.level == Level.STATE
 
 
-def _sine(graph: Graph, angle: Scalar) -> Scalar:
+def _sine(graph: Graph, angle: Operand) -> Operand:
     if not isinstance(angle, Expression):
         return graph.node(SIN, angle) if angle else 0
     return -graph.node(SIN, angle.operands[0]) if angle.operation == NEGATE else graph.node(SIN, angle)
 
 
-def _cosine(graph: Graph, angle: Scalar) -> Scalar:
+def _cosine(graph: Graph, angle: Operand) -> Operand:
     if not isinstance(angle, Expression):
         return graph.node(COS, angle) if angle else 1
     return graph.node(COS, angle.operands[0] if angle.operation == NEGATE else angle)
