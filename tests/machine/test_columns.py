@@ -14,6 +14,7 @@ from symoro_elastic.machine.columns import Cell, Dimension, cells, column, decla
 from symoro_elastic.machine.formats import par, par_syntax, par_writing, toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
+from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.numerics.values import DRAWS, parameter_values
 from symoro_elastic.report.tables import machine_table
