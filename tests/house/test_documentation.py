@@ -1,0 +1,91 @@
+"""Documents name what exists: tests behind promises, files, commands and the version."""
+
+from __future__ import annotations
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import symoro_elastic
+from symoro_elastic.cli import cli
+
+ROOT = Path(__file__).parents[2]
+TESTS = ROOT / "tests"
+PROMISE = re.compile(r"^\| (?P<promise>[^|]+) \| `(?P<path>[\w/]+\.py)::(?P<name>\w+)` \|$", re.MULTILINE)
+PROMISES = PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
+DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md")
+
+
+def text(document: str) -> str:
+    return (ROOT / document).read_text(encoding="utf-8")
+
+
+@cache
+def names_of_tests(path: str) -> set[str]:
+    tree = ast.parse((TESTS / path).read_text(encoding="utf-8"))
+    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")}
+
+
+# Promises
+
+
+@pytest.mark.parametrize(("promise", "path", "name"), PROMISES, ids=[name for _, _, name in PROMISES])
+def test_every_promise_has_its_test(promise: str, path: str, name: str) -> None:
+    assert (TESTS / path).is_file(), promise
+    assert name in names_of_tests(path), promise
+
+
+def test_promises_are_many_and_differ() -> None:
+    table = text("tests/README.md").split("## Where each promise is tested")[1]
+    rows = [line for line in table.splitlines() if line.startswith("| ") and "| |" not in line]
+    assert len(rows) - 1 == len(PROMISES) >= 50, "every row but the heading is a promise with a test"
+    assert len({row[1:] for row in PROMISES}) == len(PROMISES)
+
+
+def test_every_folder_of_tests_is_listed() -> None:
+    table = text("tests/README.md").split("## Where each promise is tested")[0]
+    named = set(re.findall(r"`([\w.]+)`", table))
+    there = {path.name for path in TESTS.iterdir() if path.is_dir() and any(path.glob("*.py"))}
+    files = {path.name for path in TESTS.glob("*.py")} - {"__init__.py", "conftest.py"}
+    assert there | files <= named
+
+
+# Files and commands that documents name
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_files_that_are_named_exist(document: str) -> None:
+    links = re.findall(r"\]\((?!https?:)([^)#]+)\)", text(document))
+    paths = re.findall(r"`((?:examples|docs|tests|symoro_elastic|templates)/[\w/.]*\w)`", text(document))
+    folders = (ROOT, (ROOT / document).parent)
+    missing = [name for name in (*links, *paths) if not any((folder / name).exists() for folder in folders)]
+    assert missing == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_modules_that_are_run_exist(document: str) -> None:
+    for module in re.findall(r"python -m (tests[\w.]*)", text(document)):
+        path = ROOT.joinpath(*module.split("."))
+        assert path.with_suffix(".py").is_file() or (path / "__main__.py").is_file(), module
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_commands_that_are_named_exist(document: str) -> None:
+    for name in re.findall(r"symoro-elastic ([a-z][\w-]*)", text(document)):
+        assert name in cli.commands, name
+
+
+# The version
+
+
+def test_the_changelog_has_the_version() -> None:
+    versions = re.findall(r"^## \[([^\]]+)\]", text("CHANGELOG.md"), re.MULTILINE)
+    assert versions[0] == "Unreleased" and versions[1] == symoro_elastic.__version__
+
+
+def test_the_citation_has_the_version() -> None:
+    found = re.search(r"^version: (\S+)$", text("CITATION.cff"), re.MULTILINE)
+    assert found and found[1] == symoro_elastic.__version__
