@@ -1,1 +1,1 @@
-"""What people look at: tables and pages."""
+"""Tables for the terminal, and documents with equations."""

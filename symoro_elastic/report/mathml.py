@@ -1,4 +1,4 @@
-"""The LaTeX that `codegen.latex` writes, as MathML: that much of LaTeX and no more."""
+"""Convert the LaTeX that `codegen.latex` writes to MathML."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ SIGNS = {
 
 
 def mathml(latex: str) -> str:
-    """One `<math>` element; raises `ValueError` for LaTeX beyond what equations use."""
+    """Return one `<math>` element; raise `ValueError` for LaTeX that `codegen.latex` does not write."""
     return f'<math displaystyle="true">{_Reader(latex).everything()}</math>' if latex else ""
 
 
 def pieces(latex: str) -> Iterator[str]:
-    """`<math>` elements of the terms of a sum, so that a page can break the line between them."""
+    """Return `<math>` elements of the terms of a sum, so that a page can break the line between them."""
     depth, start = 0, 0
     for found in _BREAK.finditer(latex):
         depth += (found[0] in ("{", r"\begin")) - (found[0] in ("}", r"\end"))
@@ -73,7 +73,7 @@ class _Reader:
         return "".join(items)
 
     def scripted(self) -> str:
-        """An item with what stands above and below to its right."""
+        """An item with its superscript and subscript."""
         applied = self.peek() in (r"\sin", r"\cos")
         base = self.item()
         scripts: dict[str, str] = {}
@@ -87,7 +87,7 @@ class _Reader:
         return f"<{tag}>{base}{scripts.get('_', '')}{scripts.get('^', '')}</{tag}>{gap}"
 
     def group(self) -> str:
-        """What is in braces, as one element."""
+        """The group in braces, as one element."""
         self.take("{")
         content = self.row("}")
         self.take("}")

@@ -1,4 +1,4 @@
-"""The equations of a model as a document to read: LaTeX, a web page, or PDF."""
+"""The equations of a model as a document: LaTeX or a web page."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _TEX_SIGNS = {
 
 
 def tex_text(text: str) -> str:
-    """Plain text for LaTeX; signs that its usual fonts lack become question marks."""
+    """Return text escaped for LaTeX; characters that its usual fonts lack become question marks."""
     return "".join(_TEX_SIGNS.get(c, c if c.isprintable() and ord(c) < 0x180 else "?") for c in text)
 
 
@@ -66,12 +66,12 @@ HTML = Markup(escape, mathml, _sum_of_pieces, mathml, "<sup>{}</sup>")
 
 
 def latex_document(package: Package, function: Function) -> str:
-    """A standalone LaTeX document with the equations of a function; needs amsmath and geometry."""
+    """Return a standalone LaTeX document with the equations of a function; it needs amsmath and geometry."""
     return render("latex/equations.tex.j2", **_content(package, function, TEX))
 
 
 def html_page(package: Package, function: Function) -> str:
-    """A standalone web page with the equations of a function, as MathML."""
+    """Return a standalone web page with the equations of a function, as MathML."""
     return render("html/equations.html.j2", **_content(package, function, HTML))
 
 
@@ -105,7 +105,7 @@ def _lines(equations: Sequence[Equation], markup: Markup) -> list[dict[str, str]
 
 
 def _chapters(solved: Solution, package: Package, markup: Markup) -> list[dict[str, Any]]:
-    """Sections of equal title together; what depends on parameters only first, results last."""
+    """Group sections by title; those of parameters only come first, results last."""
     chapters: list[tuple[str, list[dict[str, Any]]]] = []
     if solved.once:
         chapters.append((ONCE, [_stretch(s, f"{s.section.title}, ", package, markup) for s in solved.once]))
@@ -136,7 +136,7 @@ def _stretch(stretch: Stretch, before: str, package: Package, markup: Markup) ->
 def _joints(
     package: Package, solved: Solution, chapters: Sequence[dict[str, Any]], markup: Markup
 ) -> list[dict[str, Any]]:
-    """Number, name, kind and variable of each joint, and where its equations are."""
+    """Number, name, kind and variable of each joint, with links to its equations."""
     axes = {axis.name: axis for axis in package.axes}
     joints = []
     for number_, name in enumerate(package.joint_names, start=1):
@@ -160,7 +160,7 @@ def _joints(
 
 
 def _symbols(function: Function, solved: Solution, markup: Markup) -> list[dict[str, str]]:
-    """The quantities that occur, then the results."""
+    """The quantities in the equations, then the results."""
     rows = [(row.symbol, row.paper, markup.text(row.meaning), row.equations) for row in solved.notation.meanings()]
     for result in function.results:
         symbol = RESULT_SYMBOLS.get(result.name, literal(result.name))
@@ -177,7 +177,7 @@ def _symbols(function: Function, solved: Solution, markup: Markup) -> list[dict[
 
 
 def _parameters(package: Package, function: Function, solved: Solution, markup: Markup) -> list[dict[str, str]]:
-    """Symbol, name, value and unit of the parameters that occur."""
+    """Symbol, name, value and unit of the parameters in the equations."""
     return [
         {
             "symbol": markup.math(solved.notation[parameter.name]),

@@ -1,4 +1,4 @@
-"""A LaTeX document compiled to PDF by whichever LaTeX is installed."""
+"""Compile a LaTeX document to PDF."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SECONDS = 300
 
 
 def pdf(tex: str, path: Path) -> Path:
-    """Compile a document to `path` with the first LaTeX found; nothing is written if that fails.
+    """Compile a document to `path` with the first LaTeX engine found; write nothing if that fails.
 
     Raises `InputError`.
     """
@@ -67,6 +67,6 @@ def _compile(engine: str, folder: str) -> str:
 
 
 def _reason(log: str) -> str:
-    """The first complaint of a log, in brackets."""
+    """The first error of a log, in brackets."""
     found = re.search(r"^(?:!|error:) *(.+)", log, re.MULTILINE)
     return f" ({found[1].strip()})" if found else ""

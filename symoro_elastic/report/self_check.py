@@ -1,4 +1,4 @@
-"""What rounding modes tell of generated C: a table for the terminal, and the same figures as plain data."""
+"""Digits of generated C that agree in all rounding modes: a table for the terminal, and JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def self_check_table(checks: Sequence[ResultCheck]) -> Any:
-    """Spread of each result over the rounding modes, typical and at worst, and the digits that survive at worst."""
+    """Return a table of the spread of each result over the rounding modes, and the digits that agree at worst."""
     from rich.table import Table
 
     table = Table("model", "result", "moderate states", "digits", "extreme states", "digits", "worst at")
@@ -26,7 +26,7 @@ def _cells(found: Surviving) -> tuple[str, str]:
 
 
 def self_check_json(checks: Sequence[ResultCheck]) -> dict[str, Any]:
-    """The same by model and result."""
+    """Return the same figures by model and result."""
     found: dict[str, Any] = {}
     for check in checks:
         figures = {"moderate": asdict(check.moderate), "extreme": asdict(check.extreme)}
@@ -35,5 +35,5 @@ def self_check_json(checks: Sequence[ResultCheck]) -> dict[str, Any]:
 
 
 def least_digits(checks: Sequence[ResultCheck]) -> float:
-    """Digits that survive in the worst result at the worst moderate state."""
+    """Return the digits that agree in the worst result at the worst moderate state."""
     return min((check.moderate.digits for check in checks), default=0.0)
