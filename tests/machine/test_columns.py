@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, get_args, get_type_hints
 
 import pytest
-from symoro_elastic.vibration.cells import with_named_cells
 
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.columns import Cell, Dimension, cells, column, declared, with_cells
