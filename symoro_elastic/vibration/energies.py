@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
 
@@ -73,7 +75,7 @@ def _shares(names: list[str], energies: Array) -> Shares:
     return Shares(tuple(names), np.divide(energies, total, out=np.zeros_like(energies), where=total > 0))
 
 
-def _carried(linear: Linearization, velocities: list[object]) -> Array:
+def _carried(linear: Linearization, velocities: Sequence[Scalar]) -> Array:
     """Return the derivatives of velocities by the rates of the coordinates that are kept."""
     _, by_qd, _ = linear.motion.jacobians(velocities, linear.state)
     carried: Array = by_qd[:, list(linear.kept)]
