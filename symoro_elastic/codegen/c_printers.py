@@ -8,9 +8,8 @@ from typing import Any
 
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.printers import ATOM, Printer, Text
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
@@ -42,7 +41,7 @@ PAIR_FUNCTIONS = {
 
 def angles_of(program: Program) -> list[Expression]:
     """Angles whose sines and cosines are found before all else: joint variables, their multiples and sums."""
-    roots: list[Scalar] = [s.node for s in program.statements] + [x for o in program.outputs for x in o.entries]
+    roots: list[Operand] = [s.node for s in program.statements] + [x for o in program.outputs for x in o.entries]
     found: dict[int, Expression] = {}
     for node in reachable(roots):
         if node.operation in (SIN, COS) and node.level == Level.STATE and _is_given(node.operands[0]):
@@ -88,7 +87,7 @@ class PairPrinter(CPrinter):
         """A double as a pair."""
         return Text(False, f"pair({value!r}, 0.0)", ATOM)
 
-    def text(self, x: Scalar) -> Text:
+    def text(self, x: Operand) -> Text:
         """An expression, by name where it has one; constants with twice the digits of a double."""
         if not isinstance(x, Expression) or x.level == Level.CONSTANT:
             return Text(False, _pair(x), ATOM)
@@ -114,7 +113,7 @@ def _negated(text: str) -> Text:
     return Text(False, f"pair_negative({text})", ATOM)
 
 
-def _pair(x: Scalar) -> str:
+def _pair(x: Operand) -> str:
     """A constant rounded to a sum of two doubles."""
     exact: Any = evaluate([x], {}, multiprecision(60))(x) if isinstance(x, Expression) else Fraction(x)
     high = float(exact)

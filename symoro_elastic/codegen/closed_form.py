@@ -27,7 +27,7 @@ from symoro_elastic.codegen.notation import Notation
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
@@ -124,7 +124,7 @@ def _matrices(array: Array, forms: Mapping[int, ClosedForm]) -> Iterator[Equatio
             yield Equation(whole, matrix(entries, array.columns))
 
 
-def _closed(x: Scalar, forms: Mapping[int, ClosedForm]) -> str:
+def _closed(x: Operand, forms: Mapping[int, ClosedForm]) -> str:
     if not isinstance(x, Expression):
         return number(x).signed()
     return forms[x.id].latex if x.id in forms else ""
@@ -178,7 +178,7 @@ class _Conversion:
             COSPI: lambda a: sympy.cos(sympy.pi * a),
         }
 
-    def __call__(self, x: Scalar) -> Any:
+    def __call__(self, x: Operand) -> Any:
         if not isinstance(x, Expression):
             return self.sympy.Rational(Fraction(x).numerator, Fraction(x).denominator)
         for node in reachable([x]):

@@ -21,8 +21,7 @@ from symoro_elastic.codegen.notation import (
 )
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Constant, Expression
+from symoro_elastic.symbolic.expression import Constant, Expression, Operand
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, MULTIPLY, PI, SIGN, SIN, SQRT, SYMBOL
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
 
@@ -113,7 +112,7 @@ class LatexPrinter(Printer):
                 return Equation(self.notation[statement.name], f"{NAMED[node.operation]} {argument.text}")
         return Equation(self.notation[statement.name], self.right_side(statement))
 
-    def text(self, x: Scalar) -> Text:
+    def text(self, x: Operand) -> Text:
         """An expression, by its symbol where it has one."""
         return super().text(x) if isinstance(x, Expression) else number(x)
 

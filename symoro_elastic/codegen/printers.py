@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
 from symoro_elastic.symbolic.program import Program, Statement
 
@@ -33,25 +33,49 @@ class Text(NamedTuple):
         return self.text if self.binding >= binding else f"({self.text})"
 
 
+class Printed(NamedTuple):
+    """The right side of a statement, and the names of variables and arguments in it."""
+
+    text: str
+    names: frozenset[str]
+
+
 class Printer:
-    """Prints the expressions of one program; assigned expressions appear by name."""
+    """Prints the expressions of one program; assigned expressions appear by name.
+
+    An operation is printed by its rule in `OPERATORS`, or as a call of a function: its name in `functions`, else its
+    own. `referenced` collects the names that appear in what is printed.
+    """
 
     def __init__(self, program: Program, literal_suffix: str = "", functions: Mapping[str, str] | None = None) -> None:
         self.literal_suffix = literal_suffix
         self.functions = functions or {}
         self.variables = {s.node.id: Text(s.negative, s.name, ATOM) for s in (*program.once, *program.statements)}
         self.referenced: set[str] = set()
-        self.constants = constant_values(x for o in program.outputs for x in o.entries)
+        self.constants = constant_values(program.constants)
+        self._printed: dict[int, Printed] = {}
 
     def right_side(self, statement: Statement) -> str:
         """The expression that a statement assigns."""
-        return self.operation(statement.node, statement.negative).signed()
+        printed = self.printed(statement)
+        self.referenced |= printed.names
+        return printed.text
 
-    def value(self, x: Scalar) -> str:
+    def printed(self, statement: Statement) -> Printed:
+        """The expression that a statement assigns, and the names in it; printed once."""
+        number = statement.node.id
+        if number not in self._printed:
+            outside, self.referenced = self.referenced, set()
+            text = self.operation(statement.node, statement.negative).signed()
+            self._printed[number] = Printed(text, frozenset(self.referenced))
+            self.referenced = outside
+        return self._printed[number]
+
+    def value(self, x: Operand) -> str:
         """An expression by name where it has one."""
         return self.text(x).signed()
 
-    def text(self, x: Scalar) -> Text:
+    def text(self, x: Operand) -> Text:
         """An expression, by name where it has one."""
         if not isinstance(x, Expression):
             return self.literal(float(x))
@@ -71,26 +95,25 @@ class Printer:
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out, its sign reversed when `flipped`."""
-        operation, operands = node.operation, node.operands
+        operation = node.operation
         if operation == SYMBOL:
-            self.referenced.add(operands[0])
-            return Text(flipped, operands[0], ATOM)
-        if operation == NEGATE:
-            inner = self.text(operands[0])
-            return Text(inner.negative == flipped, inner.text, inner.binding)
-        texts = [self.text(x) for x in operands]
-        if operation in (ADD, SUBTRACT):
-            return _sum(texts[0], texts[1], operation == SUBTRACT, flipped)
-        if operation == MULTIPLY:
-            return _product(texts[0], texts[1], flipped)
-        if operation == DIVIDE:
-            negative = (texts[0].negative != texts[1].negative) != flipped
-            return Text(negative, f"{texts[0].factor(PRODUCT)}/{texts[1].factor(ATOM)}", PRODUCT)
+            self.referenced.add(node.operands[0])
+            return Text(flipped, node.operands[0], ATOM)
+        texts = [self.text(x) for x in node.operands]
+        rule = OPERATORS.get(operation)
+        return rule(flipped, *texts) if rule else self.call(operation, flipped, texts)
+
+    def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
+        """An operation as a call of a function."""
         name = self.functions.get(operation, operation)
-        return Text(flipped, f"{name}({', '.join(t.signed() for t in texts)})", ATOM)
+        return Text(flipped, f"{name}({', '.join([text.signed() for text in texts])})", ATOM)
 
 
-def _sum(first: Text, second: Text, subtracted: bool, flipped: bool) -> Text:
+def _negative(flipped: bool, inner: Text) -> Text:
+    return Text(inner.negative == flipped, inner.text, inner.binding)
+
+
+def _sum(flipped: bool, first: Text, second: Text, subtracted: bool = False) -> Text:
     minus_first = first.negative != flipped
     minus_second = (second.negative != subtracted) != flipped
     if minus_first == minus_second:
@@ -99,11 +122,30 @@ def _sum(first: Text, second: Text, subtracted: bool, flipped: bool) -> Text:
     return Text(False, f"{plus.text} - {minus.factor(PRODUCT)}", SUM)
 
 
-def _product(first: Text, second: Text, flipped: bool) -> Text:
+def _difference(flipped: bool, first: Text, second: Text) -> Text:
+    return _sum(flipped, first, second, True)
+
+
+def _product(flipped: bool, first: Text, second: Text) -> Text:
     negative = (first.negative != second.negative) != flipped
     if second.text[0].isdigit() and first.binding == ATOM:
         first, second = second, first
     return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
+
+
+def _quotient(flipped: bool, first: Text, second: Text) -> Text:
+    negative = (first.negative != second.negative) != flipped
+    return Text(negative, f"{first.factor(PRODUCT)}/{second.factor(ATOM)}", PRODUCT)
+
+
+OPERATORS: Mapping[str, Callable[..., Text]] = {
+    NEGATE: _negative,
+    ADD: _sum,
+    SUBTRACT: _difference,
+    MULTIPLY: _product,
+    DIVIDE: _quotient,
+}
+"""Operations that are operators of C and Python: from whether the sign is reversed, and the texts of the operands."""
 
 
 def constant_values(roots: Iterable[Scalar]) -> dict[int, float]:

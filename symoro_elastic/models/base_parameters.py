@@ -33,6 +33,7 @@ from symoro_elastic.machine.machine import (
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.finite_field import PRIME, Residue
 
@@ -184,12 +185,14 @@ class ZeroPosition:
 
     def floats(self, values: Mapping[str, float]) -> Mechanism:
         """In double precision."""
-        return self.mechanism.map(evaluate(self._leaves, values, FLOATS))
+        value: Callable[[Scalar], float] = evaluate(self._leaves, values, FLOATS)
+        return self.mechanism.map(value)
 
     def polynomials(self) -> Mechanism:
         """As polynomials over the names of the parameters."""
         names = {parameter.name: Polynomial.factor(parameter.name) for parameter in self.machine.parameters}
-        return self.mechanism.map(evaluate(self._leaves, names, POLYNOMIALS))
+        value: Callable[[Scalar], Polynomial] = evaluate(self._leaves, names, POLYNOMIALS)
+        return self.mechanism.map(value)
 
     def grouping_rules(self) -> dict[int, list[GroupingRule]]:
         """Grouping rules of each body."""

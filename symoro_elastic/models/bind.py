@@ -34,7 +34,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Expression, Graph, Level
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
 
@@ -45,7 +45,8 @@ PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
 
 def _exact(x: Scalar) -> Scalar:
     """Constants as fractions, so that their quotients are exact."""
-    return x if isinstance(x, Expression) else Fraction(x)
+    found = operand(x)
+    return found if isinstance(found, Expression) else Fraction(found)
 
 
 class Bound:

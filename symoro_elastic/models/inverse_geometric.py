@@ -20,7 +20,7 @@ from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Re
 from symoro_elastic.models.naming_geometric import name_branches
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.expression import Expression, Level, operand
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 
@@ -188,7 +188,8 @@ def _exact(f: Functions, pose: Pose) -> Pose:
     """Numbers as fractions, so that their quotients are exact, and zero for what is zero at all values."""
 
     def number(x: Scalar) -> Scalar:
-        return Fraction(0) if f.is_zero(x) else x if isinstance(x, Expression) else Fraction(x)
+        found = operand(0 if f.is_zero(x) else x)
+        return found if isinstance(found, Expression) else Fraction(found)
 
     def vector(v: Vector) -> Vector:
         return Vector(*map(number, v))

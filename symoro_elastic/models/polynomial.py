@@ -6,7 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, Library
+from symoro_elastic.symbolic.expression import Constant, exact
 from symoro_elastic.symbolic.operations import COS, COSPI, PI
 
 Monomial = tuple[str, ...]
@@ -29,20 +31,26 @@ class Polynomial:
         return cls({(text,): Fraction(1)})
 
     @classmethod
-    def of(cls, x: Polynomial | int | Fraction) -> Polynomial:
+    def of(cls, x: Polynomial | Constant) -> Polynomial:
         """A constant as a polynomial."""
         return x if isinstance(x, Polynomial) else cls({ONE: Fraction(x)})
 
-    def __add__(self, other: Polynomial | int | Fraction) -> Polynomial:
+    def __add__(self, other: Scalar) -> Polynomial:
+        right = _polynomial(other)
+        if right is None:
+            return NotImplemented
         terms = dict(self.terms)
-        for monomial, x in Polynomial.of(other).terms.items():
+        for monomial, x in right.terms.items():
             terms[monomial] = terms.get(monomial, Fraction(0)) + x
         return Polynomial(terms)
 
-    def __mul__(self, other: Polynomial | int | Fraction) -> Polynomial:
+    def __mul__(self, other: Scalar) -> Polynomial:
+        right = _polynomial(other)
+        if right is None:
+            return NotImplemented
         terms: dict[Monomial, Fraction] = {}
         for first, x in self.terms.items():
-            for second, y in Polynomial.of(other).terms.items():
+            for second, y in right.terms.items():
                 monomial = tuple(sorted((*first, *second)))
                 terms[monomial] = terms.get(monomial, Fraction(0)) + x * y
         return Polynomial(terms)
@@ -50,11 +58,14 @@ class Polynomial:
     def __neg__(self) -> Polynomial:
         return self * -1
 
-    def __sub__(self, other: Polynomial | int | Fraction) -> Polynomial:
-        return self + Polynomial.of(other) * -1
+    def __sub__(self, other: Scalar) -> Polynomial:
+        right = _polynomial(other)
+        return NotImplemented if right is None else self + -right
 
-    def __truediv__(self, other: Polynomial | int | Fraction) -> Polynomial:
-        divisor = Polynomial.of(other)
+    def __truediv__(self, other: Scalar) -> Polynomial:
+        divisor = _polynomial(other)
+        if divisor is None:
+            return NotImplemented
         if set(divisor.terms) == {ONE}:
             return self * (1 / divisor.terms[ONE])
         if self.terms == divisor.terms:
@@ -64,14 +75,24 @@ class Polynomial:
     __radd__ = __add__
     __rmul__ = __mul__
 
-    def __rsub__(self, other: int | Fraction) -> Polynomial:
-        return Polynomial.of(other) - self
+    def __rsub__(self, other: Scalar) -> Polynomial:
+        left = _polynomial(other)
+        return NotImplemented if left is None else left - self
 
-    def __rtruediv__(self, other: int | Fraction) -> Polynomial:
-        return Polynomial.of(other) / self
+    def __rtruediv__(self, other: Scalar) -> Polynomial:
+        left = _polynomial(other)
+        return NotImplemented if left is None else left / self
 
     def __bool__(self) -> bool:
         return bool(self.terms)
+
+
+def _polynomial(x: Scalar) -> Polynomial | None:
+    """A polynomial or an exact constant as one; None for anything else."""
+    if isinstance(x, Polynomial):
+        return x
+    constant = exact(x)
+    return None if constant is None else Polynomial.of(constant)
 
 
 def written(p: Polynomial, sources: Collection[str] = ()) -> str:

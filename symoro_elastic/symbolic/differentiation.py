@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, nodes
-from symoro_elastic.symbolic.expression import Expression, Graph, Operand, quotient, reachable
+from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand, quotient, reachable
 from symoro_elastic.symbolic.operations import DIVIDE, OPERATIONS, SYMBOL
 
 
@@ -29,9 +29,9 @@ class Differentiation:
         self.roots = list(roots)
         self._users: dict[int, list[Expression]] = {}
         for node in reachable(self.roots):
-            for operand in node.operands:
-                if isinstance(operand, Expression):
-                    self._users.setdefault(operand.id, []).append(node)
+            for x in node.operands:
+                if isinstance(x, Expression):
+                    self._users.setdefault(x.id, []).append(node)
 
     def by(self, variable: Expression) -> Tangents:
         """Derivatives of the roots and of what they are made of; that of a sign is zero."""
@@ -67,9 +67,9 @@ def _derivative_of_reciprocal(node: Expression, tangent: Operand) -> Operand:
     return -quotient(node * tangent * node, node.operands[0])
 
 
-def substituted(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Operand]) -> list[Operand]:
+def substituted(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Scalar]) -> list[Operand]:
     """Expressions with some variables replaced."""
     roots = list(roots)
     symbols: dict[str, Operand] = {x.operands[0]: x for x in reachable(roots) if x.operation == SYMBOL}
-    value = evaluate(roots, symbols | dict(values), nodes(graph))
+    value = evaluate(roots, symbols | {name: operand(x) for name, x in values.items()}, nodes(graph))
     return [value(x) for x in roots]

@@ -39,6 +39,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from operator import attrgetter
 from typing import NamedTuple, Protocol, TypeAlias
 
 from symoro_elastic.scalar import Scalar
@@ -51,23 +52,21 @@ class Uses:
     """The nodes that some roots need, operands before their users, and how often each is used."""
 
     def __init__(self, roots: Iterable[Scalar], whole: Collection[int] = ()) -> None:
-        self._times: dict[int, int] = {}
         self._whole = whole
+        self._times: dict[int, int] = {}
         self.nodes: list[Expression] = []
-        self._use(roots)
-        for node in self.nodes:  # grows on the way
-            self._use(node.operands)
-        self.nodes.sort(key=_number)
-
-    def _use(self, operands: Iterable[Scalar]) -> None:
-        times = self._times
-        for x in operands:
-            if type(x) is Expression:
-                if x.id in times:
-                    times[x.id] += 1
-                else:
-                    times[x.id] = 1
-                    self.nodes.append(x)
+        times, nodes = self._times, self.nodes
+        pending: list[Iterable[Scalar]] = [roots]
+        for operands in pending:  # grows on the way
+            for x in operands:
+                if type(x) is Expression:
+                    if x.id in times:
+                        times[x.id] += 1
+                    else:
+                        times[x.id] = 1
+                        nodes.append(x)
+                        pending.append(x.operands)
+        nodes.sort(key=attrgetter("id"))
 
     def of(self, *operations: str) -> list[Expression]:
         """The nodes of some operations."""
@@ -80,10 +79,6 @@ class Uses:
     def inner(self, *operations: str) -> set[Expression]:
         """The nodes of some operations that have a single use and no name."""
         return {node for node in self.of(*operations) if self.once(node) and node.id not in self._whole}
-
-
-def _number(node: Expression) -> int:
-    return node.id
 
 
 class NewValues:

@@ -78,7 +78,7 @@ class Statement(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """Statements to be carried out in order; `once` depend on parameters only."""
+    """Statements to be carried out in order; `once` depend on parameters only, `constants` on nothing."""
 
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
@@ -87,6 +87,7 @@ class Program:
     used: frozenset[str]
     count: OperationCount
     count_once: OperationCount
+    constants: tuple[Expression, ...] = ()
 
 
 class Names:
@@ -160,6 +161,7 @@ def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
         frozenset(n.operands[0] for n in pruned.nodes if n.operation == SYMBOL),
         count(pruned.nodes, Level.STATE),
         count(pruned.nodes, Level.PARAMETER),
+        tuple(node for node in pruned.nodes if node.level == Level.CONSTANT),
     )
 
 
