@@ -53,10 +53,10 @@ QUANTITIES: dict[str, Quantity] = {
     row.name: row
     for rows in (
         signatures.OF_JOINTS,
-        signatures.ON_BASE,
-        signatures.COLUMNS,
         signatures.MOTION,
         signatures.OF_FRAMES,
+        signatures.ON_BASE,
+        signatures.COLUMNS,
         signatures.OF_MACHINES,
     )
     for row in rows

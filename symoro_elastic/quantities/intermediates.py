@@ -74,7 +74,6 @@ ROWS = (
                  "product of angular velocities"),
     Intermediate("wd", "axis", r"\dot{\omega}", "", "@#", r"{}^{j}\dot{\omega}_{j}", (6,), same("rad/s2"),
                  "angular acceleration of body j"),
-    Intermediate("v", "axis", "V", "", "@#", "{}^{j}V_{j}", (3,), same("m/s"), "velocity of the origin of frame j"),
     Intermediate("vd", "axis", r"\dot{V}", "", "@#", r"{}^{j}\dot{V}_{j}", (6,), same("m/s2"),
                  "acceleration of the origin of frame j, gravity subtracted"),
     Intermediate("V", "six", "V", "", "@,#", r"{}^{j}\mathbf{V}_{j}", (3,), VELOCITY, "velocity screw of frame j"),

@@ -36,7 +36,8 @@ class Quantity:
     "m" motors, "frames" and numbers, as in "frames x 6". `entries` are the names of single entries, or one in which
     `@` is the joint's number; without, entries are called like the variables of their joints. `symbol` is LaTeX, with
     a left superscript where components are in `frame0`; `index` is a first index that all entries share. Where
-    `columns_follow_rows`, a scene that chooses rows chooses columns, too. `plural` names the quantity in "derivatives
+    `columns_follow_rows`, a scene that chooses rows chooses columns, too. An argument with `rows` may also
+    be given as a matrix, row by row. `plural` names the quantity in "derivatives
     of ... by", `as_column` after "by". `is_word` refuses the name as a user's name in every machine; other names are
     refused where a model uses them. Without `says_unit` the sentence leaves the unit out.
     """
@@ -56,6 +57,7 @@ class Quantity:
     columns_follow_rows: bool = False
     plural: str = ""
     as_column: str = ""
+    rows: int = 0
     samples: Samples | None = None
     is_word: bool = False
     says_unit: bool = True
@@ -129,7 +131,7 @@ COMPONENTS = {
     "": ("", ""),
     "axis": ("_(?P<c>[xyz])", "x"),
     "square": ("_(?P<c>xx|yy|zz)", "xx"),
-    "product": ("_(?P<c>[xyz]{2})", "xy"),
+    "product": ("_(?P<c>xy|xz|yz)", "xy"),
     "six": ("_(?P<c>[1-6])", "k"),
     "entry": ("_(?P<c>[1-6]{2})", "mn"),
     "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),

@@ -97,6 +97,7 @@ ON_BASE = (
         shape="9",
         roles=ARGUMENT,
         entries=tuple(f"A0_{m}{n}" for m in range(1, 4) for n in range(1, 4)),
+        rows=3,
     ),
     Quantity(
         name="Q0",
@@ -216,6 +217,7 @@ OF_FRAMES = (
         frame0=True,
         equations=(1, 2),
         entries=tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5)),
+        rows=4,
     ),
     Quantity(
         name="P",
