@@ -25,6 +25,7 @@ from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
+from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
 
 SEED = 20260

@@ -45,7 +45,9 @@ ROWS = (
     Intermediate("P", "axis", "P", "", "@#", "{}^{0}P_{j}", (2,), same("m"), "origin of frame j, in frame 0"),
     Intermediate("A", "number", "A", "", "@,#", r"\mathbf{A}", (8,), INERTIA,
                  "entry j, i of the inertia matrix", ("A", "qdd")),
-    Intermediate("A", "entry", "A", "", "@,#", "{}^{0}A_{j}", (2,), NUMBER, "orientation of frame j, in frame 0"),
+    Intermediate("A", "rotation", "A", "", "@,#", "{}^{0}A_{j}", (2,), NUMBER, "orientation of frame j, in frame 0",
+                 ("T", "V", "Vd", "J", "E", "h")),
+    Intermediate("A", "base rotation", "A", "", "@,#", "", (), NUMBER, "orientation of the base in the world"),
     Intermediate("T", "entry", "T", "", "@,#", "{}^{0}T_{j}", (1, 2), PLACEMENT,
                  "entry of the placement of a frame, in frame 0"),
     Intermediate("F", "six", "f", r"\mathrm{e}", "@,#", "", (), FORCE, "wrench of the surroundings on body j"),
@@ -151,7 +153,7 @@ ROWS = (
                  "derivative of the acceleration of joint j by the torque of joint i"),
 )
 # fmt: on
-FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}", "sign": r"\mathrm{sign}"}
+FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}"}
 """Functions of a variable, as in `sin_q1`, and their symbols."""
 DERIVATIVE, COEFFICIENT, ANONYMOUS = "by", "rate", "result"
 """First words of `by_q2_f3_6` (derivative of f3_6 by q2), `rate_2_f3_6` (its coefficient of t^2), `result_a`."""

@@ -64,7 +64,7 @@ MOMENTUM = Quantity(
     roles=(Role.RESULT,),
 )
 SHARE = Intermediate(
-    "mom", "number", r"\lambda", "", "@,#", "", (8,), None, "momentum of joint j that the velocity of joint i gives"
+    "mom", "number", r"\mu", "", "@,#", "", (8,), None, "momentum of joint j that the velocity of joint i gives"
 )
 
 
@@ -105,7 +105,7 @@ def test_a_new_quantity_is_in_docstrings_and_header(momenta: str) -> None:
 def test_a_new_quantity_has_a_symbol(momenta: str) -> None:
     package = described(planar_2r(), Scene((momenta,)))
     text = latex_document(package, package.functions[0])
-    assert r"\mathcal{L}_{2}" in text and r"\lambda_{2,1}" in text and SHARE.meaning in text
+    assert r"\mathcal{L}_{2}" in text and r"\mu_{2,1}" in text and SHARE.meaning in text
     assert html_page(package, package.functions[0]).count("generalised momenta") >= 2
 
 
