@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.codegen.targets import RESERVED
+from symoro_elastic.machine.machine import Given, Machine
 from symoro_elastic.machine.scene import BASE, Asked
-from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
-from symoro_elastic.quantities import ARGUMENTS, PARTICULAR, RESULTS
 
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
@@ -34,20 +35,35 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
 
 
 def _function(machine: Machine, traced: TracedModel) -> Function:
-    program = traced.program
-    arguments = tuple(Argument(a.name, len(a.symbols), ARGUMENTS[a.name]) for a in program.inputs)
-    results = tuple(
-        Result(
-            o.name,
-            o.shape,
-            PARTICULAR.get((traced.model.name, o.name)) or RESULTS[o.name],
-            _row_names(machine, traced.results[o.name]),
-            traced.results[o.name].column_labels,
-            traced.whole,
-        )
-        for o in program.outputs
+    model, program = traced.model, traced.program
+    return Function(
+        model.name,
+        model.title,
+        model.equations,
+        program,
+        tuple(Argument(model.quantity(a.name), len(a.symbols)) for a in program.inputs),
+        tuple(
+            Result(
+                model.quantity(o.name),
+                o.shape,
+                _row_names(machine, traced.results[o.name]),
+                traced.results[o.name].column_labels,
+                traced.whole,
+            )
+            for o in program.outputs
+        ),
+        _divides(machine, model),
+        model.least_bits,
     )
-    return Function(traced.model.name, traced.model.title, traced.model.equations, program, arguments, results)
+
+
+def _divides(machine: Machine, model: Model) -> bool:
+    """Whether a model of a machine divides by the inertia of a joint or of a floating base."""
+    if model.pivots is None:
+        return False
+    free_base = machine.floating is not None and machine.floating.known is Given.WRENCH
+    without_motor = len(machine.motors) < len(machine.moving)
+    return free_base or without_motor or (model.pivots is Pivots.ALL and bool(machine.moving))
 
 
 def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
@@ -66,11 +82,24 @@ def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, 
     return tuple(str(Asked(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=()))
 
 
+def reserved_words() -> frozenset[str]:
+    """Names that every package uses itself: those of models, and those that targets reserve."""
+    return RESERVED.union(MODELS)
+
+
 def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
-    """Raise `InputError` for a parameter or joint variable called like a result or a macro of the header."""
+    """Raise `InputError` for a name of the machine that generated code uses itself.
+
+    Those of results, arguments and macros of the header are refused as names of parameters and joint variables.
+    """
     macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
-    taken = {name for model in traced for name in (*model.results, *model.model.arguments)}
-    for name in [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]:
-        if name in taken or name.startswith(macros):
+    own = {name for model in traced for name in (*model.results, *model.model.arguments)}
+    words = reserved_words()
+    used = [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]
+    for name in used:
+        if name in own or name.startswith(macros):
             what = "generated code uses this name: choose another for the parameter or joint variable"
             raise machine.error(name, what)
+    for name in (machine.name, *(joint.name for joint in machine.joints), *used):
+        if name in words:
+            raise machine.error(name, "generated code uses this name: choose another")

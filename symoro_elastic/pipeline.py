@@ -13,9 +13,9 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Scene
-from symoro_elastic.models.catalogue import DEFAULT_MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
-from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.model import Pivots
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.memory import no_collection
@@ -80,12 +80,13 @@ def render(
 
 
 def _refuse_low_precision(described: Package, source: str, precisions: Sequence[Precision]) -> None:
-    """Inverse geometry tells reachable places from others by bounds that are the rounding errors of doubles."""
-    deciding = [f.name for f in described.functions if f.name in {model.name for model in INVERSE_GEOMETRIC}]
-    low = [precision.name for precision in precisions if precision.bits < DOUBLE.bits]
-    if deciding and low:
-        what = f"{deciding[0]} finds no solution in {low[0]} precision: --precision double, or leave the model out"
-        raise InputError(source or described.name, "--precision", what)
+    for function in described.functions:
+        low = [precision.name for precision in precisions if precision.bits < function.least_bits]
+        if low:
+            what = (
+                f"{function.name} finds no solution in {low[0]} precision: --precision double, or leave the model out"
+            )
+            raise InputError(source or described.name, "--precision", what)
 
 
 def refuse_degenerate(machine: Machine, scene: Scene) -> None:
@@ -100,11 +101,11 @@ def refuse_degenerate(machine: Machine, scene: Scene) -> None:
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
     """(message, joints) of each pivot that is zero in one of the asked models."""
     kept, constants = restricted(machine, scene), folded(machine, scene)
-    models = scene.models or DEFAULT_MODELS
+    asked = {MODELS[name].pivots for name in scene.models or DEFAULT_MODELS if name in MODELS}
     found: dict[int, Degeneracy] = {}
-    for name, known_motors in (("direct_dynamics", False), ("inverse_dynamics", True)):
-        if any(model.startswith(name) for model in models):
-            for degeneracy in degeneracies(kept, known_motors, constants):
+    for pivots in Pivots:
+        if pivots in asked:
+            for degeneracy in degeneracies(kept, pivots is Pivots.WITHOUT_MOTOR, constants):
                 found.setdefault(degeneracy.joint, degeneracy)
     ordered = [found[j] for j in sorted(found)]
     return [(d.message(kept), ", ".join(f"joint {j}" if j else BASE for j in d.moving_together)) for d in ordered]

@@ -46,8 +46,10 @@ class Selection:
 def read(path: str, base: bool = False) -> Machine:
     """Return the machine of a file, with grouped inertial parameters if `base`; print its warnings on stderr."""
     from symoro_elastic.machine.formats import read_machine
+    from symoro_elastic.models.catalogue import MODELS
+    from symoro_elastic.packaging import reserved_words
 
-    machine, warnings = read_machine(path)
+    machine, warnings = read_machine(path, reserved_words(), MODELS)
     _warn(warnings)
     if not base:
         return machine

@@ -1,4 +1,4 @@
-"""What every target says of a package and of its functions."""
+"""What every target writes about a package and its functions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from symoro_elastic.codegen.templates import LINE
 from symoro_elastic.symbolic.program import OperationCount
 
 Files = dict[str, str]
-SOLVED = ("qdd", "dqdd", "V0d", "dV0d")
 SINGULAR = "accelerations are inf or NaN, or large without meaning, where the inertia matrix is singular"
 
 
@@ -20,7 +19,7 @@ def count_text(count: OperationCount) -> str:
 
 
 def shared(package: Package) -> dict[str, Any]:
-    """What the templates of a whole package are told."""
+    """The context of templates of a whole package."""
     return {
         "name": package.name,
         "summary": package.scene,
@@ -32,14 +31,14 @@ def shared(package: Package) -> dict[str, Any]:
 
 
 def described(function: Function) -> dict[str, Any]:
-    """What the templates are told of a function."""
+    """The context of a function in templates."""
     program = function.program
     counts = f"{count_text(program.count)} a call"
     if program.once:
         counts += f"; {count_text(program.count_once)} once for each parameter set"
     arguments = [f"{a.name} ({a.size}): {a.meaning}" for a in function.arguments]
     results = [f"{r.name} {_shape(r.shape)}: {r.meaning}" for r in function.results]
-    more = [*_singular(function), *_rows(function), *_columns(function)]
+    more = [*([SINGULAR] if function.divides else []), *_rows(function), *_columns(function)]
     return {
         "name": function.name,
         "title": function.title[:1].upper() + function.title[1:],
@@ -47,13 +46,6 @@ def described(function: Function) -> dict[str, Any]:
         "counts": counts,
         "documented": [*arguments, *(f"-> {text}" for text in results), *more],
     }
-
-
-def _singular(function: Function) -> list[str]:
-    """What accelerations are where there is nothing to divide by; motors may give all of them."""
-    given = [(argument.size,) for argument in function.arguments if argument.name == "qdd_motor"]
-    solved = [r for r in function.results if r.name.startswith(SOLVED) and (r.name != "qdd" or r.shape not in given)]
-    return [SINGULAR] if solved else []
 
 
 def _rows(function: Function) -> list[str]:

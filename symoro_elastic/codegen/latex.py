@@ -8,19 +8,10 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from symoro_elastic.codegen.notation import (
-    BY_JOINT,
-    BY_MOTOR,
-    BY_ROW,
-    DERIVATIVE,
-    FROM_BASE,
-    RESULTS,
-    Notation,
-    literal,
-    user_symbol,
-)
-from symoro_elastic.codegen.package import Function, Package, Result
+from symoro_elastic.codegen.notation import Notation, user_symbol
+from symoro_elastic.codegen.package import BASE, Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
+from symoro_elastic.quantities import Quantity
 from symoro_elastic.symbolic.expression import Constant, Expression, Operand
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, MULTIPLY, PI, SIGN, SIN, SQRT, SYMBOL
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
@@ -176,44 +167,48 @@ def _stretches(printer: LatexPrinter, statements: Sequence[Statement]) -> Iterat
 
 def arrays(package: Package, function: Function) -> list[Array]:
     """The results of a function with their symbols."""
-    home = "0" if function.name in FROM_BASE else ""
     pairs = zip(function.program.outputs, function.results, strict=True)
-    return [_array(package, output, result, home) for output, result in pairs]
+    return [_array(package, output, result) for output, result in pairs]
 
 
-def _array(package: Package, output: Output, result: Result, home: str) -> Array:
-    names = result.rows
-    base = RESULTS.get(output.name) or literal(output.name)
+def _array(package: Package, output: Output, result: Result) -> Array:
+    names, quantity = result.rows, result.quantity
     numbers = {name: str(j) for j, name in enumerate(package.joint_names, start=1)}
-    rows = [_row(base, names[k] if k < len(names) else "", k + 1, numbers, home) for k in range(output.shape[0])]
+    rows = [_row(quantity, names[k] if k < len(names) else "", k + 1, numbers) for k in range(output.shape[0])]
     entries = rows
     for axis, size in enumerate(output.shape[1:], start=2):
         indices = [str(k + 1) for k in range(size)]
         if axis == len(output.shape):
-            indices = _columns(package, output, result, numbers) or indices
+            indices = _columns(package, result, numbers) or indices
         entries = [f"{entry},{index}" for entry in entries for index in indices]
-    wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [base]
+    wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [quantity.symbol]
     columns = output.shape[-1] if len(output.shape) > 1 else 1
     return Array(output, tuple(f"{entry}}}" for entry in entries), tuple(wholes), columns)
 
 
-def _columns(package: Package, output: Output, result: Result, numbers: Mapping[str, str]) -> list[str]:
-    """Indices of the columns of an array: what derivatives are taken by, or joints; none where they follow neither."""
-    if output.name.startswith(DERIVATIVE) and result.columns:
+def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> list[str]:
+    """Indices of the columns of an array: labels of derivatives, or joints; none where they follow neither."""
+    if result.quantity.is_derivative and result.columns:
         return [user_symbol(label) for label in result.columns]
-    if output.name in BY_ROW:
-        return [numbers[name] for name in result.rows]
-    if output.name in BY_MOTOR:
-        return [numbers[package.axes[k].name] for k in package.motors]
-    return [numbers[axis.name] for axis in package.axes] if output.name in BY_JOINT else []
+    if result.quantity.columns_follow_rows:
+        return [numbers.get(name, f"0,{k}") for k, name in enumerate(result.rows, start=1)]
+    joints = {"n": range(len(package.axes)), "m": package.motors}.get(result.quantity.axes[-1], ())
+    return [numbers[package.axes[k].name] for k in joints] if len(result.shape) > 1 else []
 
 
-def _row(base: str, name: str, count: int, numbers: Mapping[str, str], home: str) -> str:
-    """Symbol and first index, numbered by joint or frame; what a frame is seen from stands to the left."""
+def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) -> str:
+    """Symbol and first index, numbered by joint or frame; what a frame is seen from stands to the left.
+
+    The index of a degree of freedom of a floating base is 0, and its number.
+    """
+    if name == BASE:
+        return f"{quantity.symbol}_{{0,{count}"
     name, _, place = name.partition(" in ")
+    home = "0" if quantity.frame0 else ""
     left = numbers.get(place, "0") if place else home
-    number_ = numbers.get(name, "0" if place else str(count))
-    return (f"{{}}^{{{left}}}" if left else "") + f"{base}_{{{number_}"
+    index = numbers.get(name, "0" if place else str(count))
+    first = f"{quantity.index}," if quantity.index else ""
+    return (f"{{}}^{{{left}}}" if left else "") + f"{quantity.symbol}_{{{first}{index}"
 
 
 def _result(printer: LatexPrinter, array: Array) -> Iterator[Equation]:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symoro_elastic.quantities import Quantity
 from symoro_elastic.symbolic.program import Program
+
+BASE = "base"
+"""Name of the six rows of a floating base."""
 
 
 @dataclass(frozen=True)
@@ -27,31 +31,52 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class Argument:
-    """An array of a function's signature: entries along its last axis, and what it is."""
+    """An array of a function's signature: its quantity, and the entries along its last axis."""
 
-    name: str
+    quantity: Quantity
     size: int
-    meaning: str
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.quantity.name
+
+    @property
+    def meaning(self) -> str:
+        """What it is, with its unit."""
+        return self.quantity.sentence
 
 
 @dataclass(frozen=True)
 class Result:
-    """An array that a function gives: shape, what it is, and the names its first and last axes follow.
+    """An array that a function gives: quantity, shape, and the names its first and last axes follow.
 
     `whole` is False where its rows are those that a scene has chosen.
     """
 
-    name: str
+    quantity: Quantity
     shape: tuple[int, ...]
-    meaning: str
     rows: tuple[str, ...]
     columns: tuple[str, ...] = ()
     whole: bool = True
 
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.quantity.name
+
+    @property
+    def meaning(self) -> str:
+        """What it is, with its unit."""
+        return self.quantity.sentence
+
 
 @dataclass(frozen=True)
 class Function:
-    """A generated function."""
+    """A generated function.
+
+    `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
+    """
 
     name: str
     title: str
@@ -59,6 +84,8 @@ class Function:
     program: Program
     arguments: tuple[Argument, ...]
     results: tuple[Result, ...]
+    divides: bool = False
+    least_bits: int = 0
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from symoro_elastic.machine.columns import Cell, cells, columns
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
-from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.resolve import Models, resolve
 
 NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
 NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
 
 
-def check(machine: Machine) -> list[str]:
+def check(machine: Machine, taken: Collection[str] = (), models: Models | None = None) -> list[str]:
     """Warnings, a line each, about a machine that can be modelled.
 
-    Raises `InputError` for one that cannot: its place is `joint 3 (bed_x), alpha` or a key.
+    `taken` are names that generated code uses itself, `models` those that its scene may name; without them this is
+    checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
+    `joint 3 (bed_x), alpha` or a key.
     """
-    _check_names(machine)
+    _check_names(machine, taken)
     for j, joint in enumerate(machine.joints, start=1):
         _check_joint(machine, j, joint)
     _check_base(machine)
@@ -30,7 +32,7 @@ def check(machine: Machine) -> list[str]:
     values = parameter_values(machine)
     _check_values(machine, values)
     if machine.scene is not None:
-        resolve(machine.scene, machine)
+        resolve(machine.scene, machine, models)
     return warnings(machine, values)
 
 
@@ -77,7 +79,7 @@ def parameter_values(machine: Machine) -> dict[str, float]:
     return values
 
 
-def _check_names(machine: Machine) -> None:
+def _check_names(machine: Machine, taken: Collection[str]) -> None:
     if not machine.joints:
         raise machine.error("joints", "the machine has no joint: give at least one row of the table")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
@@ -88,7 +90,7 @@ def _check_names(machine: Machine) -> None:
     ]
     parameters = [("parameters", parameter.name) for parameter in machine.parameters]
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
-        reason = reserved(name)
+        reason = reserved(name, taken)
         if reason:
             raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}")
     _check_distinct(machine, joints)

@@ -6,68 +6,14 @@ import difflib
 import re
 from collections.abc import Collection, Iterable
 
+from symoro_elastic.quantities import is_intermediate, words
+
 MAX_NAME = 63
 
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
-
-MODELS = (
-    "direct_dynamics",
-    "direct_dynamics_by_inertia_matrix",
-    "inverse_dynamics",
-    "inertia_matrix",
-    "bias_forces",
-    "geometric_model",
-    "jacobian",
-    "jacobian_dot_qd",
-    "velocities",
-    "accelerations",
-    "reaction_wrenches",
-    "energy",
-    "coriolis_forces",
-    "gravity_forces",
-    "friction_forces",
-    "external_forces",
-    "inverse_geometric_model",
-    "inverse_position_model",
-    "base_parameters",
-    "regressor",
-    "energy_regressor",
-    "inverse_dynamics_derivatives",
-    "direct_dynamics_derivatives",
-    "inverse_dynamics_parameter_derivatives",
-    "direct_dynamics_parameter_derivatives",
-    "linearization",
-    "feed_forward",
-)
-
-# Models of frames: of any point of them, and those that place one frame in another.
-AT_POINTS = ("geometric_model", "velocities", "accelerations", "jacobian", "jacobian_dot_qd")
-SEEN_FROM_FRAMES = (*AT_POINTS, "inverse_geometric_model", "inverse_position_model")
-# Models whose results belong to the machine as a whole.
-WHOLE = ("energy", "energy_regressor", "base_parameters")
-
-# Intermediate variables of generated code: `<letters><joint number>`, their parts `<letters><joint number>a`,
-# `<letters><joint number>_<component>`, and `<prefix><anything>`.
-QUANTITIES: dict[str, Collection[str]] = {
-    "scalars": _words("H Hinv Gamma Gb qd qdd qdf tau rho"),
-    "components": _words(
-        """
-        A Jc P w ww wd W v vd Vk Vr g b bs J M MS U UH K Ka al f F N DV Js bstar T dJ sin cos Ac V Vd Y angle root
-        length Pc Qc Q Lb Db fb Fa Fb Fh Fq Fv Gq Gv qddq qddv qddt y
-        """
-    ),
-    "prefixes": ("sin_", "cos_", "sign_", "result_", "pair_", "by_", "rate_"),
-}
-
-GENERATED = _words(
-    """
-    q qd qdd tau p c stride live sine cosine angle qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy
-    JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters all nan inf NaN Inf infinity
-    """
-).union(MODELS)
 
 KEYWORDS = _words(
     """
@@ -83,17 +29,16 @@ KEYWORDS = _words(
     """
 )
 
+FORMULA = _words("pi Pi sin cos tan sqrt atan2 nan inf NaN Inf infinity")
 LIBRARY = _words(
     """
-    NUMBER ANGLE BITS OF WHOLE EXCESS EQUATIONS LOAD LOAD_ANGLE STORE NARROW WIDTH LANES VECTOR VECTOR_BYTES INLINE
-    APART LARGEST_ANGLE numbers angles bits lanes_at put circle circles far_circles double_double pair
     I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
     SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
     isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
     math_errhandling linux unix near far main printf malloc free memcpy size_t
     fabs pow copysign fmin fmax exp log hypot fma
-    range len tuple list dict zip enumerate isinstance print abs min max sum any map type object ValueError TypeError
-    KeyError
+    range len tuple list dict zip enumerate isinstance print abs min max sum any all map type object ValueError
+    TypeError KeyError
     """
 )
 
@@ -105,8 +50,11 @@ _MACRO = re.compile(
 )
 
 
-def reserved(name: str) -> str | None:
-    """Why `name` may not name a parameter, a joint variable, a joint or a machine; None if it may."""
+def reserved(name: str, taken: Collection[str] = ()) -> str | None:
+    """Why `name` may not name a parameter, a joint variable, a joint or a machine; None if it may.
+
+    `taken` holds names that models and targets give to what they generate.
+    """
     if len(name) > MAX_NAME:
         return f"a name has at most {MAX_NAME} characters"
     if not _IDENTIFIER.fullmatch(name):
@@ -115,21 +63,13 @@ def reserved(name: str) -> str | None:
         return "a name with two underscores in a row belongs to the C++ compiler"
     if name in KEYWORDS:
         return "it is a keyword of C, C++ or Python"
-    if name in GENERATED:
+    if name in taken or name in words():
         return "generated code uses this name"
+    if name in FORMULA:
+        return "formulas use this name"
     if name in LIBRARY or _MACRO.fullmatch(name):
         return "the standard libraries of C or Python use this name"
-    return _quantity(name)
-
-
-def _quantity(name: str) -> str | None:
-    scalar = re.fullmatch(r"([A-Za-z]+)\d+[a-z]*", name, re.ASCII)
-    component = re.fullmatch(r"([A-Za-z]+)\d+_.*", name, re.ASCII)
-    if (
-        (scalar and scalar[1] in QUANTITIES["scalars"])
-        or (component and component[1] in QUANTITIES["components"])
-        or name.startswith(tuple(QUANTITIES["prefixes"]))
-    ):
+    if is_intermediate(name):
         return "generated code names an intermediate quantity so"
     return None
 

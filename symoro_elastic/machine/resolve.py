@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.arguments import DIFFERENTIATED, may_be_asked_by
+from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import AT_POINTS, MODELS, SEEN_FROM_FRAMES, WHOLE, did_you_mean, quoted
-from symoro_elastic.machine.scene import BASE, Asked, Scene
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
+
+Models = Mapping[str, Offer]
+"""The models that there are, by name."""
 
 
-def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, source: str = "") -> Scene:
-    """The scene with joints called by their names; raises `InputError` for what the machine has not.
+def resolve(scene: Scene, machine: Machine, models: Models | None = None, source: str = "") -> Scene:
+    """The scene with joints called by their names; raises `InputError` for what machine or models do not have.
 
-    A joint may be called by its name, its variable or its number in the table.
+    A joint may be called by its name, its variable or its number in the table. Without `models`, names of models and
+    what is asked of them are left as they are.
     """
     source = source or scene.source or machine.label
     joints = _joints_by_any_name(machine)
-    for model in (*scene.models, *scene.outputs):
-        _known(model, models, "model", source, "models" if model in scene.models else "outputs")
+    if models is not None:
+        for model in (*scene.models, *scene.outputs):
+            _known(model, models, "model", source, "models" if model in scene.models else "outputs")
     for name in () if isinstance(scene.fold, str) else scene.fold:
         _known(name, [parameter.name for parameter in machine.parameters], "parameter", source, "fold")
     outputs = {
         model: tuple(_output(text, model, joints, machine, source) for text in texts)
         for model, texts in scene.outputs.items()
     }
+    if models is not None:
+        _check_offered(scene.outputs, machine, models, source)
     locked = {joints[_known(name, joints, "joint", source, "locked")]: value for name, value in scene.locked.items()}
     if len(locked) < len(scene.locked):
         raise InputError(source, "scene, locked", "a joint is locked twice, by two of its names")
@@ -38,18 +45,6 @@ def resolve(scene: Scene, machine: Machine, models: Iterable[str] = MODELS, sour
 def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
     """A joint or frame as `Asked` reads it, by the names that the machine has."""
     asked, key = _asked(text, model, source), f"outputs, {model}"
-    for is_asked, models, how in (
-        (asked.seen_from is not None, SEEN_FROM_FRAMES, "as seen from a frame"),
-        (asked.at is not None, AT_POINTS, "at a point"),
-        (bool(asked.by), DIFFERENTIATED, "by names of columns"),
-    ):
-        if is_asked and model not in models:
-            what = f"{quoted(text)}: only {', '.join(models)} can be asked for {how}"
-            raise InputError(source, f"scene, {key}", what)
-    if model in WHOLE:
-        raise InputError(source, f"scene, {key}", "it has no part for a joint or frame: leave it out")
-    for name in asked.by:
-        _check_column(name, model, machine, source)
     if asked.by and not asked.name:
         return str(asked)
     places = {**joints, BASE: BASE}
@@ -62,13 +57,36 @@ def _output(text: str, model: str, joints: dict[str, str], machine: Machine, sou
     return str(Asked(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
 
 
-def _check_column(name: str, model: str, machine: Machine, source: str) -> None:
-    """Refuse what a model of derivatives cannot be asked by."""
-    known = may_be_asked_by(machine, model)
-    if name in known:
+def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, models: Models, source: str) -> None:
+    """Refuse parts and columns that a model does not have."""
+    seen = [name for name, offer in models.items() if offer.parts in (Parts.FRAMES, Parts.POINTS)]
+    at_points = [name for name, offer in models.items() if offer.parts is Parts.POINTS]
+    differentiated = [name for name, offer in models.items() if offer.columns]
+    for model, texts in outputs.items():
+        for text in texts:
+            asked = _asked(text, model, source)
+            for is_asked, offering, how in (
+                (asked.seen_from is not None, seen, "as seen from a frame"),
+                (asked.at is not None, at_points, "at a point"),
+                (bool(asked.by), differentiated, "by names of columns"),
+            ):
+                if is_asked and model not in offering:
+                    what = f"{quoted(text)}: only {', '.join(offering)} can be asked for {how}"
+                    raise InputError(source, f"scene, outputs, {model}", what)
+            if models[model].parts is Parts.WHOLE:
+                what = "it has no part for a joint or frame: leave it out"
+                raise InputError(source, f"scene, outputs, {model}", what)
+            for name in asked.by:
+                _check_column(name, model, machine, models, source)
+
+
+def _check_column(name: str, model: str, machine: Machine, models: Models, source: str) -> None:
+    """Refuse a column that a model of derivatives does not have."""
+    known = {other: column_names(machine, offer.columns) for other, offer in models.items()}
+    if name in known[model]:
         return
-    elsewhere = [other for other in DIFFERENTIATED if name in may_be_asked_by(machine, other)]
-    way_out = f": it is a column of {', '.join(elsewhere)}" if elsewhere else did_you_mean(name, known)
+    elsewhere = [other for other, names in known.items() if name in names]
+    way_out = f": it is a column of {', '.join(elsewhere)}" if elsewhere else did_you_mean(name, known[model])
     raise InputError(source, f"scene, outputs, {model}", f"no column {quoted(name)}{way_out}")
 
 

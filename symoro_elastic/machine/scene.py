@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol
 
 from symoro_elastic.machine.formula import Formula, FormulaError
 
@@ -14,6 +16,32 @@ AT = " at "
 BY = " by "
 
 Point = tuple[Formula, Formula, Formula]
+
+
+class Parts(Enum):
+    """Parts of a model's results that a scene may ask for.
+
+    None where they belong to the machine as a whole; those of joints; of bodies; of frames, which may be seen from
+    others; of frames and points of them.
+    """
+
+    WHOLE = "whole"
+    JOINTS = "joints"
+    BODIES = "bodies"
+    FRAMES = "frames"
+    POINTS = "points"
+
+
+class Offer(Protocol):
+    """What a scene may ask of a model."""
+
+    @property
+    def parts(self) -> Parts:
+        """The parts that may be asked for."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Arguments that derivatives are taken by."""
 
 
 @dataclass(frozen=True)

@@ -28,19 +28,18 @@ from symoro_elastic.equations.spatial import (
     translation,
 )
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.arguments import ON_BASE, arguments
+from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Point
+from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Names
 
 Points = tuple[tuple[int, Point], ...]
-PLACEMENT = tuple(f"T0_{m}{n}" for m in range(1, 5) for n in range(1, 5))
-"""Entries of the placement of a frame in frame 0, row by row; the fourth column holds its position."""
 
 
 def _exact(x: Scalar) -> Scalar:
@@ -76,11 +75,11 @@ class Bound:
         self.qdd = self._per_joint("qdd", machine.moving)
         self.tau = self._per_joint("tau", self.motors)
         self.qdd_motor = self._per_joint("qdd_motor", self.motors)
-        self.on_base = {name: tuple(map(self.graph.symbol, names)) for name, names in self._arguments_on_base()}
+        self.on_base = {row.name: tuple(map(self.graph.symbol, row.entries)) for row in self._rows_on_base()}
         self.mechanism = self._mechanism()
 
-    def _arguments_on_base(self) -> Iterable[tuple[str, tuple[str, ...]]]:
-        return ON_BASE.items() if self.machine.floating else ()
+    def _rows_on_base(self) -> Iterable[Quantity]:
+        return ON_BASE if self.machine.floating else ()
 
     def _per_joint(self, argument: str, joints: Sequence[int]) -> dict[int, Expression]:
         return dict(zip(joints, map(self.graph.symbol, arguments(self.machine)[argument]), strict=True))
@@ -167,7 +166,7 @@ class Bound:
 
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
-        return arguments(self.machine) | {"T": PLACEMENT, "P": PLACEMENT[3:12:4]}
+        return arguments(self.machine)
 
     def sign_of_velocity(self, j: int) -> Scalar:
         """sign(qd_j)."""

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.arguments import may_be_asked_by
+from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.angle_sums import on_angle_sums
@@ -19,7 +20,7 @@ from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
-from symoro_elastic.models.model import FRAMES, Frame, Frames, Joints, Model, TracedModel
+from symoro_elastic.models.model import Frame, Frames, Joints, Model, TracedModel
 from symoro_elastic.symbolic.expression import operand
 from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.program import Input, Output, build
@@ -46,8 +47,9 @@ def trace(
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
     `points` are numbered before those of `asked`; `merge_angles` allows sums of angles; `by` names columns of
     derivatives.
-    Raises `SingularPivot` where a joint has no inertia.
+    Raises `SingularPivot` where a joint has no inertia, `InputError` for a model not offered on a floating base.
     """
+    _refuse_on_floating_base(machine, name)
     model = on_its_base(MODELS[name], machine)
     own = points_of(asked)
     bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
@@ -62,6 +64,13 @@ def trace(
     return on_angle_sums(traced, bound.graph, bound.names) if merge_angles else traced
 
 
+def _refuse_on_floating_base(machine: Machine, name: str) -> None:
+    if machine.floating and MODELS[name].on_base is None:
+        offered = [model.name for model in MODELS.values() if model.on_base is not None]
+        what = f"not offered on a floating base, which has: {', '.join(offered)}"
+        raise machine.error(name, what)
+
+
 def points_of(asked: Joints | Frames) -> Points:
     """Points among the frames that are asked for, each once."""
     frames = [frame for frame in asked if isinstance(frame, Frame)]
@@ -69,7 +78,7 @@ def points_of(asked: Joints | Frames) -> Points:
 
 
 def _everything(machine: Machine, model: Model) -> Joints | Frames:
-    if model.rows == FRAMES:
+    if model.is_of_frames:
         return tuple(Frame(j) for j in range(1, len(machine.joints) + 1))
     return machine.moving
 
@@ -81,12 +90,11 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     `machine` is the whole machine; locked joints and gravity are seen to here. Raises `InputError`
     for what such a machine cannot give.
     """
+    scene = resolve(scene, machine, MODELS)
     kept, constants = restricted(machine, scene), _constants(machine, scene)
     models = scene.models or DEFAULT_MODELS
     _refuse_idle_outputs(kept, scene, models)
-    if kept.is_grouped and "reaction_wrenches" in scene.models:
-        what = "base inertial parameters keep the torques, not the reaction wrenches: leave out --base"
-        raise kept.error("reaction_wrenches", what)
+    _refuse_changed_by_grouping(kept, models)
     asked = {name: _asked(kept, scene, name) for name in models}
     points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
     merge = scene.merge_angles is not None
@@ -102,6 +110,14 @@ def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> 
             raise InputError(_source(kept, scene), f"scene, outputs, {name}", what)
 
 
+def _refuse_changed_by_grouping(machine: Machine, models: Sequence[str]) -> None:
+    """Refuse models whose results are other ones with base inertial parameters."""
+    for name in models if machine.is_grouped else ():
+        if not MODELS[name].keeps_grouping:
+            what = f"base inertial parameters keep the torques, not the {name.replace('_', ' ')}: leave out --base"
+            raise machine.error(name, what)
+
+
 def _source(machine: Machine, scene: Scene) -> str:
     """The file to be named in a message about a scene."""
     return scene.source or machine.label
@@ -111,7 +127,7 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     """Joints (or frames) that a scene asks of a model; none when it asks for all."""
     numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
     asked = [Asked.parse(text) for text in scene.outputs.get(model, ())]
-    if MODELS[model].rows == FRAMES:
+    if MODELS[model].is_of_frames:
         return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
     joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
@@ -127,7 +143,7 @@ def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) 
     """Names that a scene asks derivatives by; none when it asks for all."""
     names = tuple(dict.fromkeys(x for text in scene.outputs.get(model, ()) for x in Asked.parse(text).by))
     for name in names:
-        if name in constants or name not in may_be_asked_by(kept, model):
+        if name in constants or name not in column_names(kept, MODELS[model].columns):
             why = "becomes a constant: do not fold it" if name in constants else "belongs to a locked joint"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", f"no column {name!r}: it {why}")
     return names

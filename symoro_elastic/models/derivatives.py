@@ -29,16 +29,17 @@ from symoro_elastic.equations.dynamics import Dynamics, dynamics
 from symoro_elastic.equations.floating_base import DEGREES
 from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.arguments import ON_BASE, arguments, columns_of_base
+from symoro_elastic.machine.arguments import PARAMETERS, arguments, columns_of_base
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.floating_base import found_of_base
-from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.model import MOVING, Joints, Model, Pivots, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.models.naming_derivatives import (
     name_acceleration_derivatives,
     name_tangents,
     name_torque_derivatives,
 )
+from symoro_elastic.quantities import derivative, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation, Tangents, substituted
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
@@ -109,7 +110,7 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
     torques |= zip(DEGREES, given.f[0].entries, strict=True) if bound.machine.floating else ()
     symbols = {x.operands[0]: found.qdd[j] for j, x in bound.qdd.items()}
     if bound.base_rule:
-        symbols |= zip(ON_BASE["V0d"], outputs["V0d"].values(), strict=True)
+        symbols |= zip(quantity("V0d").entries, outputs["V0d"].values(), strict=True)
     A = _asked_torques(bound, found)[2]
     free, solve = _free(bound, A, found, bound.machine.moving)
     graph = _of_graph({"torques": torques}, by).entries["dtorques_dp"]
@@ -311,7 +312,8 @@ def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> R
 
 
 _INVERSE, _DIRECT = ("q", "qd", "qdd_motor"), ("q", "qd", "tau")
-
+_OF_OTHERS = replace(quantity("qdd"), plural="accelerations of elastic and passive joints", shape="(n - m)")
+FAMILY = "derivatives"
 DERIVATIVES = (
     Model(
         "inverse_dynamics_derivatives",
@@ -320,6 +322,15 @@ DERIVATIVES = (
         _INVERSE,
         ("dtau_dq", "dtau_dqd", "dtau_dqdd_motor", "dqdd_dq", "dqdd_dqd", "dqdd_dqdd_motor"),
         _inverse_dynamics_derivatives,
+        FAMILY,
+        own=(
+            _OF_OTHERS,
+            derivative(quantity("tau"), quantity("q"), ", springs and friction included"),
+            derivative(quantity("tau"), quantity("qdd_motor"), ": the inertia matrix where every joint has a motor"),
+        ),
+        columns=_INVERSE,
+        on_base=MOVING,
+        pivots=Pivots.WITHOUT_MOTOR,
     ),
     Model(
         "direct_dynamics_derivatives",
@@ -328,6 +339,11 @@ DERIVATIVES = (
         _DIRECT,
         ("dqdd_dq", "dqdd_dqd", "dqdd_dtau"),
         _direct_dynamics_derivatives,
+        FAMILY,
+        own=(derivative(quantity("qdd"), quantity("tau"), ": columns of the inverse of the inertia matrix"),),
+        columns=_DIRECT,
+        on_base=MOVING,
+        pivots=Pivots.ALL,
     ),
     Model(
         "inverse_dynamics_parameter_derivatives",
@@ -336,6 +352,11 @@ DERIVATIVES = (
         _INVERSE,
         ("dtau_dp", "dqdd_dp"),
         _inverse_dynamics_parameter_derivatives,
+        FAMILY,
+        own=(_OF_OTHERS,),
+        columns=(PARAMETERS,),
+        on_base=MOVING,
+        pivots=Pivots.WITHOUT_MOTOR,
     ),
     Model(
         "direct_dynamics_parameter_derivatives",
@@ -344,6 +365,10 @@ DERIVATIVES = (
         _DIRECT,
         ("dqdd_dp",),
         _direct_dynamics_parameter_derivatives,
+        FAMILY,
+        columns=(PARAMETERS,),
+        on_base=MOVING,
+        pivots=Pivots.ALL,
     ),
     Model(
         "linearization",
@@ -352,5 +377,6 @@ DERIVATIVES = (
         ("q", "qd", "qdd"),
         ("M", "D", "K"),
         _linearization,
+        FAMILY,
     ),
 )

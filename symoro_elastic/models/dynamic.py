@@ -10,10 +10,22 @@ from symoro_elastic.equations.kinematics import frames, velocities
 from symoro_elastic.equations.lagrange import factorization, inertia_matrix
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
 from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
+from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
-from symoro_elastic.models.model import FRAMES, Frames, Joints, Model, Result, Results
+from symoro_elastic.models.model import (
+    MOVING,
+    ORIENTATION,
+    CheckedBy,
+    Frames,
+    Joints,
+    Model,
+    Pivots,
+    Result,
+    Results,
+)
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_twists
+from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 
 
@@ -101,6 +113,11 @@ def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
     return {"f": Result(tuple(frame.number for frame in asked), tuple(entries), (6,))}
 
 
+def _forces(meaning: str) -> Quantity:
+    """H of a model that gives a part of it."""
+    return replace(quantity("H"), meaning=meaning)
+
+
 def _energy(bound: Bound, _: Joints) -> Results:
     mechanism, rates = bound.mechanism, bound.rates()
     name_twists(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
@@ -111,8 +128,20 @@ def _energy(bound: Bound, _: Joints) -> Results:
     return {"E": Result(None, parts, (3,))}
 
 
+FAMILY = "dynamics"
 DYNAMIC = (
-    Model("direct_dynamics", "direct dynamic model", "[12]-[36]", ("q", "qd", "tau"), ("qdd",), _direct_dynamics),
+    Model(
+        "direct_dynamics",
+        "direct dynamic model",
+        "[12]-[36]",
+        ("q", "qd", "tau"),
+        ("qdd",),
+        _direct_dynamics,
+        FAMILY,
+        on_base=MOVING,
+        pivots=Pivots.ALL,
+        checked_by=CheckedBy.DIRECT,
+    ),
     Model(
         "direct_dynamics_by_inertia_matrix",
         "direct dynamic model through the inertia matrix: less accurate",
@@ -120,6 +149,11 @@ DYNAMIC = (
         ("q", "qd", "tau"),
         ("qdd",),
         _direct_dynamics_by_inertia_matrix,
+        FAMILY,
+        on_base=MOVING,
+        pivots=Pivots.ALL,
+        checked_by=CheckedBy.DIRECT,
+        other_way_of="direct_dynamics",
     ),
     Model(
         "inverse_dynamics",
@@ -128,8 +162,22 @@ DYNAMIC = (
         ("q", "qd", "qdd_motor"),
         ("tau", "qdd"),
         _inverse_dynamics,
+        FAMILY,
+        on_base=MOVING,
+        pivots=Pivots.WITHOUT_MOTOR,
+        checked_by=CheckedBy.INVERSE,
     ),
-    Model("inertia_matrix", "inertia matrix", "[8]", ("q",), ("A",), _inertia_matrix),
+    Model(
+        "inertia_matrix",
+        "inertia matrix",
+        "[8]",
+        ("q",),
+        ("A",),
+        _inertia_matrix,
+        FAMILY,
+        on_base=(),
+        checked_by=CheckedBy.INERTIA,
+    ),
     Model(
         "bias_forces",
         "forces at zero joint acceleration",
@@ -137,6 +185,9 @@ DYNAMIC = (
         ("q", "qd"),
         ("H",),
         _bias_forces,
+        FAMILY,
+        on_base=(ORIENTATION, "V0"),
+        checked_by=CheckedBy.BIAS,
     ),
     Model(
         "coriolis_forces",
@@ -145,10 +196,43 @@ DYNAMIC = (
         ("q", "qd"),
         ("H",),
         _coriolis_forces,
+        FAMILY,
+        own=(_forces("Coriolis and centrifugal forces, and those of a moving base"),),
+        on_base=("V0",),
     ),
-    Model("gravity_forces", "gravity forces", "[8]", ("q",), ("H",), _gravity_forces),
-    Model("friction_forces", "friction forces", "[61]", ("qd",), ("H",), _friction_forces),
-    Model("external_forces", "forces that balance the external wrenches", "[8]", ("q",), ("H",), _external_forces),
+    Model(
+        "gravity_forces",
+        "gravity forces",
+        "[8]",
+        ("q",),
+        ("H",),
+        _gravity_forces,
+        FAMILY,
+        own=(_forces("gravity forces"),),
+        on_base=(ORIENTATION,),
+    ),
+    Model(
+        "friction_forces",
+        "friction forces",
+        "[61]",
+        ("qd",),
+        ("H",),
+        _friction_forces,
+        FAMILY,
+        own=(_forces("friction forces"),),
+        on_base=(),
+    ),
+    Model(
+        "external_forces",
+        "forces that balance the external wrenches",
+        "[8]",
+        ("q",),
+        ("H",),
+        _external_forces,
+        FAMILY,
+        own=(_forces("forces that balance the external wrenches"),),
+        on_base=(),
+    ),
     Model(
         "reaction_wrenches",
         "reaction wrenches of bodies",
@@ -156,7 +240,20 @@ DYNAMIC = (
         ("q", "qd", "qdd"),
         ("f",),
         _reaction_wrenches,
-        FRAMES,
+        FAMILY,
+        Parts.BODIES,
+        on_base=(ORIENTATION, "V0", "V0d"),
+        keeps_grouping=False,
     ),
-    Model("energy", "kinetic, gravity and elastic energy", "[8], [9]", ("q", "qd"), ("E",), _energy),
+    Model(
+        "energy",
+        "kinetic, gravity and elastic energy",
+        "[8], [9]",
+        ("q", "qd"),
+        ("E",),
+        _energy,
+        FAMILY,
+        Parts.WHOLE,
+        on_base=(ORIENTATION, "P0", "V0"),
+    ),
 )

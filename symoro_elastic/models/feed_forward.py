@@ -7,35 +7,30 @@ springs is given, with as many derivatives by time as the chain needs. External 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from graphlib import TopologicalSorter
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import factorial
 
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.feed_forward import drives, mounted_in_parallel
 from symoro_elastic.equations.spatial import AxialTransform, Z
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE, refuse_high_order, refuse_unfit
-from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.feed_forward_checks import refuse_high_order, refuse_unfit
+from symoro_elastic.models.model import CheckedBy, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
-from symoro_elastic.models.naming_feed_forward import name_coordinates, name_results, name_series
+from symoro_elastic.quantities import COEFFICIENT, HIGHEST_DERIVATIVE, MOTION, quantity
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import reachable
+from symoro_elastic.symbolic.expression import Expression, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
-from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.symbolic.operations import COS, NEGATE, SIN, SYMBOL
+from symoro_elastic.symbolic.program import Label, Section
 from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
 
-MOTION = tuple("y" + "d" * order for order in range(HIGHEST_DERIVATIVE + 1))
-"""Names of the arguments: y, yd, ydd ..., a `d` for each derivative by time."""
-MEANINGS = {
-    "y": "outboard coordinates, a motor each: its own plus those of the springs behind it, in its sense, rad or m",
-    "yd": "their velocities, rad/s or m/s",
-    "ydd": "their accelerations, rad/s2 or m/s2",
-    "yddd": "their jerks, rad/s3 or m/s3",
-} | {name: f"their {k}th derivatives by time, rad/s{k} or m/s{k}" for k, name in enumerate(MOTION) if k > 3}
+SPRINGS = "Deflections of springs, motion of motors"
+
 Reach = dict[int, int]
 """By joint, the highest derivative of its coordinate that is needed."""
 
@@ -71,9 +66,9 @@ def _feed_forward(bound: Bound, asked: Joints) -> Results:
     tau = {j: solution.series.of(x, 0)[0] for j, x in balance.tau.items()}
     z = {j: [solution.z[j](k) for k in range(highest + 1)] for j, highest in solution.needed.items()}
     q = solution.deflections | {j: z[j] for j in tau}
-    name_results(bound, q, tau)
-    name_coordinates(bound, z, {j: motor for j, motor in balance.motors.items() if j not in balance.outer})
-    name_series(bound, solution.series)
+    _name_results(bound, q, tau)
+    _name_coordinates(bound, z, {j: motor for j, motor in balance.motors.items() if j not in balance.outer})
+    _name_series(bound, solution.series)
     motors = tuple(j for j in asked if j in tau)
     return {
         "tau": Result(motors, tuple(tau[j] for j in motors)),
@@ -174,9 +169,52 @@ def _needed(bound: Bound, balance: Balance, reach: Mapping[int, Reach], order: S
 def _arguments(bound: Bound, results: Results) -> dict[str, tuple[str, ...]]:
     """y and as many of its derivatives as the results are made of: names of their entries, a motor each."""
     used = {x.operands[0] for x in reachable(x for r in results.values() for x in r.entries) if x.operation == SYMBOL}
-    entries = [tuple(f"y{motor}_{k}" for motor in bound.motors) for k in range(HIGHEST_DERIVATIVE + 1)]
-    highest = max((k for k, names in enumerate(entries) if used & set(names)), default=0)
-    return dict(zip(MOTION, entries[: highest + 1], strict=False))
+    entries = {row.name: bound.arguments()[row.name] for row in MOTION}
+    highest = max((k for k, names in enumerate(entries.values()) if used & set(names)), default=0)
+    return dict(islice(entries.items(), highest + 1))
+
+
+def _name_series(bound: Bound, series: TimeSeries) -> None:
+    """Name the coefficients in time of what has a name."""
+    for number, (label, negative) in list(bound.names.labels.items()):
+        coefficients = series.found.get(number, ())
+        name = _angle_name(bound, coefficients[0], label) or label.name if coefficients else ""
+        for k, x in enumerate(coefficients):
+            bound.names.give(-x if negative else x, f"{COEFFICIENT}_{k}_{name}" if k else name, label.section)
+
+
+def _angle_name(bound: Bound, x: Scalar, label: Label) -> str:
+    """`sin_y3_0` for the sine of a wanted angle, `sin_y3_motor` for that of a motor; else empty."""
+    node = x.operands[0] if isinstance(x, Expression) and x.operation == NEGATE else x
+    if not isinstance(node, Expression) or node.operation not in (SIN, COS):
+        return ""
+    angle, j = node.operands[0], label.section.joint
+    if isinstance(angle, Expression) and angle.operation == SYMBOL:
+        return f"{node.operation}_{angle.operands[0]}"
+    return f"{node.operation}_y{j}_motor" if j in bound.motors else ""
+
+
+def _name_coordinates(bound: Bound, coordinates: Mapping[int, Sequence[Scalar]], wanted: Mapping[int, int]) -> None:
+    """Name coefficients in time of z_j, z'_j and z''_j; `wanted` tells of which motor z_j is the wanted motion."""
+    for j, coefficients in coordinates.items():
+        motor = (f"y{j}_motor", f"qd{j}", f"qdd{j}") if j in bound.motors else (f"y{j}_link",)
+        outboard = [f"y{wanted[j]}_{rate}" for rate in range(3)] if j in wanted else ()
+        for rate, name in enumerate(outboard or motor):
+            for k, x in enumerate(coefficients[rate:]):
+                scaled = x * (factorial(k + rate) // factorial(k))
+                bound.names.give(scaled, f"{COEFFICIENT}_{k}_{name}" if k else name, Section(SPRINGS, j, "[9]"))
+
+
+def _name_results(bound: Bound, q: Mapping[int, Sequence[Scalar]], tau: Mapping[int, Scalar]) -> None:
+    """Name the compliance of springs, the variable and the velocity of each joint, and torques."""
+    for j, (variable, velocity, *_) in q.items():
+        here = Section(SPRINGS, j, "[9]")
+        if j not in tau:
+            bound.names.give(1 / bound.cell(bound.machine.joint(j).spring.stiffness), f"y{j}_compliance", here)
+        bound.names.give(variable, f"y{j}_{'motor' if j in tau else 'spring'}", here)
+        bound.names.give(velocity, f"qd{j}", here)
+    for j, torque in tau.items():
+        bound.names.give(torque, f"tau{j}", Section("Motor torques", j, "[61]"))
 
 
 FEED_FORWARD = (
@@ -184,9 +222,12 @@ FEED_FORWARD = (
         "feed_forward",
         "feed-forward: motor torques for a wanted motion beyond the springs",
         "[9], [15]",
-        MOTION[:5],
+        tuple(row.name for row in MOTION),
         ("tau", "q", "qd"),
         _feed_forward,
+        "feed-forward",
+        own=(replace(quantity("q"), meaning="joint variables: motor positions and deflections of springs"),),
         own_arguments=_arguments,
+        checked_by=CheckedBy.EQUATIONS_OF_MOTION,
     ),
 )

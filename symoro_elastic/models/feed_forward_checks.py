@@ -10,9 +10,7 @@ from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
-
-HIGHEST_DERIVATIVE = 12
-"""The highest derivative by time that a function takes."""
+from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 
 
 def refuse_unfit(bound: Bound, found: Sequence[Drive]) -> None:

@@ -8,64 +8,41 @@ from dataclasses import replace
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
 from symoro_elastic.equations.spatial import Scalar, SpatialVector, Twist
-from symoro_elastic.machine.arguments import DIFFERENTIATED, columns_of_base
+from symoro_elastic.machine.arguments import PARAMETERS, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.model import KNOWN, ORIENTATION, Joints, Model, Result, Results
 
-ADDED: dict[str, tuple[str, ...]] = {
-    "direct_dynamics": ("orientation", "V0", "known"),
-    "direct_dynamics_by_inertia_matrix": ("orientation", "V0", "known"),
-    "inverse_dynamics": ("orientation", "V0", "known"),
-    "inertia_matrix": (),
-    "bias_forces": ("orientation", "V0"),
-    "coriolis_forces": ("V0",),
-    "gravity_forces": ("orientation",),
-    "friction_forces": (),
-    "external_forces": (),
-    "reaction_wrenches": ("orientation", "V0", "V0d"),
-    "energy": ("orientation", "P0", "V0"),
-    "geometric_model": (),
-    "velocities": ("V0",),
-    "accelerations": ("V0", "V0d"),
-    "jacobian": (),
-    "jacobian_dot_qd": (),
-    "inverse_geometric_model": (),
-    "inverse_position_model": (),
-    **dict.fromkeys(DIFFERENTIATED, ("orientation", "V0", "known")),
-}
-"""Arguments of the base by model; what a file chooses stands here as `orientation` and `known`."""
 BASE_ROWS = (0,) * 6
 
 
 def on_its_base(model: Model, machine: Machine) -> Model:
-    """The model with the arguments and results that a floating base adds; raises `InputError` where there is none."""
+    """The model with the arguments and results that a floating base adds; as it is where there is none."""
     floating = machine.floating
-    if floating is None:
+    if floating is None or model.on_base is None:
         return model
-    if model.name not in ADDED:
-        what = f"not offered on a floating base, which has: {', '.join(ADDED)}"
-        raise machine.error(model.name, what)
-    chosen = _chosen(floating)
-    added = tuple(chosen.get(name, name) for name in ADDED[model.name])
-    results = (chosen["found"],) if "known" in ADDED[model.name] else ()
-    if model.name in DIFFERENTIATED:
-        return replace(model, arguments=(*model.arguments, *added), results=_derivatives(model, machine, *results))
-    return replace(model, arguments=(*model.arguments, *added), results=(*model.results, *results))
+    chosen, found = _chosen(floating)
+    arguments = (*model.arguments, *(chosen.get(name, name) for name in model.on_base))
+    if KNOWN not in model.on_base:
+        return replace(model, arguments=arguments)
+    results = _derivatives(model, machine, found) if model.columns else (*model.results, found)
+    return replace(model, arguments=arguments, results=results)
 
 
 def _derivatives(model: Model, machine: Machine, found: str) -> tuple[str, ...]:
     """Results of a model of derivatives with those of the base."""
     names = [name.partition("_") for name in model.results]
-    columns = (*(by for *_, by in names), *(f"d{name}" for name in columns_of_base(machine) if "dp" not in names[0]))
+    on_base = () if PARAMETERS in model.columns else columns_of_base(machine)
+    columns = (*(by for *_, by in names), *(f"d{name}" for name in on_base))
     rows = (*(of for of, *_ in names), f"d{found}")
     return tuple(f"{of}_{by}" for of in dict.fromkeys(rows) for by in dict.fromkeys(columns))
 
 
-def _chosen(floating: Floating) -> dict[str, str]:
+def _chosen(floating: Floating) -> tuple[dict[str, str], str]:
+    """Names of the arguments that a file chooses, and of the result that goes with them."""
     orientation = "Q0" if floating.orientation is Orientation.QUATERNION else "R0"
     known, found = ("V0d", "f0") if floating.known is Given.ACCELERATION else ("f0", "V0d")
-    return {"orientation": orientation, "known": known, "found": found}
+    return {ORIENTATION: orientation, KNOWN: known}, found
 
 
 def found_of_base(bound: Bound, found: Dynamics) -> Results:

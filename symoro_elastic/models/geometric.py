@@ -15,9 +15,11 @@ from symoro_elastic.equations.kinematics import (
 )
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, Twist
+from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
+from symoro_elastic.models.model import CheckedBy, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
+from symoro_elastic.quantities import quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Section
 
@@ -113,11 +115,53 @@ def _refuse_without_joints(bound: Bound, model: str) -> None:
         raise bound.machine.error(model, what)
 
 
+FAMILY = "geometry and kinematics"
 GEOMETRIC = (
-    Model("geometric_model", "placement of frames", "[1], [2]", ("q",), ("T",), _geometric_model, FRAMES),
-    Model("velocities", "velocities of frames", "[3]", ("q", "qd"), ("V",), _velocities, FRAMES),
-    Model("accelerations", "accelerations of frames", "[6], [7]", ("q", "qd", "qdd"), ("Vd",), _accelerations, FRAMES),
-    Model("jacobian", "Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, FRAMES),
+    Model(
+        "geometric_model",
+        "placement of frames",
+        "[1], [2]",
+        ("q",),
+        ("T",),
+        _geometric_model,
+        FAMILY,
+        Parts.POINTS,
+        on_base=(),
+        checked_by=CheckedBy.FRAMES,
+    ),
+    Model(
+        "velocities",
+        "velocities of frames",
+        "[3]",
+        ("q", "qd"),
+        ("V",),
+        _velocities,
+        FAMILY,
+        Parts.POINTS,
+        on_base=("V0",),
+    ),
+    Model(
+        "accelerations",
+        "accelerations of frames",
+        "[6], [7]",
+        ("q", "qd", "qdd"),
+        ("Vd",),
+        _accelerations,
+        FAMILY,
+        Parts.POINTS,
+        on_base=("V0", "V0d"),
+    ),
+    Model(
+        "jacobian",
+        "Jacobians of frames",
+        "[3]",
+        ("q",),
+        ("J",),
+        _jacobian,
+        FAMILY,
+        Parts.POINTS,
+        on_base=(),
+    ),
     Model(
         "jacobian_dot_qd",
         "accelerations of frames at zero joint acceleration on a base at rest",
@@ -125,6 +169,16 @@ GEOMETRIC = (
         ("q", "qd"),
         ("Vd",),
         _jacobian_dot_qd,
-        FRAMES,
+        FAMILY,
+        Parts.POINTS,
+        own=(
+            replace(
+                quantity("Vd"),
+                meaning="(dJ/dt) qd of each frame",
+                frame="in the axes of the base unless seen from another",
+                frame0=True,
+            ),
+        ),
+        on_base=(),
     ),
 )

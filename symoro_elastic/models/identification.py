@@ -8,11 +8,11 @@ been grouped gives the base regressor. tau is zero where a joint is elastic or p
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.dynamics import Dynamics, dynamics
 from symoro_elastic.equations.regressor import (
     INERTIAL,
     WRENCH,
@@ -25,13 +25,15 @@ from symoro_elastic.equations.regressor import (
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.models.naming_identification import name_regressor
+from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.program import Section
 
 SEED = 20262
 VISCOUS, COULOMB, STIFFNESS, DAMPING, NEUTRAL = "FV", "FS", "K", "DA", "KQ"
@@ -122,9 +124,16 @@ def _regressor(bound: Bound, asked: Joints) -> Results:
     named = (
         (i, p.joint, p.entry, x) for i, row in zip(asked, rows, strict=True) for p, x in zip(kept, row, strict=True)
     )
-    name_regressor(bound, found, named)
+    _name_regressor(bound, found, named)
     entries = tuple(x for row in rows for x in row)
     return {"Y": Result(asked, entries, (len(kept),), column_labels=tuple(p.label for p in kept))}
+
+
+def _name_regressor(bound: Bound, found: Dynamics, entries: Iterable[tuple[int, int, str, Scalar]]) -> None:
+    """Name velocities and accelerations, and the entries of Y: (row's joint, column's joint, parameter, entry)."""
+    name_dynamics(bound, found, "[15]", "[61]")
+    for row, j, parameter, x in entries:
+        bound.names.give(x, f"Y{row}_{parameter}{j}", Section("Regressor", j, "[15]"))
 
 
 JOINT_COLUMNS: dict[str, Callable[[Bound, int], Scalar]] = {
@@ -189,6 +198,7 @@ def _base_parameters(bound: Bound, _: Joints) -> Results:
     return {"X": Result(None, entries, (len(entries),), column_labels=labels)}
 
 
+FAMILY = "identification"
 IDENTIFICATION = (
     Model(
         "regressor",
@@ -197,6 +207,7 @@ IDENTIFICATION = (
         ("q", "qd", "qdd"),
         ("Y",),
         _regressor,
+        FAMILY,
     ),
     Model(
         "energy_regressor",
@@ -205,6 +216,17 @@ IDENTIFICATION = (
         ("q", "qd"),
         ("h",),
         _energy_regressor,
+        FAMILY,
+        Parts.WHOLE,
     ),
-    Model("base_parameters", "base inertial parameters", "[13]", (), ("X",), _base_parameters),
+    Model(
+        "base_parameters",
+        "base inertial parameters",
+        "[13]",
+        (),
+        ("X",),
+        _base_parameters,
+        FAMILY,
+        Parts.WHOLE,
+    ),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,17 +16,23 @@ from symoro_elastic.equations.spatial import ZERO, AxialTransform, Axis, Matrix,
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.models.bind import PLACEMENT, Bound
-from symoro_elastic.models.model import FRAMES, Frame, Frames, Model, Result, Results
-from symoro_elastic.models.naming_geometric import name_branches
+from symoro_elastic.machine.scene import Parts
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
+from symoro_elastic.quantities import quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level, operand
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
+from symoro_elastic.symbolic.operations import COS
+from symoro_elastic.symbolic.program import Section
 
 SEED = 20260
 POSE, POSITION = slice(0, 6), slice(0, 3)
+DOUBLE_BITS = 53
+"""What tells reachable places from others are bounds that are the rounding errors of doubles."""
+PLACEMENT = quantity("T").entries
 Solve = Callable[[Functions, Chain, Pose], list[Branch]]
 
 
@@ -59,7 +66,7 @@ def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
         branches = _branches(bound, numbers, solve)
     except NoClosedForm as error:
         raise _refused(bound, numbers, solve, error) from None
-    name_branches(bound, branches)
+    _name_branches(bound, branches)
     variables = [{found.joint: found.variable for found in branch.found} for branch in branches]
     q = tuple(entries[j] for entries in variables for j in bound.machine.moving)
     measures = tuple(branch.measure for branch in branches)
@@ -73,6 +80,27 @@ def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
 def _branches(bound: Bound, numbers: Sequence[int], solve: Solve) -> list[Branch]:
     f = _functions(bound)
     return solve(f, _chain(bound, f, numbers), _target(bound))
+
+
+# Names
+
+
+def _name_branches(bound: Bound, branches: Sequence[Branch]) -> None:
+    """Name angles, lengths, their sines and cosines and what vanishes, after joint and first solution."""
+    for number, branch in enumerate(branches, start=1):
+        for found in branch.found:
+            here = Section(f"Solution {number}", found.joint)
+            bound.names.give(found.measure, f"root{found.joint}_{number}", here)
+            bound.names.give(found.motion.cosine, f"cos{found.joint}_{number}", here)
+            bound.names.give(found.motion.sine, f"sin{found.joint}_{number}", here)
+            bound.names.give(_angle(found.motion), f"angle{found.joint}_{number}", here)
+            bound.names.give(found.motion.shift, f"length{found.joint}_{number}", here)
+
+
+def _angle(motion: AxialTransform) -> Scalar:
+    """The angle of which a motion holds the cosine."""
+    cosine = motion.cosine
+    return cosine.operands[0] if isinstance(cosine, Expression) and cosine.operation == COS else 0
 
 
 # The chain
@@ -251,6 +279,13 @@ def _zero_parameters(bound: Bound, numbers: Sequence[int], solve: Solve) -> list
     return zero
 
 
+FAMILY = "inverse geometry"
+_SOLUTIONS = replace(
+    quantity("q"), meaning="joint variables of each solution", note="NaN where there is none", shape="solutions x n"
+)
+_PLACEMENT = replace(
+    quantity("T"), meaning="placement of the frame, 4 x 4, row by row", shape=str(len(PLACEMENT)), frame0=False
+)
 INVERSE_GEOMETRIC = (
     Model(
         "inverse_geometric_model",
@@ -259,15 +294,23 @@ INVERSE_GEOMETRIC = (
         ("T",),
         ("q", "singularity"),
         _inverse_geometric_model,
-        FRAMES,
+        FAMILY,
+        Parts.FRAMES,
+        own=(_PLACEMENT, _SOLUTIONS),
+        on_base=(),
+        least_bits=DOUBLE_BITS,
     ),
     Model(
         "inverse_position_model",
-        "inverse geometric model: all joint positions that bring the origin of a frame to a place",
+        "inverse geometric model: all joint positions that bring the origin of a frame to a position",
         "(Pieper 1968, Paul 1981)",
         ("P",),
         ("q", "singularity"),
         _inverse_position_model,
-        FRAMES,
+        FAMILY,
+        Parts.FRAMES,
+        own=(_SOLUTIONS,),
+        on_base=(),
+        least_bits=DOUBLE_BITS,
     ),
 )

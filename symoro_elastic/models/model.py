@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
-from symoro_elastic.machine.scene import Point
+from symoro_elastic.machine.scene import Parts, Point
 from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Program
 
@@ -27,7 +29,29 @@ class Frame:
 
 
 Frames = tuple[Frame, ...]
-JOINTS, FRAMES = "joints", "frames"
+ORIENTATION, KNOWN = "orientation", "known"
+"""Stand for the arguments of a floating base that a file chooses: R0 or Q0, V0d or f0."""
+MOVING = (ORIENTATION, "V0", KNOWN)
+"""What dynamic models take of a floating base."""
+
+
+class Pivots(Enum):
+    """Joints by whose inertia H_j a model divides: all, or those without a motor."""
+
+    ALL = "all"
+    WITHOUT_MOTOR = "without motor"
+
+
+class CheckedBy(Enum):
+    """What results of a model are compared with, in many digits."""
+
+    TRACE = "the traced equations themselves"
+    FRAMES = "products of 4 x 4 matrices [2]"
+    INERTIA = "the inertia matrix [8]"
+    BIAS = "the bias forces [8]"
+    DIRECT = "A qdd + H = Gamma, solved for qdd [8]"
+    INVERSE = "the same, solved for Gamma of motors and qdd of other joints [11]"
+    EQUATIONS_OF_MOTION = "the motion that it gives, put into A qdd + H [8]"
 
 
 @dataclass(frozen=True)
@@ -57,8 +81,12 @@ Results = dict[str, Result]
 class Model:
     """A model that can be generated: what it gives, by which equations, from which arguments.
 
-    `rows` tells whether its results follow the joints that move or all frames; `own_arguments` gives the
-    arguments and the names of their entries where they depend on the machine.
+    Arguments and results are named as in the table of quantities; `own` are rows that hold for this model in place
+    of those. `own_arguments` gives the arguments and the names of their entries where they depend on the machine.
+    `parts` of its results may be asked for, and columns of derivatives by the arguments `columns`. `on_base` are the
+    arguments that a floating base adds, None where the model is not offered there. It needs numbers of
+    `least_bits` at least. `keeps_grouping` is False where results change when inertial parameters are grouped.
+    `other_way_of` names a model that has the same results.
     """
 
     name: str
@@ -67,8 +95,26 @@ class Model:
     arguments: tuple[str, ...]
     results: tuple[str, ...]
     run: Callable[[Bound, Any], Results]
-    rows: str = JOINTS
+    family: str = ""
+    parts: Parts = Parts.JOINTS
+    own: tuple[Quantity, ...] = ()
     own_arguments: Callable[[Bound, Results], dict[str, tuple[str, ...]]] | None = None
+    columns: tuple[str, ...] = ()
+    on_base: tuple[str, ...] | None = None
+    pivots: Pivots | None = None
+    least_bits: int = 0
+    keeps_grouping: bool = True
+    checked_by: CheckedBy = CheckedBy.TRACE
+    other_way_of: str = ""
+
+    @property
+    def is_of_frames(self) -> bool:
+        """Whether results follow frames."""
+        return self.parts in (Parts.BODIES, Parts.FRAMES, Parts.POINTS)
+
+    def quantity(self, name: str) -> Quantity:
+        """The row of one of its arguments or results."""
+        return quantity(name, self.own)
 
 
 @dataclass(frozen=True)

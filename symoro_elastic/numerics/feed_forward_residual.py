@@ -13,8 +13,8 @@ from symoro_elastic.equations.feed_forward import drives
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.reference import Numbers, StateReference, distance, dot
+from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 
@@ -33,8 +33,8 @@ def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwa
     """The motion that a feed-forward gives, derived by time, and its forces."""
     symbols: dict[str, Any] = dict(point.names)
     for argument in traced.program.inputs:
-        k = MOTION.index(argument.name)
-        rates = point.numbers(MOTION[min(k + 1, len(MOTION) - 1)])  # beyond the last, any
+        rate = min(len(argument.name), HIGHEST_DERIVATIVE)  # of the highest derivative, any
+        rates = point.numbers(MOTION[rate].name)
         symbols |= zip(argument.symbols, map(Dual, point.numbers(argument.name), rates), strict=True)
     outputs = {o.name: o.entries for o in traced.program.outputs}
     value = evaluate((*outputs["q"], *outputs["qd"]), symbols, differentiating(point.arithmetic))

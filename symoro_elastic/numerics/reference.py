@@ -18,6 +18,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
+from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
@@ -100,12 +101,11 @@ class StateReference:
 
     def model(self, traced: TracedModel) -> dict[str, Numbers]:
         """Results of a model, entry by entry. Raises `Singular`."""
-        own = {"geometric_model": self._frames, "inertia_matrix": self._inertia, "bias_forces": self._bias}
+        found = {CheckedBy.FRAMES: self._frames, CheckedBy.INERTIA: self._inertia, CheckedBy.BIAS: self._bias}
         if self.reference.solved:
-            direct = dict.fromkeys(("direct_dynamics", "direct_dynamics_by_inertia_matrix"), self._direct)
-            own |= direct | {"inverse_dynamics": self._inverse}
-        if traced.model.name in own:
-            return own[traced.model.name](traced)
+            found |= {CheckedBy.DIRECT: self._direct, CheckedBy.INVERSE: self._inverse}
+        if traced.model.checked_by in found:
+            return found[traced.model.checked_by](traced)
         return self.run(traced.program, self.arguments(traced.program))
 
     def arguments(self, program: Program, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:

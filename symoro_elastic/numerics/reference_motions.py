@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import LOADED, STILL
+from symoro_elastic.quantities import MOTION
 
 
 def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:

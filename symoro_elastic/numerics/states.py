@@ -10,16 +10,20 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.models.feed_forward import MOTION
 from symoro_elastic.numerics.base_states import base_states
 from symoro_elastic.numerics.reference_motions import reference_motions
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
+from symoro_elastic.quantities import MOTION, ON_BASE, QUANTITIES, STATE, Quantity
 
 Rng = np.random.Generator
 
-ARGUMENTS = ("q", "qd", "tau", "qdd_motor", "qdd")
-ON_BASE = ("R0", "Q0", "P0", "V0", "V0d", "f0")
-OF_MOTORS = ("tau", "qdd_motor")
+ARGUMENTS = tuple(row.name for row in STATE)
+MOTIONS = tuple(row.name for row in MOTION)
+
+
+def depends_on_state(arguments: Sequence[str]) -> bool:
+    """Whether arguments are those of a state of joints and motors, or wanted motions."""
+    return {*arguments} <= {*ARGUMENTS, *MOTIONS}
 
 
 def _none() -> Array:
@@ -53,15 +57,16 @@ class States:
 
     def __getattr__(self, name: str) -> Array:
         """y or one of its derivatives (N, m)."""
-        if name not in MOTION:
+        if name not in MOTIONS:
             raise AttributeError(name)
-        rows: Array = self.motion[:, MOTION.index(name)]
+        rows: Array = self.motion[:, MOTIONS.index(name)]
         return rows
 
     @property
     def arguments(self) -> tuple[str, ...]:
         """Names of the arrays that have values."""
-        return (*ARGUMENTS, *(ON_BASE if self.V0.shape[1] else ()), *(("motion",) if self.motion.size else ()))
+        on_base = tuple(row.name for row in ON_BASE) if self.V0.shape[1] else ()
+        return (*ARGUMENTS, *on_base, *(("motion",) if self.motion.size else ()))
 
     def __len__(self) -> int:
         return len(self.titles)
@@ -77,7 +82,7 @@ class States:
     def at(self, state: int) -> dict[str, Array]:
         """The arguments of one state, by name."""
         found = {name: getattr(self, name)[state] for name in self.arguments}
-        return found | dict(zip(MOTION, found.get("motion", ()), strict=False))
+        return found | dict(zip(MOTIONS, found.get("motion", ()), strict=False))
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,7 @@ def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> S
 
 def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:
     def stack(name: str) -> Array:
-        size = sum(v.motor for v in variables) if name in OF_MOTORS else len(variables)
+        size = sum(v.motor for v in variables) if QUANTITIES[name].shape == "m" else len(variables)
         return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
 
     return States(**{name: stack(name) for name in ARGUMENTS}, titles=tuple(title for title, _ in states))
@@ -174,16 +179,24 @@ def _moderate(variables: Sequence[_Variable], rng: Rng, wide: bool) -> _State:
     extents = [max(v.extent, 0.5) if wide else v.extent for v in variables]
     return _State(
         [v.centre + extent * float(rng.uniform(-1, 1)) for v, extent in zip(variables, extents, strict=True)],
-        rng.uniform(-2, 2, len(variables)).tolist(),
-        rng.uniform(-20, 20, motors).tolist(),
-        rng.uniform(-5, 5, motors).tolist(),
-        rng.uniform(-5, 5, len(variables)).tolist(),
+        *(_uniform(row, rng, motors if row.shape == "m" else len(variables)) for row in STATE[1:]),
     )
+
+
+def _uniform(row: Quantity, rng: Rng, count: int) -> list[float]:
+    size = row.samples.size if row.samples else 0.0
+    found: list[float] = rng.uniform(-size, size, count).tolist()
+    return found
 
 
 def _magnitude(rng: Rng, low: float, high: float) -> float:
     """Either sign, its size spread evenly over the decades from 10^low to 10^high."""
     return float(10 ** rng.uniform(low, high) * rng.choice([-1.0, 1.0]))
+
+
+def _extreme(rng: Rng, argument: str) -> float:
+    samples = QUANTITIES[argument].samples
+    return _magnitude(rng, *samples.decades) if samples and samples.decades else 0.0
 
 
 def _rest(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
@@ -214,13 +227,13 @@ def _far(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
 
 
 def _velocities(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    state.qd = [0.0 if rng.random() < 0.2 else _magnitude(rng, -6, 6) for _ in state.qd]
+    state.qd = [0.0 if rng.random() < 0.2 else _extreme(rng, "qd") for _ in state.qd]
 
 
 def _torques(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    state.tau = [_magnitude(rng, 2, 8) for _ in state.tau]
-    state.qdd_motor = [_magnitude(rng, 2, 8) for _ in state.qdd_motor]
-    state.qdd = [_magnitude(rng, 2, 8) for _ in state.qdd]
+    state.tau = [_extreme(rng, "tau") for _ in state.tau]
+    state.qdd_motor = [_extreme(rng, "qdd_motor") for _ in state.qdd_motor]
+    state.qdd = [_extreme(rng, "qdd") for _ in state.qdd]
 
 
 def _everything(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:

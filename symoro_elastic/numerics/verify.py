@@ -25,7 +25,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
-from symoro_elastic.models.feed_forward import MOTION
+from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.numerics.feed_forward_residual import residual, torques
 from symoro_elastic.numerics.implementations import (
     Implementation,
@@ -36,7 +36,7 @@ from symoro_elastic.numerics.implementations import (
     numpy_code,
 )
 from symoro_elastic.numerics.reference import REFERENCE_ZERO, Numbers, Reference, Singular, StateReference, distance
-from symoro_elastic.numerics.states import ARGUMENTS, States, extreme_states, moderate_states
+from symoro_elastic.numerics.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packaging import package
 from symoro_elastic.progress import Progress, no_progress
@@ -44,7 +44,6 @@ from symoro_elastic.progress import Progress, no_progress
 Runs = list[tuple[str, ResultArrays]]
 
 BOUND = 1e-12
-FEED_FORWARD = "feed_forward"
 ULPS = 64
 MOVES = 4
 AGREEMENT = 1e-20
@@ -253,8 +252,8 @@ class _Tally:
 
 
 def _wanted(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
-    """ResultArrays of a model by another way."""
-    put_back = traced.model.name == FEED_FORWARD and point.reference.solved
+    """Results of a model by another way."""
+    put_back = traced.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION and point.reference.solved
     return torques(point, traced) if put_back else point.model(traced)
 
 
@@ -272,7 +271,7 @@ def _error(computed: Array, wanted: Numbers) -> float:
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
     worst = reference.disagreement(states.at(0))
-    following = [model for model in traced if model.model.name == FEED_FORWARD]
+    following = [model for model in traced if model.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION]
     points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
     worst = max([worst, *(residual(point, model) for model in following for point in points)])
     if reference.solved:
@@ -287,6 +286,6 @@ def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: S
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are no state: what it gives has to be put back instead."""
     for name in scene.models:
-        if not set(MODELS[name].arguments) <= {*ARGUMENTS, *MOTION}:
+        if not depends_on_state(MODELS[name].arguments):
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
             raise machine.error(f"check, {name}", what)

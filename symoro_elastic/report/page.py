@@ -14,8 +14,6 @@ from typing import Any
 from symoro_elastic.codegen.closed_form import closed_equations
 from symoro_elastic.codegen.described import count_text
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
-from symoro_elastic.codegen.notation import RESULTS as RESULT_SYMBOLS
-from symoro_elastic.codegen.notation import literal
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.report.mathml import mathml, pieces
@@ -163,8 +161,7 @@ def _symbols(function: Function, solved: Solution, markup: Markup) -> list[dict[
     """The quantities in the equations, then the results."""
     rows = [(row.symbol, row.paper, markup.text(row.meaning), row.equations) for row in solved.notation.meanings()]
     for result in function.results:
-        symbol = RESULT_SYMBOLS.get(result.name, literal(result.name))
-        rows.append((symbol, "", _with_units(result.meaning, markup), function.equations))
+        rows.append((result.quantity.letter, "", _with_units(result.meaning, markup), function.equations))
     return [
         {
             "here": markup.math(here),

@@ -9,8 +9,7 @@ from symoro_elastic.codegen.described import SINGULAR
 from symoro_elastic.machine.columns import cells, declared
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
-from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.quantities import ARGUMENTS, PARTICULAR, RESULTS
+from symoro_elastic.quantities import MOTION
 from symoro_elastic.symbolic.program import OperationCount, saved
 
 if TYPE_CHECKING:
@@ -130,19 +129,26 @@ def verification_json(result: Verification) -> dict[str, Any]:
 
 
 def catalogue_json() -> dict[str, Any]:
-    """Every model: arguments and results with shape and meaning, equations."""
+    """Every model: its family, arguments and results with shape and meaning, equations."""
     return {
         "models": {
             model.name: {
                 "title": model.title,
+                "family": model.family,
                 "equations": model.equations,
-                "arguments": {name: [SHAPES.get(name, "n"), ARGUMENTS[name]] for name in _arguments(model)},
-                "results": {name: [_result_shape(model, name), _meaning(model, name)] for name in model.results},
+                "arguments": {name: _described(model, name) for name in model.arguments},
+                "results": {name: _described(model, name) for name in model.results},
             }
             for model in MODELS.values()
         },
         "notes": list(NOTES),
     }
+
+
+def _described(model: Model, name: str) -> list[str]:
+    """Shape and meaning of an argument or result."""
+    row = model.quantity(name)
+    return [row.shape, row.sentence]
 
 
 def catalogue_table() -> Any:
@@ -154,35 +160,10 @@ def catalogue_table() -> Any:
     for model in MODELS.values():
         for k, name in enumerate(model.results):
             head = (model.name, _shown_arguments(model)) if k == 0 else ("", "")
-            equations = model.equations if k == 0 else ""
-            table.add_row(*head, name, _result_shape(model, name), _meaning(model, name), equations)
+            table.add_row(*head, name, *_described(model, name), model.equations if k == 0 else "")
     return table
 
 
-SHAPES = {"tau": "m", "qdd_motor": "m", "T": "16", "P": "3"} | dict.fromkeys(MOTION, "m")
-RESULT_SHAPES = {
-    "A": "n x n",
-    **dict.fromkeys("MDK", "n x n"),
-    "T": "frames x 4 x 4",
-    "V": "frames x 6",
-    "Vd": "frames x 6",
-    "J": "frames x 6 x n",
-    "f": "frames x 6",
-    "tau": "m",
-    "E": "3",
-    "Y": "n x columns",
-    "h": "columns",
-    "X": "parameters",
-    "singularity": "solutions",
-    "q": "solutions x n",
-    "feed_forward q": "n",
-}
-
-
-ROWS_OF = {"tau": "m", "qdd": "n", "V0d": "6", "f0": "6"}
-COLUMNS_OF = {"q": "n", "qd": "n", "qdd_motor": "m", "tau": "m", "p": "columns"} | dict.fromkeys(
-    ("pose", "V0", "V0d", "f0"), "6"
-)
 NOTES = (
     "n joints that move, m motors, so n - m elastic and passive joints; frames: all rows of the table, or those a "
     "scene asks for ('tool in ram' is seen from ram, 'tool at (0.1, 0, L2) in base' is a point in axes of tool, m)",
@@ -191,22 +172,7 @@ NOTES = (
 )
 
 
-def _result_shape(model: Model, name: str) -> str:
-    of, by = name.removeprefix("d").split("_d", 1) if "_d" in name else ("", "")
-    if of in ROWS_OF and by in COLUMNS_OF:
-        passive = of == "qdd" and model.name.startswith("inverse")
-        return f"{'(n - m)' if passive else ROWS_OF[of]} x {COLUMNS_OF[by]}"
-    return RESULT_SHAPES.get(f"{model.name} {name}") or RESULT_SHAPES.get(name, "n")
-
-
-def _arguments(model: Model) -> tuple[str, ...]:
-    """Those of a motion wanted up to the highest derivative that a chain may need."""
-    return MOTION if model.arguments[:1] == MOTION[:1] else model.arguments
-
-
 def _shown_arguments(model: Model) -> str:
-    return "y ..." if _arguments(model) is MOTION else ", ".join(model.arguments) or "p"
-
-
-def _meaning(model: Model, name: str) -> str:
-    return PARTICULAR.get((model.name, name)) or RESULTS[name]
+    wanted = {row.name for row in MOTION}
+    names = [name for name in model.arguments if name not in wanted]
+    return ", ".join([*names, *(["y ..."] if len(names) < len(model.arguments) else [])]) or "p"

@@ -13,8 +13,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
-from symoro_elastic.models.feed_forward import MOTION
-from symoro_elastic.numerics.states import ARGUMENTS
+from symoro_elastic.numerics.states import ARGUMENTS, depends_on_state
 from symoro_elastic.packaging import package
 from symoro_elastic.pipeline import describe, refuse_degenerate
 from symoro_elastic.symbolic.program import OperationCount
@@ -22,8 +21,6 @@ from symoro_elastic.symbolic.program import OperationCount
 Values = Mapping[str, float]
 
 RECURSION, BY_MATRIX = "recursion", "A^-1"
-OTHER_WAYS = {"direct_dynamics": "direct_dynamics_by_inertia_matrix"}
-"""Models that give the same results another way."""
 MOST_OPERATIONS = 200_000
 
 
@@ -65,7 +62,7 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
     refuse_floating(machine, "trade")
     for name in asked_models(scene):
         arguments = MODELS[name].arguments
-        if not arguments or not set(arguments) <= {*ARGUMENTS, *MOTION}:
+        if not arguments or not depends_on_state(arguments):
             what = f"it is no function of a state: trade times models of {', '.join(ARGUMENTS)}, direct_dynamics say"
             raise machine.error(name, what)
 
@@ -141,7 +138,8 @@ def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str
 
 def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulation]:
     """The asked models that are also solved by the inertia matrix, so solved."""
-    ways = {name: other for name, other in OTHER_WAYS.items() if name in asked_models(scene) and other in MODELS}
+    asked = asked_models(scene)
+    ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in asked}
     return [_form(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
 
 

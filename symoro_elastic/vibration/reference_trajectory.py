@@ -18,8 +18,8 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.models.feed_forward_checks import HIGHEST_DERIVATIVE
 from symoro_elastic.packages import for_vibrations
+from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
 from symoro_elastic.vibration.equations_of_motion import LARGEST
 

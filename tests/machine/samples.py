@@ -16,8 +16,8 @@ from symoro_elastic.machine.machine import (
     Spring,
     Wrench,
 )
-from symoro_elastic.machine.names import MODELS, WHOLE
-from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.scene import ALL, Parts, Scene
+from symoro_elastic.models.catalogue import MODELS
 
 TOML = """
 name = "arm"
@@ -121,10 +121,10 @@ def joints(draw: st.DrawFn, j: int) -> Joint:
 @st.composite
 def scenes(draw: st.DrawFn, moving: list[str]) -> Scene:
     some = st.lists(st.sampled_from(moving), unique=True) if moving else st.just([])
-    divided = st.sampled_from([model for model in MODELS if model not in WHOLE])
+    divided = st.sampled_from([name for name, model in MODELS.items() if model.parts is not Parts.WHOLE])
     outputs = {model: tuple(draw(some)) for model in draw(st.lists(divided, unique=True, max_size=2))}
     return Scene(
-        models=tuple(draw(st.lists(st.sampled_from(MODELS), unique=True, max_size=3))),
+        models=tuple(draw(st.lists(st.sampled_from(tuple(MODELS)), unique=True, max_size=3))),
         outputs=outputs,
         locked={joint: draw(numbers) for joint in draw(some)},
         fold=draw(st.sampled_from([(), ALL, ("Kx",), ("L2", "L1")])),

@@ -10,13 +10,15 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, read_machine
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.packaging import reserved_words
 from tests.machine.samples import PAR
 from tests.machine.test_bad_toml import damaged
 
 
 def message(text: str) -> str:
     with pytest.raises(InputError) as caught:
-        check(par.read(text, "arm.par"))
+        check(par.read(text, "arm.par"), reserved_words(), MODELS)
     said = str(caught.value)
     assert said.startswith("arm.par: ") and "\n" not in said and len(said) < 500
     return said.removeprefix("arm.par: ")
@@ -214,7 +216,7 @@ def test_long_lines_take_no_time() -> None:
 def test_no_damage_raises_anything_else(data: st.DataObject) -> None:
     text = damaged(PAR + OLD.split("\n")[-2] if data.draw(st.booleans()) else OLD, data)
     try:
-        check(par.read(text, "arm.par"))
+        check(par.read(text, "arm.par"), reserved_words(), MODELS)
     except InputError as error:
         assert str(error).startswith("arm.par: ") and "\n" not in str(error)
     else:

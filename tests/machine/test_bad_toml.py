@@ -12,12 +12,14 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import read_machine, toml, write_machine
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.packaging import reserved_words
 from tests.machine.samples import TOML
 
 
 def message(text: str) -> str:
     with pytest.raises(InputError) as caught:
-        check(toml.read(text, "arm.toml"))
+        check(toml.read(text, "arm.toml"), reserved_words(), MODELS)
     said = str(caught.value)
     assert said.startswith("arm.toml: ") and "\n" not in said and len(said) < 500
     return said.removeprefix("arm.toml: ")
@@ -220,7 +222,7 @@ def test_a_byte_order_mark_is_no_harm(tmp_path: Path) -> None:
 def test_no_damage_raises_anything_else(data: st.DataObject) -> None:
     text = damaged(TOML, data)
     try:
-        check(toml.read(text, "arm.toml"))
+        check(toml.read(text, "arm.toml"), reserved_words(), MODELS)
     except InputError as error:
         assert str(error).startswith("arm.toml: ") and "\n" not in str(error)
     else:

@@ -7,15 +7,30 @@ import keyword
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from symoro_elastic.machine import names
-from symoro_elastic.machine.names import did_you_mean, quoted, reserved
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import reserved as reserved_beside
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.packaging import reserved_words
+from symoro_elastic.pipeline import described
+from symoro_elastic.quantities import INTERMEDIATES, Intermediate
+from symoro_elastic.quantities.units import NUMBER
+from tests.machine.samples import TOML
 
 FREE = "q1 th1 x D4 L12 RL4 XX1 MZ6 IA9 M1 m2 lc1 I1 g0 k4 K4 bed_yaw y_chain_1 j1 e E1 A1 w3 F_max M_x Base"
 ALLOWED = FREE.split()
+
+
+def reserved(name: str) -> str | None:
+    """The reason that a machine's file is refused for, words of models and targets included."""
+    return reserved_beside(name, reserved_words())
 
 
 @pytest.mark.parametrize("name", ALLOWED)
@@ -69,10 +84,24 @@ def test_every_keyword_of_this_python_is_refused() -> None:
 
 
 def test_the_table_of_quantities_is_what_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert reserved("beta7") is None and reserved("beta7_x") is None and reserved("sq_x") is None
-    extended = {"scalars": ("beta",), "components": ("beta",), "prefixes": ("sq_",)}
-    monkeypatch.setattr(names, "QUANTITIES", extended)
-    assert reserved("beta7") and reserved("beta7_x") and reserved("sq_x")
+    assert reserved("beta7") is None and reserved("beta7_x") is None
+    row = Intermediate("beta", "", "b", "", "@", "", (), NUMBER, "a quantity that is not there")
+    monkeypatch.setattr("symoro_elastic.quantities.INTERMEDIATES", [*INTERMEDIATES, row])
+    assert reserved("beta7") and reserved("beta7a") and reserved("beta7_x") is None
+    component = replace(row, component="axis")
+    monkeypatch.setattr("symoro_elastic.quantities.INTERMEDIATES", [*INTERMEDIATES, row, component])
+    assert reserved("beta7") and reserved("beta7_x")
+
+
+def test_words_of_models_and_targets_are_handed_in() -> None:
+    """The machine's room does not know them: `read_machine` and `check` are given them."""
+    assert reserved_beside("direct_dynamics") is None and reserved("direct_dynamics")
+    machine = toml.read(TOML.replace("base_yaw", "direct_dynamics"), "arm.toml")
+    assert check(machine) == []
+    with pytest.raises(InputError, match=r"the name 'direct_dynamics' cannot be used: generated code uses this name"):
+        check(machine, reserved_words())
+    with pytest.raises(InputError, match=r"direct_dynamics: generated code uses this name"):
+        described(machine, Scene())
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")

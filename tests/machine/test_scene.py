@@ -10,6 +10,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import par, read_scene, toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.catalogue import MODELS
 from tests.machine.samples import TOML
 
 SCENE = """
@@ -76,16 +77,16 @@ def test_a_joint_name_goes_before_the_variable_of_another(tmp_path: Path) -> Non
 def test_what_the_machine_has_not(text: str, place: str, reason: str, machine: Machine, tmp_path: Path) -> None:
     path = written(text, tmp_path)
     with pytest.raises(InputError) as caught:
-        read_scene(path, machine)
+        read_scene(path, machine, MODELS)
     said = str(caught.value)
     assert said.startswith(f"{path}: {place}: ") and reason in said and "\n" not in said
 
 
 def test_models_may_be_given(machine: Machine, tmp_path: Path) -> None:
     path = written('models = ["mine"]', tmp_path)
-    assert read_scene(path, machine, models=("mine",)).models == ("mine",)
+    assert read_scene(path, machine, models={"mine": MODELS["energy"]}).models == ("mine",)
     with pytest.raises(InputError, match="no model 'mine'"):
-        read_scene(path, machine)
+        read_scene(path, machine, MODELS)
 
 
 def test_the_scene_of_a_machine_file_is_resolved() -> None:

@@ -21,7 +21,7 @@ from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
+from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
@@ -587,7 +587,7 @@ def test_operation_counts_do_not_grow(model: str, outputs: tuple[str, ...], prod
 )
 def test_names_that_the_machine_has_not(model: str, output: str, reason: str) -> None:
     with pytest.raises(InputError) as caught:
-        resolve(Scene((model,), {model: (output,)}), chain(3))
+        resolve(Scene((model,), {model: (output,)}), chain(3), MODELS)
     said = str(caught.value)
     assert said.startswith("chain3: scene, ") and reason in said and "\n" not in said
 

@@ -13,10 +13,9 @@ import pytest
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
-from symoro_elastic.machine.names import AT_POINTS
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.scene import ALL, Asked, Point, Scene
-from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.machine.scene import ALL, Asked, Parts, Point, Scene
+from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.pipeline import described
@@ -59,6 +58,7 @@ def texts(machine: Machine, asked: list[tuple[int, Point, int | None]]) -> tuple
     return tuple(str(Asked(names[j], at, None if place is None else names[place])) for j, at, place in asked)
 
 
+AT_POINTS = tuple(name for name, model in MODELS.items() if model.parts is Parts.POINTS)
 VARIOUS = [
     pytest.param(random_machine(800, joints=5, symbolic=True), Scene(), id="symbolic tree"),
     pytest.param(random_machine(801, joints=7, moving_base=True), Scene(), id="tree on a moving base"),
@@ -75,7 +75,10 @@ def test_a_point_is_a_fixed_row_there(machine: Machine, scene: Scene, tmp_path: 
     asked = asked_points(machine, 3)
     outputs = (*texts(machine, asked), machine.joints[-1].name)
     code = made(
-        machine, tmp_path, AT_POINTS, resolve(replace(scene, outputs=dict.fromkeys(AT_POINTS, outputs)), machine)
+        machine,
+        tmp_path,
+        AT_POINTS,
+        resolve(replace(scene, outputs=dict.fromkeys(AT_POINTS, outputs)), machine, MODELS),
     )
     state, with_rows, rows = whole_state(machine, 5), machine, []
     for j, at, place in asked:
@@ -215,7 +218,7 @@ def test_points_in_a_machine_file(form: Any) -> None:
 )
 def test_points_that_cannot_be_had(model: str, output: str, reason: str) -> None:
     with pytest.raises(InputError) as caught:
-        resolve(Scene((model,), {model: (output,)}), chain(3))
+        resolve(Scene((model,), {model: (output,)}), chain(3), MODELS)
     said = str(caught.value)
     assert said.startswith(f"chain3: scene, outputs, {model}: ") and reason in said and "\n" not in said
 

@@ -23,7 +23,7 @@ from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
-from symoro_elastic.packaging import package
+from symoro_elastic.packaging import package, reserved_words
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
@@ -141,7 +141,7 @@ def test_generated_names_cannot_be_those_of_a_user(subject: Subject) -> None:
         assert not set(made) & {*own, *arguments}, model
         arrays = [argument.name for argument in program.inputs]
         names = {*made, *arguments, *arrays, model} - own
-        assert [name for name in sorted(names) if reserved(name) is None] == [], model
+        assert [name for name in sorted(names) if reserved(name, reserved_words()) is None] == [], model
 
 
 @pytest.mark.parametrize(

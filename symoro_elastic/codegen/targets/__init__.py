@@ -11,6 +11,16 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.numpy import render_numpy
 
 TARGETS = ("numpy", "c")
+_WORDS = """
+    p c stride live sine cosine angle sign math np numpy all nan inf NaN Inf infinity
+    JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters
+    NUMBER ANGLE BITS OF WHOLE EXCESS EQUATIONS LOAD LOAD_ANGLE STORE NARROW WIDTH LANES VECTOR VECTOR_BYTES INLINE
+    APART LARGEST_ANGLE numbers angles bits lanes_at put circle circles far_circles double_double pair
+    pair_arc_tangent pair_cosine pair_difference pair_exact_product pair_exact_sum pair_negative pair_ordered_sum
+    pair_polynomial pair_product pair_quotient pair_rounded pair_sign pair_sine pair_square_root pair_sum pair_turn
+"""
+RESERVED = frozenset(_WORDS.split())
+"""Identifiers that some target uses itself."""
 
 
 def render_targets(package: Package, targets: Iterable[str], precisions: Iterable[Precision] = (DOUBLE,)) -> Files:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -11,6 +12,7 @@ from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
+from symoro_elastic.quantities import QUANTITIES
 
 
 def render_numpy(package: Package) -> Files:
@@ -25,11 +27,16 @@ def render_numpy(package: Package) -> Files:
     }
     files = {
         "__init__.py": render("numpy/__init__.py.j2", **context),
-        "_runtime.py": render("numpy/runtime.py.j2"),
+        "_runtime.py": render("numpy/runtime.py.j2", matrices=json.dumps(_matrices())),
     }
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files
+
+
+def _matrices() -> dict[str, int]:
+    """Rows of the arguments that may be given as matrices."""
+    return {row.name: row.rows for row in QUANTITIES.values() if row.rows}
 
 
 def _python_function(package: Package, function: Function) -> dict[str, Any]:

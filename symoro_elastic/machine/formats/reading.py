@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from types import ModuleType
 
@@ -10,14 +11,17 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formats.files import load_text, save_text
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.resolve import Models
 
 FORMATS: dict[str, ModuleType] = {".toml": toml, ".par": par}
 
 
-def read_machine(path: str | Path) -> tuple[Machine, list[str]]:
-    """The machine in a file, checked, and warnings, a line each; raises `InputError`."""
+def read_machine(
+    path: str | Path, taken: Collection[str] = (), models: Models | None = None
+) -> tuple[Machine, list[str]]:
+    """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
     machine: Machine = _format(path).read(load_text(path), str(path))
-    return machine, check(machine)
+    return machine, check(machine, taken, models)
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.tables import Table, load
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import MODELS
-from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.machine.scene import ALL, Scene
 
 KEYS = ("models", "outputs", "locked", "fold", "gravity")
 
 
-def read_scene(path: str | Path, machine: Machine, models: Iterable[str] = MODELS) -> Scene:
+def read_scene(path: str | Path, machine: Machine, models: Models | None = None) -> Scene:
     """The scene in a TOML file, its names resolved in `machine`; raises `InputError`."""
     top = load(load_text(path), str(path))
     if "scene" in top.entries:

@@ -1,0 +1,97 @@
+"""Every argument, result and intermediate quantity of generated code, a row each.
+
+Whatever says a name, a symbol, a unit, a shape or a meaning reads it here: the check of users' names, docstrings and
+comments, tables, LaTeX, test states.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from symoro_elastic.quantities import intermediates, signatures
+from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
+from symoro_elastic.quantities.quantity import (
+    Intermediate,
+    Quantity,
+    Role,
+    Samples,
+    cited,
+    derivative,
+    numbers_cited,
+)
+from symoro_elastic.quantities.signatures import HIGHEST_DERIVATIVE, MOTION, VELOCITIES
+from symoro_elastic.quantities.units import PairUnit, Unit
+
+__all__ = [
+    "COEFFICIENT",
+    "DERIVATIVE",
+    "FUNCTIONS",
+    "HIGHEST_DERIVATIVE",
+    "INTERMEDIATES",
+    "MOTION",
+    "ON_BASE",
+    "PREFIXES",
+    "QUANTITIES",
+    "STATE",
+    "VELOCITIES",
+    "Intermediate",
+    "PairUnit",
+    "Quantity",
+    "Role",
+    "Samples",
+    "Unit",
+    "cited",
+    "derivative",
+    "is_intermediate",
+    "numbers_cited",
+    "quantity",
+    "words",
+]
+
+QUANTITIES: dict[str, Quantity] = {
+    row.name: row
+    for rows in (
+        signatures.OF_JOINTS,
+        signatures.MOTION,
+        signatures.OF_FRAMES,
+        signatures.ON_BASE,
+        signatures.COLUMNS,
+        signatures.OF_MACHINES,
+    )
+    for row in rows
+}
+"""Arguments and results, and what derivatives are taken by; derivatives themselves are composed by `quantity`."""
+INTERMEDIATES: list[Intermediate] = list(intermediates.ROWS)
+STATE: tuple[Quantity, ...] = signatures.OF_JOINTS
+"""Arguments that make up the state of a machine, in the order in which test states are drawn."""
+ON_BASE: tuple[Quantity, ...] = signatures.ON_BASE
+"""Arguments that belong to a floating base."""
+
+
+def quantity(name: str, own: Iterable[Quantity] = ()) -> Quantity:
+    """The row of an argument or result; `own` are rows that stand for those of the same names.
+
+    `dtau_dq` is composed of the rows of tau and q. Raises `KeyError`.
+    """
+    rows = QUANTITIES | {row.name: row for row in own}
+    of, _, by = name.removeprefix("d").partition("_d")
+    if name in rows or of not in rows or by not in rows:
+        return rows[name]
+    return derivative(rows[of], rows[by])
+
+
+def words() -> Iterator[str]:
+    """Names of arguments that no machine may use."""
+    return (row.name for row in QUANTITIES.values() if row.is_word)
+
+
+def is_intermediate(name: str) -> bool:
+    """Whether a name is, or looks like, one of an intermediate variable."""
+    if name.startswith(PREFIXES):
+        return True
+    found = re.fullmatch(r"([A-Za-z]+)\d+([a-z]*|_.*)", name, re.ASCII)
+    if not found:
+        return False
+    has_component = found[2].startswith("_")
+    return any(row.name == found[1] and bool(row.component) == has_component for row in INTERMEDIATES)

@@ -1,0 +1,208 @@
+"""What is known of one quantity of generated code: name, symbol, unit, shape, meaning, equations, role."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cache
+
+from symoro_elastic.quantities.units import PairUnit, Unit
+
+
+class Role(Enum):
+    """What a quantity is in generated code; a column is what derivatives are taken by."""
+
+    ARGUMENT = "argument"
+    RESULT = "result"
+    COLUMN = "column"
+    INTERMEDIATE = "intermediate"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Test values of an argument: moderate ones within `size`, extreme ones of 10^low to 10^high."""
+
+    size: float
+    decades: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """An argument, a result, or what derivatives are taken by.
+
+    `unit` is None where it depends on more than the joints of an entry. `shape` counts entries: "n" joints that move,
+    "m" motors, "frames" and numbers, as in "frames x 6". `entries` are the names of single entries, or one in which
+    `@` is the joint's number; without, entries are called like the variables of their joints. `symbol` is LaTeX, with
+    a left superscript where components are in `frame0`; `index` is a first index that all entries share. Where
+    `columns_follow_rows`, a scene that chooses rows chooses columns, too. An argument with `rows` may also
+    be given as a matrix, row by row. `plural` names the quantity in "derivatives
+    of ... by", `as_column` after "by". `is_word` refuses the name as a user's name in every machine; other names are
+    refused where a model uses them. Without `says_unit` the sentence leaves the unit out.
+    """
+
+    name: str
+    meaning: str
+    symbol: str
+    unit: Unit | PairUnit | None
+    shape: str
+    roles: tuple[Role, ...]
+    frame: str = ""
+    note: str = ""
+    equations: tuple[int, ...] = ()
+    entries: str | tuple[str, ...] = ""
+    index: str = ""
+    frame0: bool = False
+    columns_follow_rows: bool = False
+    plural: str = ""
+    as_column: str = ""
+    rows: int = 0
+    samples: Samples | None = None
+    is_word: bool = False
+    says_unit: bool = True
+    is_derivative: bool = False
+
+    @property
+    def letter(self) -> str:
+        """LaTeX of the whole quantity."""
+        return self.symbol + (f"_{{{self.index}}}" if self.index else "")
+
+    @property
+    def sentence(self) -> str:
+        """Meaning, frame and unit, as in docstrings, comments and tables."""
+        parts = filter(None, (self.meaning, self.frame, self._units()))
+        return ", ".join(parts) + (f"; {self.note}" if self.note else "")
+
+    def _units(self) -> str:
+        if self.unit is None or not self.says_unit:
+            return ""
+        if isinstance(self.unit, PairUnit):
+            return self.unit.text
+        if self.unit.linear and not self.unit.angular:
+            return f"lengths in {self.unit.linear}"
+        return self.unit.screw if self.axes[-1] == "6" else self.unit.text
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """What each axis counts."""
+        return tuple(self.shape.split(" x "))
+
+    @property
+    def follows(self) -> str:
+        """What entries of an argument belong to: "n" joints, "m" motors, or neither."""
+        return self.shape if self.shape in ("n", "m") else ""
+
+
+@dataclass(frozen=True)
+class Intermediate:
+    """Variables `<name><joint><component>` of generated code.
+
+    `base`, `above` and `below` are the LaTeX of the symbol and of its indices, in which `@` is the joint, `#` the
+    component, `<` and `>` its first and second letter. `definition` is the paper's symbol. Where the same names have
+    another meaning in other programs, `of_results` names results of the programs that the row is for.
+    """
+
+    name: str
+    component: str
+    base: str
+    above: str
+    below: str
+    definition: str
+    equations: tuple[int, ...]
+    unit: Unit | PairUnit | None
+    meaning: str
+    of_results: tuple[str, ...] = ()
+    role: Role = Role.INTERMEDIATE
+
+    def symbol(self, joint: str = "j", component: str | None = None, part: str = "") -> str:
+        """LaTeX of one component; `part` is the letter of a shared part of it."""
+        shown = (COMPONENTS[self.component][1] if component is None else component).replace("_", ",")
+        above = "".join(x for x in (self.above, rf"\mathrm{{{part}}}" if part else "") if x)
+        text = self.base + (f"^{{{above}}}" if above else "") + (f"_{{{self.below}}}" if self.below else "")
+        return text.replace("<", shown[:1]).replace(">", shown[1:]).replace("#", shown).replace("@", joint)
+
+    def match(self, name: str) -> re.Match[str] | None:
+        """Joint `j`, component `c` and `part` in a name of this row; None for other names."""
+        return _pattern(self.name, self.component).fullmatch(name)
+
+
+COMPONENTS = {
+    "": ("", ""),
+    "axis": ("_(?P<c>[xyz])", "x"),
+    "square": ("_(?P<c>xx|yy|zz)", "xx"),
+    "product": ("_(?P<c>xy|xz|yz)", "xy"),
+    "six": ("_(?P<c>[1-6])", "k"),
+    "entry": ("_(?P<c>[1-6]{2})", "mn"),
+    "moment": ("_(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "quaternion": ("_(?P<c>[wxyz])", "w"),
+    "rotation": ("(?<![A-Za-z]0)_(?P<c>[1-3]{2})", "mn"),
+    "base rotation": ("(?<=[A-Za-z]0)_(?P<c>[1-3]{2})", "mn"),
+    "number": (r"(?<![A-Za-z]0)_(?P<c>\d+)", "i"),
+    "place": (r"_(?P<c>(?<![A-Za-z]0_)(?:0_)?\d+|(?<=[A-Za-z]0_)\d+_(?:0_)?\d+)", "i"),
+    "row column": (r"_(?P<c>[1-6]_\d+)", "k_i"),
+    "c": ("_c", ""),
+    "c axis": ("_c_(?P<c>[xyz])", "x"),
+    "c moment": ("_c(?P<c>xx|xy|xz|yy|yz|zz)", "xx"),
+    "parameter": (r"_(?P<c>[A-Z]+\d+)", "X"),
+    "theta": ("_theta", ""),
+    "motor": ("_motor", ""),
+    "spring": ("_spring", ""),
+    "link": ("_link", ""),
+    "compliance": ("_compliance", ""),
+    "r": ("_r", ""),
+}
+"""Components of a name: what they look like, and the one that stands for all in a list of symbols."""
+
+
+@cache
+def _pattern(name: str, component: str) -> re.Pattern[str]:
+    return re.compile(rf"{name}(?P<j>\d+){COMPONENTS[component][0]}(?P<part>[a-z]*)", re.ASCII)
+
+
+def derivative(of: Quantity, by: Quantity, note: str = "") -> Quantity:
+    """The derivatives of one quantity by another: `dtau_dq`, a row for each entry of tau, a column for each of q."""
+    columns = by.as_column or by.name
+    unit = of.unit / by.unit if isinstance(of.unit, Unit) and isinstance(by.unit, Unit) else None
+    return Quantity(
+        name=f"d{of.name}_d{by.name}",
+        meaning=f"derivatives of {of.plural} by {columns}{note}",
+        symbol=rf"[\partial{_spaced(of)}/\partial{_spaced(by)}]",
+        unit=unit,
+        shape=f"{of.shape} x {by.shape}",
+        roles=(Role.RESULT,),
+        says_unit=False,
+        is_derivative=True,
+    )
+
+
+def _spaced(quantity: Quantity) -> str:
+    """The symbol as it may follow a command of LaTeX."""
+    return quantity.letter if quantity.letter.startswith("\\") else f" {quantity.letter}"
+
+
+def time_derivative(of: Quantity, order: int, meaning: str) -> Quantity:
+    """The derivative by time of some order, of a quantity in rad or m."""
+    power = order if order > 1 else ""
+    return replace(
+        of,
+        name=of.name + "d" * order,
+        meaning=meaning,
+        note="",
+        unit=Unit(f"rad/s{power}", f"m/s{power}"),
+        symbol=rf"{of.symbol}^{{({order})}}",
+        entries=str(of.entries).replace("_0", f"_{order}"),
+    )
+
+
+def cited(equations: Iterable[int]) -> str:
+    """Equation numbers as they are cited: `[28], [50]`."""
+    return ", ".join(f"[{number}]" for number in equations)
+
+
+def numbers_cited(text: str) -> tuple[int, ...]:
+    """Equation numbers of a text that cites them, ranges written out: 8 and 12 to 14 of `[8], [12]-[14]`."""
+    found: list[int] = []
+    for first, last in re.findall(r"\[(\d+)\](?:-\[(\d+)\])?", text):
+        found += range(int(first), int(last or first) + 1)
+    return tuple(found)

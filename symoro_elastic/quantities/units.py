@@ -1,0 +1,108 @@
+"""Units of quantities, by the kinds of joints that an entry belongs to."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+
+WORDS = re.compile(r"([A-Za-z]+)(\d*)")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Unit of an entry that belongs to one joint, or to one component of a screw or wrench.
+
+    `angular` holds for revolute joints and components 4 to 6, `linear` for prismatic joints and components 1 to 3. A
+    number without dimension has the unit "".
+    """
+
+    angular: str
+    linear: str
+
+    def of(self, sigma: int) -> str:
+        """The unit for a revolute (0) or a prismatic joint (1)."""
+        return self.linear if sigma else self.angular
+
+    @property
+    def text(self) -> str:
+        """`rad/s or m/s`; one unit where both are the same."""
+        return " or ".join(dict.fromkeys((self.angular, self.linear)))
+
+    @property
+    def screw(self) -> str:
+        """`m/s and rad/s`: in the order of components, linear ones first."""
+        return f"{self.linear} and {self.angular}"
+
+    def __truediv__(self, other: Unit) -> PairUnit:
+        rows, columns = (self.angular, self.linear), (other.angular, other.linear)
+        a, b, c, d = (quotient(row, column) for row in rows for column in columns)
+        return PairUnit(a, b, c, d)
+
+
+@dataclass(frozen=True)
+class PairUnit:
+    """Unit of an entry that belongs to two joints or components, that of its row and that of its column."""
+
+    angular_angular: str
+    angular_linear: str
+    linear_angular: str
+    linear_linear: str
+
+    def of(self, row: int, column: int) -> str:
+        """The unit for rows and columns of revolute (0) or prismatic joints (1)."""
+        return self._all[2 * row + column]
+
+    @property
+    def _all(self) -> tuple[str, str, str, str]:
+        return self.angular_angular, self.angular_linear, self.linear_angular, self.linear_linear
+
+    @property
+    def text(self) -> str:
+        """`kg m2, kg m or kg`."""
+        *others, last = dict.fromkeys(self._all)
+        return f"{', '.join(others)} or {last}" if others else last
+
+
+def same(unit: str) -> Unit:
+    """One unit for all kinds of joints."""
+    return Unit(unit, unit)
+
+
+def quotient(over: str, under: str) -> str:
+    """Quotient of two units: `N m s/rad` for `N m` over `rad/s`."""
+    found = _exponents(over)
+    found.subtract(_exponents(under))
+    powers = {name: power for name, power in found.items() if power}
+    above = [_power(name, power) for name, power in powers.items() if power > 0]
+    below = [_power(name, -power) for name, power in powers.items() if power < 0]
+    if not below:
+        return " ".join(above)
+    return f"{' '.join(above) or '1'}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
+
+
+def _exponents(unit: str) -> Counter[str]:
+    over, _, under = unit.partition("/")
+    found = Counter({name: int(power or 1) for name, power in WORDS.findall(over)})
+    found.subtract({name: int(power or 1) for name, power in WORDS.findall(under)})
+    return found
+
+
+def _power(name: str, power: int) -> str:
+    return name if power == 1 else f"{name}{power}"
+
+
+NUMBER = same("")
+POSITION = Unit("rad", "m")
+VELOCITY = Unit("rad/s", "m/s")
+ACCELERATION = Unit("rad/s2", "m/s2")
+FORCE = Unit("N m", "N")
+MASS = Unit("kg m2", "kg")
+"""Inertia that a joint moves."""
+INVERSE_MASS = Unit("1/(kg m2)", "1/kg")
+COMPLIANCE = Unit("rad/(N m)", "m/N")
+PLACEMENT = Unit("", "m")
+"""Entries of a 4 x 4 matrix: direction cosines, and lengths in its last column."""
+INERTIA = PairUnit("kg m2", "kg m", "kg m", "kg")
+DAMPING = PairUnit("N m s/rad", "N s", "N s", "N s/m")
+STIFFNESS = PairUnit("N m/rad", "N", "N", "N/m")
