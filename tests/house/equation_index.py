@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.quantities import INTERMEDIATES
+from symoro_elastic.quantities.quantity import COMPONENTS, Intermediate
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "equations.md"
@@ -60,8 +61,8 @@ WHAT = {
     60: "acceleration of frame j",
     61: "torque of a motor",
 }
-DIRECT = "step of the derivation of [28]-[36] for the last two bodies"
-INVERSE = "step of the derivation of [50]-[61] for the last two bodies"
+DIRECT = "steps of the derivation of [28]-[36] for the last two bodies"
+INVERSE = "steps of the derivation of [50]-[61] for the last two bodies"
 NOT_WRITTEN = dict.fromkeys((16, *range(19, 28)), DIRECT) | dict.fromkeys(range(37, 50), INVERSE)
 """Equations that no line carries out, with the reason."""
 
@@ -111,7 +112,13 @@ def index() -> dict[int, list[Place]]:
 def generated_names(equation: int) -> list[str]:
     """Names that the quantities of an equation have in generated code, for joint 5."""
     rows = (row for row in INTERMEDIATES if equation in row.equations)
-    return list(dict.fromkeys(f"{row.name}5" + (f"_{row.component_example}" if row.component else "") for row in rows))
+    return list(dict.fromkeys(map(_example, rows)))
+
+
+def _example(row: Intermediate) -> str:
+    pattern, shown = COMPONENTS[row.component]
+    suffix = re.sub(r"\(\?P<c>.*\)", shown, pattern)
+    return f"{row.name}5" + re.sub(r"^\(\?<!.*?\)", "", suffix)
 
 
 def page() -> str:
@@ -130,12 +137,26 @@ def page() -> str:
     places = index()
     for equation in range(1, LAST + 1):
         if equation in NOT_WRITTEN:
-            lines.append(f"| [{equation}] | {NOT_WRITTEN[equation]} | | |")
             continue
         where = "<br>".join(f"`{place.function}` ({_link(place)})" for place in places[equation])
         names = ", ".join(f"`{name}`" for name in generated_names(equation))
         lines.append(f"| [{equation}] | {WHAT[equation]} | {where} | {names} |")
+    lines += ["", "Without a line of their own:", ""]
+    for reason in dict.fromkeys(NOT_WRITTEN.values()):
+        numbers = [k for k, other in NOT_WRITTEN.items() if other == reason]
+        lines.append(f"- {_ranges(numbers)}: {reason}")
     return "\n".join(lines) + "\n"
+
+
+def _ranges(numbers: list[int]) -> str:
+    """`[16], [19]-[27]`."""
+    runs: list[list[int]] = []
+    for k in numbers:
+        if runs and runs[-1][-1] == k - 1:
+            runs[-1].append(k)
+        else:
+            runs.append([k])
+    return ", ".join(f"[{run[0]}]" + (f"-[{run[-1]}]" if len(run) > 1 else "") for run in runs)
 
 
 def _link(place: Place) -> str:
