@@ -1,4 +1,4 @@
-"""An exciting motion as a trajectory for a controller: from rest, some periods, to rest, sampled evenly."""
+"""An exciting motion as a trajectory for a controller: from rest, some periods, to rest, evenly sampled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALLOWED = 1 + 1e-9  # of the limits
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Evenly sampled motion of the motors: t (N) s, q, qd, qdd (N, m) rad or m; `start` s long it gains its pace."""
+    """Evenly sampled motion of the motors: t (N) s, q, qd, qdd (N, m) rad or m; `start` is its run-up, s."""
 
     t: Array
     q: Array
@@ -36,7 +36,7 @@ class Trajectory:
 
 
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
-    """Limits of each motor from ranges by option and by name of a motor, or of its variable; "" is all others.
+    """Return limits of each motor from ranges by option and name of motor or variable; "" is all others.
 
     Raises `InputError` for a motor without limits, or a name that is no motor's.
     """
@@ -69,7 +69,7 @@ def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]
 
 
 def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float) -> Trajectory:
-    """The motion with its time started and stopped smoothly, sampled at `rate` Hz.
+    """Return the motion with its time started and stopped smoothly, sampled at `rate` Hz.
 
     The machine stays on the path of the motion. Positions and velocities keep the limits because no sample is
     faster than the motion; the start is made as long as accelerations need. Raises `InputError`.
@@ -86,7 +86,7 @@ def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float)
 
 
 def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> None:
-    """Raise `InputError` for a rate (Hz) that does not follow the fastest harmonic, or fills the memory."""
+    """Raise `InputError` for a rate (Hz) too low for the fastest harmonic, or too high for the memory."""
     fastest, samples = frequency * harmonics, (periods + 2) / frequency * rate
     if rate < LEAST_SAMPLES * fastest:
         what = f"{rate:g} Hz is slow for harmonics up to {fastest:g} Hz: sample at {LEAST_SAMPLES * fastest:g} Hz"
@@ -99,19 +99,19 @@ def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> 
 
 
 def _elapsed(pace: Array, start: float) -> Array:
-    """Time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
+    """Return the time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
     elapsed: Array = start * (pace**3 - pace**4 / 2)
     return elapsed
 
 
 def _slowed(motion: FourierMotion, elapsed: Array, pace: Array, turning: Array) -> tuple[Array, Array, Array]:
-    """q, qd, qdd where time runs at a pace, which changes at a rate of its own."""
+    """Return q, qd, qdd for a pace of time and its rate of change."""
     q, qd, qdd = motion.at(elapsed)
     return q, qd * pace[:, None], qdd * pace[:, None] ** 2 + qd * turning[:, None]
 
 
 def _start(motion: FourierMotion, limits: Limits) -> float:
-    """Duration of the start, whole periods so that the motion ends where it began."""
+    """Return the duration of the start, whole periods so that the motion ends where it began."""
     for periods in range(1, LONGEST_START + 1):
         start = periods * motion.period
         pace, turning = 3 * SLOWED**2 - 2 * SLOWED**3, 6 * SLOWED * (1 - SLOWED) / start
@@ -125,7 +125,7 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
 
 
 def refuse_file(path: str | Path) -> None:
-    """Raise `InputError` for a file that `write` could not write, before the search for its motion."""
+    """Raise `InputError` for a file that `write` cannot write."""
     if Path(path).suffix.lower() not in FILE_TYPES:
         raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
     if not Path(path).parent.is_dir():
@@ -150,7 +150,7 @@ def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> Path:
 
 
 def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
-    """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
+    """Return condition numbers, and by motor the extremes with their limits and the coefficients of its series."""
     motion, motors = excitation.motion, {}
     for k, joint in enumerate(machine.motor_joints):
         q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
@@ -178,7 +178,7 @@ def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine
 
 
 def table(reached: Mapping[str, Any]) -> Any:
-    """What the trajectory reaches of the limits of each motor, from `figures`."""
+    """Return a table of the extremes of each motor and their limits, from `figures`."""
     from rich.table import Table
 
     drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
@@ -191,7 +191,7 @@ def table(reached: Mapping[str, Any]) -> Any:
 
 
 def lines(reached: Mapping[str, Any]) -> list[str]:
-    """Condition numbers and duration in words, from `figures`."""
+    """Return condition numbers and duration in words, from `figures`."""
     start, end = reached["start"], reached["duration"]
     return [
         f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "

@@ -60,7 +60,7 @@ def read_measurements(path: str | Path, machine: Machine) -> Measurements:
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
     """Return measurements from columns by header; raises `InputError` for missing, unknown or double names."""
     named, warnings = named_columns(columns, machine, source)
-    warnings += [f"column {header_of(key)} is passed over" for key in named if key[0] not in MEASURED]
+    warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED]
     joints = machine.moving_joints
     motors = machine.motor_joints
     _refuse_missing(named, joints, motors, source)

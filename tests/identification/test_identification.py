@@ -378,7 +378,7 @@ def test_names_variables_and_units(arm: Machine) -> None:
     found = from_columns(renamed, arm, "data")
     np.testing.assert_allclose(found.q[:, 0], data["q_shoulder"])
     np.testing.assert_allclose(found.tau[:, 0], data["tau_shoulder"])
-    assert found.warnings == ("column note is passed over",)
+    assert found.warnings == ("column note is skipped",)
     with pytest.raises(InputError, match=r"no unit \[mm\] here: choose from rad, mrad, deg"):
         from_columns({"t": data["t"], "q_elbow [mm]": data["q_elbow"]}, arm, "data")
 
