@@ -17,9 +17,8 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.identify import structural_grouping
-from symoro_elastic.identification.regression import Regressor, regressor
+from symoro_elastic.identification.regression import Regressor, refuse_unknown_labels, regressor
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import independent_columns
 from symoro_elastic.packages import for_identification
 
@@ -127,10 +126,7 @@ class Condition:
         self.machine, self.Y = machine, Y
         self._motors = list(machine.motor_entries)
         labels = [column.label for column in Y.columns]
-        for label in known:
-            if label not in labels:
-                what = f"no such parameter{did_you_mean(label, labels)}"
-                raise machine.error(f"known {label}", what)
+        refuse_unknown_labels(machine, known, Y.columns)
         sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(Y, sought, len(machine.moving), machine)
         self._kept = [sought[c] for c in structure.kept]

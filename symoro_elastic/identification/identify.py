@@ -20,9 +20,8 @@ from symoro_elastic.identification.filtering import (
     reverses,
     thin,
 )
-from symoro_elastic.identification.regression import Regressor, RegressorColumn, regressor
+from symoro_elastic.identification.regression import Regressor, RegressorColumn, refuse_unknown_labels, regressor
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
 from symoro_elastic.time_series.measurements import Measurements
@@ -125,11 +124,9 @@ def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: f
 
 
 def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+    refuse_unknown_labels(machine, known, columns)
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
-        if label not in numbers:
-            what = f"no such parameter{did_you_mean(label, numbers)}"
-            raise machine.error(f"known {label}", what)
         if not math.isfinite(value):
             raise machine.error(f"known {label}", "give it a number")
     return {numbers[label]: value for label, value in known.items()}

@@ -8,7 +8,7 @@ position q0. Labels are those of the `regressor` model: XX3 .. M3, IA3, FV3, FS3
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -20,6 +20,7 @@ from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -268,3 +269,11 @@ def _unit_joint(j: int, joint: Joint) -> Joint:
     mx, my, mz = (named[name] for name in MOMENTS)
     xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
     return replace(bare, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
+
+
+def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:
+    """Raise `InputError` for a label that is none of a column."""
+    labels = [column.label for column in columns]
+    for label in known:
+        if label not in labels:
+            raise machine.error(f"known {label}", f"no such parameter{did_you_mean(label, labels)}")

@@ -15,9 +15,9 @@ from symoro_elastic.identification.excitation import Excitation, FourierMotion, 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.time_series.columns import MOST_SAMPLES
+from symoro_elastic.time_series.writing import columns_of, write_columns
 
 POSITION = "--position"
-FILE_TYPES = (".csv", ".npz")
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
@@ -124,29 +124,11 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
     return start
 
 
-def refuse_file(path: str | Path) -> None:
-    """Raise `InputError` for a file that `write` cannot write."""
-    if Path(path).suffix.lower() not in FILE_TYPES:
-        raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
-    if not Path(path).parent.is_dir():
-        raise InputError(str(path), "file", "its folder does not exist: make it first")
-
-
-def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> Path:
+def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> None:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
-    path, names = Path(path), [joint.name for joint in machine.motor_joints]
-    columns: dict[str, Any] = {"t": trajectory.t}
-    for quantity, block in (("q", trajectory.q), ("qd", trajectory.qd), ("qdd", trajectory.qdd)):
-        columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
-    try:
-        if path.suffix.lower() == ".npz":
-            np.savez(path, **columns)
-        else:
-            table = np.column_stack(list(columns.values()))
-            np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
-    except OSError as error:
-        raise InputError(str(path), "file", f"cannot be written: {error.strerror or error}") from None
-    return path
+    names = [joint.name for joint in machine.motor_joints]
+    blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
+    write_columns(columns_of(trajectory.t, *blocks), path)
 
 
 def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
