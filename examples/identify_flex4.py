@@ -20,7 +20,7 @@ from symoro_elastic.identification.simulation import Controller, Sensors, measur
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
-from symoro_elastic.time_series.measurements import read_measurements, write_csv
+from symoro_elastic.time_series.measurements import read_measurements, write_measurements
 
 HERE = Path(__file__).parent
 GEOMETRY = {"L2": 0.5, "G3": -9.81}
@@ -78,7 +78,7 @@ def main(folder: Path) -> None:
     controller = Controller.of_bandwidth([2.0, 0.4], frequency=4.0)
     true = simulate(machine, values(machine), motion.at, controller, duration=10.0, sampling=1000.0, settle=2.0)
     step = np.full(4, 2 * np.pi / 2**20)
-    write_csv(measure(true, Sensors(step, step, np.array([0.3, 0.1]))), machine, folder / "flex4.csv")
+    write_measurements(measure(true, Sensors(step, step, np.array([0.3, 0.1]))), machine, folder / "flex4.csv")
 
     measured = read_measurements(folder / "flex4.csv", machine)
     found = identify(machine, measured, values(machine), known=BALANCED)

@@ -103,13 +103,14 @@ def feed_forward(
     springs behind a motor with --scene.
     """
     from symoro_elastic.machine.named_cells import with_values
+    from symoro_elastic.time_series.writing import CSV, NPZ
     from symoro_elastic.vibration import export
     from symoro_elastic.vibration import feed_forward as vibration
     from symoro_elastic.vibration.plots import plot_feed_forward
     from symoro_elastic.vibration.tables import feed_forward_table
 
     if out:
-        export.refuse_file(out, (export.CSV, export.NPZ))
+        export.refuse_file(out, (CSV, NPZ))
     kept = with_values(read_restricted(machine, scene), values)
     with steps() as step:
         step("feed-forward")

@@ -136,8 +136,9 @@ def excite(
     """
     from symoro_elastic.identification import trajectory
     from symoro_elastic.identification.plots import plot_excitation
+    from symoro_elastic.time_series.writing import refuse_file
 
-    trajectory.refuse_file(out)
+    refuse_file(out)
     found = read(machine)
     allowed = limits.of(found)
     series.refuse_rate()

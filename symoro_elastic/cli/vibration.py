@@ -206,7 +206,7 @@ def response(
     from symoro_elastic.vibration.zeros import poles_and_zeros
 
     if out:
-        export.refuse_file(out, (export.CSV, export.NPZ, export.MAT))
+        export.refuse_file(out, export.RESPONSE_FILES)
     with steps() as step:
         step("response")
         linear = responses.with_modal_damping(situation.linearization(machine, inputs, outputs), damping)

@@ -1,1 +1,1 @@
-"""Identification of a real machine: from measured motion and torques to parameters and what they are worth."""
+"""Identification of a real machine: parameters and their standard deviations from measured motion and torques."""

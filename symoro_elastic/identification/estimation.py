@@ -30,7 +30,7 @@ FEWEST_ROWS = 2  # equations for each parameter
 
 
 class Verdict(StrEnum):
-    """What an estimate is worth."""
+    """Quality of an estimate."""
 
     IDENTIFIED = "identified"
     POOR = "poorly identified"
@@ -88,7 +88,7 @@ class LeastSquares:
 
 @dataclass(frozen=True)
 class Estimation:
-    """Estimates by parameter, the solution on the columns that the data tell apart, and notes for the user."""
+    """Estimates by parameter, the solution on the independent columns, and notes for the user."""
 
     estimates: tuple[Estimate, ...]
     solution: LeastSquares
@@ -109,7 +109,7 @@ class Estimation:
 
 
 def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> LeastSquares:
-    """Weighted least squares of Y (samples, n, c) X = tau (samples, n).
+    """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
     of weighting follow the ordinary solution. Rows that are zero on both sides count for nothing.
@@ -134,7 +134,7 @@ def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array]
 
 
 def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Array:
-    """A^-1 S A^-1 with S the long-run covariance of the scores Y_t^T r_t (Newey and West 1987)."""
+    """Return A^-1 S A^-1 with S the long-run covariance of the scores Y_t^T r_t (Newey and West 1987)."""
     scores = np.einsum("tjc,tj->tc", Y, residuals / sigma**2)
     scores -= scores.mean(axis=0)
     S = scores.T @ scores
@@ -146,20 +146,20 @@ def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Arr
 
 
 def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:
-    """Rounding of each row: no residual is smaller, so that rows without noise have finite weights."""
+    """Return the rounding of each row, the least residual, so that rows without noise have finite weights."""
     terms = np.sqrt(((Y * X) ** 2).sum(axis=2).mean(axis=0)) + np.sqrt((tau**2).mean(axis=0))
     floor = 1e-13 * terms
     return np.where(floor > 0, floor, max(float(deviations.max(initial=0.0)), 1e-300))
 
 
 def _stacked(Y: Array, sigma: Array, lengths: Array | float = 1.0) -> Array:
-    """Rows of each joint over sigma, columns over their lengths (samples n, c)."""
+    """Return rows of each joint over sigma, columns over their lengths (samples n, c)."""
     rows: Array = (Y / sigma[:, None]).reshape(-1, Y.shape[2]) / lengths
     return rows
 
 
 def _shares(Y: Array, sigma: Array) -> Array:
-    """Share of each joint in the degrees of freedom: sums of leverages."""
+    """Return the share of each joint in the degrees of freedom: sums of leverages."""
     W = _stacked(Y, sigma)
     Q = np.linalg.qr(W / np.linalg.norm(W, axis=0))[0]
     shares: Array = (Q.reshape(Y.shape) ** 2).sum(axis=(0, 2))
@@ -167,7 +167,7 @@ def _shares(Y: Array, sigma: Array) -> Array:
 
 
 def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) -> tuple[Array, Array, float, Array]:
-    """X, (Y^T Y - N)^-1, condition number of columns of length 1, share of noise in what tells each X_i."""
+    """Return X, (Y^T Y - N)^-1, the condition number of unit columns, and the share of noise in each X_i."""
     lengths = np.linalg.norm(_stacked(Y, sigma), axis=0)
     W, right = _stacked(Y, sigma, lengths), (tau / sigma).ravel()
     Q, R = np.linalg.qr(W)
@@ -224,7 +224,7 @@ def estimate(
 
 
 def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
-    """A group as text: `ZZ1 + Ia1 + 0.25 M3`."""
+    """Return a group as text: `ZZ1 + Ia1 + 0.25 M3`."""
     text = label
     for other, b in terms:
         size = "" if abs(abs(b) - 1.0) < 1e-12 else f"{abs(b):.6g} "
@@ -240,7 +240,7 @@ def _refuse_short(Y: Array, unknowns: Sequence[Unknown], source: str) -> None:
 
 
 def _balanced(Y: Array) -> Array:
-    """Rows of each joint divided by their largest column, stacked: no joint hides another in the rank."""
+    """Return rows of each joint divided by their largest column, so that all joints count alike in the rank."""
     size = np.sqrt((Y**2).mean(axis=0)).max(axis=1, initial=0.0)
     balanced: Array = (Y / np.where(size > 0, size, 1.0)[:, None]).reshape(-1, Y.shape[2])
     return balanced
@@ -271,7 +271,7 @@ def _judged(
 
 
 def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str]) -> dict[int, str]:
-    """Columns that noise of the positions hides, and why.
+    """Return the columns that noise of the positions hides, with the reason.
 
     A joint without measured torque gives its parameters up to a common factor: where the factor is hidden, so
     are all parameters that occur in this joint's equation only.
@@ -284,7 +284,9 @@ def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str])
         if int(owner[k]) in lost:
             hidden[k] = f"{joints[owner[k]]} has no motor and shows its parameters up to a factor: give one as known"
         elif noise > HIDDEN:
-            hidden[k] = f"{min(100, round(100 * noise))} % of what tells it from the others is noise of the positions"
+            hidden[k] = (
+                f"{min(100, round(100 * noise))} % of what distinguishes it from the others is noise of the positions"
+            )
     return hidden
 
 
@@ -297,14 +299,14 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
     others = [
         unknowns[kept].label for k, kept in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]
     ]
-    why = f"cannot be told from {', '.join(others)}"
+    why = f"cannot be distinguished from {', '.join(others)}"
     if unknowns[c].joint in still.values():
         why += f": {unknowns[c].joint} does not move"
     return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, why)
 
 
 def _consistency(estimates: Iterable[Estimate]) -> list[str]:
-    """Values that no machine can have: what is positive by nature, found negative by more than two std."""
+    """Return notes on physically positive values that are negative by more than two std."""
     notes = []
     for e in estimates:
         positive = e.unknown.quantity in ("M", "IA", "FV", "FS", "K", "DA")
@@ -315,7 +317,7 @@ def _consistency(estimates: Iterable[Estimate]) -> list[str]:
 
 
 def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
-    """Standard deviations suppose independent residuals: neighbours' correlation r makes them too small."""
+    """Return notes on joints whose residuals are correlated, which makes standard deviations too small."""
     notes = []
     for j, joint in enumerate(joints):
         r = solution.residuals[:, j]

@@ -1,4 +1,4 @@
-"""Exciting trajectories: periodic motions within the limits of the motors that keep the condition number low.
+"""Exciting trajectories: periodic motions within the limits of the motors with a low condition number.
 
 Finite Fourier series (Swevers et al. 1997), joint i at time t, with w the pulsation of the slowest harmonic:
 q = q0 + sum_l (a_l sin(l w t) - b_l cos(l w t)) / (l w). The condition number is that of the stacked base
@@ -17,9 +17,8 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.identify import structural_grouping
-from symoro_elastic.identification.regression import Regressor, regressor
+from symoro_elastic.identification.regression import Regressor, refuse_unknown_labels, regressor
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import independent_columns
 from symoro_elastic.packages import for_identification
 
@@ -43,7 +42,7 @@ class Limits:
     @classmethod
     def of(cls, low: Sequence[float], high: Sequence[float], velocity: Sequence[float],
            acceleration: Sequence[float]) -> Limits:  # fmt: skip
-        """From sequences by motor; raises `InputError` for limits without room."""
+        """Return limits from sequences by motor; raises `InputError` for limits without room."""
         arrays = [np.atleast_1d(np.array(x, dtype=float)) for x in (low, high, velocity, acceleration)]
         if len({len(x) for x in arrays}) > 1:
             raise InputError("limits", "motors", "give as many low, high, velocity and acceleration limits as motors")
@@ -65,11 +64,11 @@ class FourierMotion:
 
     @property
     def period(self) -> float:
-        """Of the motion, s."""
+        """Period, s."""
         return 1 / self.frequency
 
     def at(self, t: float | Array) -> tuple[Array, Array, Array]:
-        """q, qd, qdd (..., m) of the motors at times t (...)."""
+        """Return q, qd, qdd (..., m) of the motors at times t (...)."""
         harmonics = np.arange(1, self.a.shape[1] + 1) * 2 * np.pi * self.frequency
         phase = np.multiply.outer(np.asarray(t, dtype=float), harmonics)
         sine, cosine = np.sin(phase), np.cos(phase)
@@ -79,7 +78,7 @@ class FourierMotion:
         return q, qd, qdd
 
     def times(self) -> Array:
-        """Samples of one period at which limits are checked."""
+        """Return samples of one period at which limits are checked."""
         count = SAMPLES_PER_PERIOD * self.a.shape[1]
         times: Array = np.arange(count) * self.period / count
         return times
@@ -87,7 +86,7 @@ class FourierMotion:
 
 @dataclass(frozen=True)
 class Excitation:
-    """An exciting motion, its condition number and that of the motion the search started from, parameters seen."""
+    """An exciting motion, its condition number and that of the first motion, and the excited parameters."""
 
     motion: FourierMotion
     condition: float
@@ -97,7 +96,7 @@ class Excitation:
 
 
 def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
-    """The same motion scaled and centred so that it keeps all limits; smaller motions stay as they are."""
+    """Return the motion scaled and centred to the limits; smaller motions stay as they are."""
     fine = np.linspace(0.0, motion.period, 4 * len(motion.times()), endpoint=False)
     q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(fine)
     low, high = BETWEEN * q.min(axis=0), BETWEEN * q.max(axis=0)
@@ -109,7 +108,7 @@ def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
 
 
 def random_motion(limits: Limits, frequency: float, harmonics: int, seed: int = 0) -> FourierMotion:
-    """A random motion that fills the limits."""
+    """Return a random motion that fills the limits."""
     rng = np.random.default_rng(seed)
     motors = len(limits.low)
     a, b = rng.standard_normal((2, motors, harmonics)) * 10 * np.max(limits.velocity)
@@ -127,10 +126,7 @@ class Condition:
         self.machine, self.Y = machine, Y
         self._motors = list(machine.motor_entries)
         labels = [column.label for column in Y.columns]
-        for label in known:
-            if label not in labels:
-                what = f"no such parameter{did_you_mean(label, labels)}"
-                raise machine.error(f"known {label}", what)
+        refuse_unknown_labels(machine, known, Y.columns)
         sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(Y, sought, len(machine.moving), machine)
         self._kept = [sought[c] for c in structure.kept]
@@ -146,11 +142,11 @@ class Condition:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Parameters that the reference motion tells apart."""
+        """Parameters whose columns are independent on the reference motion."""
         return tuple(self.Y.columns[c].label for c in self._kept)
 
     def __call__(self, motion: FourierMotion) -> float:
-        """The condition number of a motion."""
+        """Return the condition number of a motion."""
         W = self._stacked(motion) / self._rows[:, None]
         return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths))
 
@@ -158,7 +154,7 @@ class Condition:
         return self.Y.evaluate(*self.states(motion), self._kept)
 
     def states(self, motion: FourierMotion) -> tuple[Array, Array, Array]:
-        """q, qd, qdd (samples, n) of all joints along one period."""
+        """Return q, qd, qdd (samples, n) of all joints along one period."""
         shape = (len(motion.times()), len(self.machine.moving))
         q, qd, qdd = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         for x, given in zip((q, qd, qdd), motion.at(motion.times()), strict=True):
@@ -172,7 +168,7 @@ class Condition:
         return q, qd, qdd
 
     def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
-        """Elastic joints with known stiffness, and the inertial parameters that load them."""
+        """Return elastic joints with known stiffness, and the inertial parameters that load them."""
         columns = self.Y.columns
         values = {(column.quantity, column.joint): column.value for column in columns}
         inertial = [c for c, x in enumerate(columns) if x.quantity not in ("K", "DA", "KQ", "FV", "FS")]
@@ -186,7 +182,7 @@ class Condition:
 
 
 def _periodic(x: Array, period: float) -> tuple[Array, Array]:
-    """First and second derivatives of samples (N, ...) of one period, by its Fourier series."""
+    """Return first and second derivatives of samples (N, ...) of one period, by its Fourier series."""
     n = len(x)
     series = np.fft.rfft(x, axis=0)
     factor = 2j * np.pi * np.fft.rfftfreq(n, period / n)
@@ -210,7 +206,7 @@ def excite(
     started again beside the best until the evaluations are used up.
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
-    keeps them. `progress` is told evaluations done, their number, and the best condition number so far. `known`
+    keeps them. `progress` is called with evaluations done, their number, and the best condition number. `known`
     are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
@@ -248,13 +244,13 @@ class _Search:
         self.history: list[float] = []
 
     def coefficients(self, motion: FourierMotion) -> Array:
-        """Centre and series of a motion as one vector, in parts of the limits."""
+        """Return centre and series of a motion as one vector, relative to the limits."""
         room = self._limits.high - self._limits.low
         middle = (motion.centre - self._limits.low) / room - 0.5
         return np.concatenate([middle, (motion.a / self._size).ravel(), (motion.b / self._size).ravel()])
 
     def motion(self, x: Array) -> FourierMotion:
-        """The motion of a vector, within the limits."""
+        """Return the motion of a vector, within the limits."""
         m = len(self._limits.low)
         centre = self._limits.low + (x[:m] + 0.5) * (self._limits.high - self._limits.low)
         a, b = x[m:].reshape(2, m, -1) * self._size

@@ -1,4 +1,4 @@
-"""From sampled positions to velocities and accelerations, and to as many equations as there is information.
+"""Velocities and accelerations from sampled positions, and decimation to the information in them.
 
 The way of practitioners (Gautier 1997; Janot, Vandanjon and Gautier 2014): positions through a zero-phase
 Butterworth filter well above the motion, central differences, then one low-pass filter for both sides of
@@ -53,7 +53,7 @@ class Filter:
         return int(np.ceil(2 * self.sampling / self.cutoff)) + 2
 
     def described(self) -> list[str]:
-        """The settings as lines."""
+        """Return the settings as lines."""
         return [
             f"sampled at {self.sampling:.6g} Hz; {100 * ENERGY:g} % of the motion is below {self.motion:.3g} Hz",
             f"positions: zero-phase Butterworth, order {self.order}, {self.cutoff:.3g} Hz; "
@@ -80,7 +80,7 @@ class FilteredMotion:
     noise: Array | None = None
 
     def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> FilteredMotion:
-        """The same motion with as much sensor noise again, through the same filter; still joints stay still."""
+        """Return the motion with as much sensor noise added, through the same filter; still joints stay."""
         if self.noise is None:
             return self
         rng = np.random.default_rng(seed)
@@ -96,7 +96,7 @@ class FilteredMotion:
 
 
 def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
-    """Cut-offs from the motion: Butterworth at 5 times its bandwidth, decimation to 2 times (rule of thumb of Janot).
+    """Return cut-offs at 5 (Butterworth) and 2 (decimation) times the bandwidth of the motion (rule of Janot).
 
     The motion's bandwidth is that of the fastest motor, or of the upper quartile of the joints if that is more: a
     local mode that rings does not set it. `motors` are 0-based; `bandwidth` in Hz replaces what is found.
@@ -117,7 +117,7 @@ def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
 
 
 def bandwidth_of(x: Array, period: float) -> float:
-    """Frequency in Hz below which 99 % of the energy of x's derivative lies; noise is left out.
+    """Return the frequency in Hz below which 99 % of the energy of x's derivative lies, noise left out.
 
     The floor of the spectrum is its median over the upper half of the frequencies.
     """
@@ -135,7 +135,7 @@ def bandwidth_of(x: Array, period: float) -> float:
 
 
 def differentiate(x: Array, period: float) -> tuple[Array, Array]:
-    """First and second derivatives of x (N, ...) by central differences of fourth order; two samples lost each end."""
+    """Return two derivatives of x (N, ...) by central differences of fourth order; two samples lost each end."""
     before2, before, here, after, after2 = x[:-4], x[1:-3], x[2:-2], x[3:-1], x[4:]
     first = (8 * (after - before) - (after2 - before2)) / (12 * period)
     second = (16 * (after + before) - (after2 + before2) - 30 * here) / (12 * period**2)
@@ -143,14 +143,14 @@ def differentiate(x: Array, period: float) -> tuple[Array, Array]:
 
 
 def smooth(x: Array, chosen: Filter) -> Array:
-    """x (N, ...) through the zero-phase Butterworth filter."""
+    """Return x (N, ...) through the zero-phase Butterworth filter."""
     signal = for_identification("scipy.signal")
     sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
     return _both_ways(signal, sections, x, chosen)
 
 
 def decimate(x: Array, chosen: Filter) -> Array:
-    """x (N, ...) through the filter of scipy.signal.decimate, zero phase, one sample in `factor`.
+    """Return x (N, ...) through the filter of scipy.signal.decimate, zero phase, one sample in `factor`.
 
     By second-order sections, which stay accurate at large factors. Edges are trimmed.
     """
@@ -163,7 +163,7 @@ def decimate(x: Array, chosen: Filter) -> Array:
 
 
 def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
-    """Kept samples (samples, n) near which a joint is too slow for the law of friction, Fs sign(qd) + Fv qd.
+    """Return a mask of kept samples (samples, n) near which a joint is too slow for Fs sign(qd) + Fv qd.
 
     Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
     """
@@ -177,7 +177,7 @@ def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
 
 
 def thin(x: AnyArray, chosen: Filter) -> AnyArray:
-    """One sample in `factor`, the transients of the decimation filter left out at both ends."""
+    """Return one sample in `factor`, without the transients of the decimation filter at both ends."""
     if chosen.factor == 1:
         return x
     kept: AnyArray = x[:: chosen.factor]
@@ -192,7 +192,7 @@ def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
 
 
 def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
-    """Filtered positions, their derivatives, and the torques of the same samples (still unfiltered).
+    """Return filtered positions, their derivatives, and the unfiltered torques of the same samples.
 
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
     filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
@@ -220,7 +220,7 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
 
 
 def as_measured(measured: Measurements) -> FilteredMotion:
-    """Measurements used as they are; velocities and accelerations must be among them, or are differences."""
+    """Return measurements without filter; velocities and accelerations are differences where not measured."""
     velocity, acceleration = differentiate(measured.q, measured.period)
     inner = slice(2, len(measured.q) - 2)
     velocity = velocity if measured.qd is None else measured.qd[inner]

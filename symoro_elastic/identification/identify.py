@@ -1,4 +1,4 @@
-"""The journey from measurements to parameters: filter, differentiate, stack, group, decimate, solve, judge."""
+"""From measurements to parameters: filter, differentiate, stack, group, decimate, solve, judge."""
 
 from __future__ import annotations
 
@@ -20,9 +20,8 @@ from symoro_elastic.identification.filtering import (
     reverses,
     thin,
 )
-from symoro_elastic.identification.regression import Regressor, RegressorColumn, regressor
+from symoro_elastic.identification.regression import Regressor, RegressorColumn, refuse_unknown_labels, regressor
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
 from symoro_elastic.time_series.measurements import Measurements
@@ -64,7 +63,7 @@ def identify(
     step: Announce = announce_nothing,
     Y: Regressor | None = None,
 ) -> Identification:
-    """Identify a machine from one or several records of measurements.
+    """Return the parameters of a machine from one or several records of measurements.
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
@@ -105,7 +104,7 @@ def identify(
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
-    """Columns of springs and dampers times what was estimated for them."""
+    """Return the forces of springs and dampers by the estimates."""
     kept = [(k, c) for k, c in enumerate(estimation.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
 
@@ -120,16 +119,14 @@ class _Stack:
 
 
 def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
-    """One filter for all records: that of the fastest motion."""
+    """Return the filter of the record with the fastest motion, used for all."""
     return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
 def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+    refuse_unknown_labels(machine, known, columns)
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
-        if label not in numbers:
-            what = f"no such parameter{did_you_mean(label, numbers)}"
-            raise machine.error(f"known {label}", what)
         if not math.isfinite(value):
             raise machine.error(f"known {label}", "give it a number")
     return {numbers[label]: value for label, value in known.items()}
@@ -138,7 +135,7 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
 def structural_grouping(
     Y: Regressor, sought: Sequence[int], joints: int, machine: Machine, seed: int = 0
 ) -> IndependentColumns:
-    """Columns that are independent for some motion, and how the others join them, at random states."""
+    """Return independent columns and how the others join them, at random states."""
     rng = np.random.default_rng(seed)
     q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
     W = Y.evaluate(q, qd, qdd, sought)
@@ -151,7 +148,7 @@ def _stack(
     Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
     kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
 ) -> _Stack:  # fmt: skip
-    """Both sides of tau = Y X of a record, in as many samples as there is information."""
+    """Return both sides of tau = Y X of a record, decimated."""
     motion = filtered_motion(record, chosen) if chosen else as_measured(record)
     step("stack")
     tau = _left_side(machine, motion) - _in_pieces(
@@ -170,7 +167,7 @@ def _stack(
 
 
 def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
-    """Rows left out: where a joint with dry friction changes direction, its torque is anything up to Fs."""
+    """Return a mask of rows to leave out: where dry friction reverses, its torque is anything up to Fs."""
     slow = reverses(motion.qd, chosen)
     dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
     slow[:, [k for k in range(slow.shape[1]) if k not in dry]] = False
@@ -178,7 +175,7 @@ def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: FilteredMotion
 
 
 def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: Filter | None) -> Array:
-    """Columns of Y along a motion, decimated."""
+    """Return the columns of Y along a motion, decimated."""
     columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
     if chosen is None:
         return columns
@@ -190,14 +187,14 @@ def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: 
 
 
 def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
-    """Measured torques of motors, zero for the other joints (samples, n)."""
+    """Return measured torques of motors, zero for the other joints (samples, n)."""
     tau = np.zeros_like(motion.q)
     tau[:, list(machine.motor_entries)] = motion.tau
     return tau
 
 
 def _in_pieces(rows: Callable[..., Array], motion: FilteredMotion) -> Array:
-    """A function of q, qd, qdd over all samples, without large intermediate arrays."""
+    """Return a function of q, qd, qdd over all samples, without large intermediate arrays."""
     pieces = [slice(k, k + PIECE) for k in range(0, len(motion.t), PIECE)]
     return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
@@ -224,7 +221,7 @@ def _without_effect(
 
 
 def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
-    """q0 = KQ / K and its standard deviation by first order, for each elastic joint where both were found."""
+    """Return q0 = KQ / K and its standard deviation by first order, for elastic joints with both estimates."""
     labels = {estimation.estimates[c].unknown.label: k for k, c in enumerate(estimation.grouping.kept)}
     neutral = {}
     for j in machine.moving:
@@ -238,7 +235,7 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 
 def table(result: Identification, true: Mapping[str, float] | None = None) -> str:
-    """The estimates as aligned text; `true` values by label where they are known, as in a simulation."""
+    """Return the estimates as aligned text; `true` values by label where they are known, as in a simulation."""
     heads = ["parameter", *(["true"] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
     rows = [heads]
     for e in result.estimates:
@@ -258,7 +255,7 @@ def _number(x: float) -> str:
 
 
 def as_json(result: Identification) -> dict[str, object]:
-    """The figures as JSON: parameters, joints' residuals, condition number, notes."""
+    """Return the figures for JSON: parameters, joints' residuals, condition number, notes."""
     solution = result.estimation.solution
     return {
         "parameters": {

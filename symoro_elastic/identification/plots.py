@@ -1,4 +1,4 @@
-"""Pictures of an identification: torques measured and predicted, residuals, relative standard deviations.
+"""Plots of an identification: torques measured and predicted, residuals, relative standard deviations.
 
 And of an exciting motion: positions, velocities and accelerations within their limits, the search for it.
 """
@@ -42,7 +42,7 @@ def plot_excitation(
 
 
 def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
-    """Position, velocity and acceleration of each motor, with their limits."""
+    """Return position, velocity and acceleration of each motor, with their limits."""
     motors = machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(motors), 6.0)
     axes = figure.subplots(3, len(motors), sharex=True, squeeze=False)
@@ -64,7 +64,7 @@ def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
 
 
 def search(excitation: Excitation) -> Any:
-    """The best condition number after each evaluation."""
+    """Return the best condition number after each evaluation."""
     figure = new_figure(6.0, 3.5)
     axis = figure.add_subplot()
     axis.semilogy(range(1, len(excitation.history) + 1), excitation.history, color=DARK)
@@ -74,7 +74,7 @@ def search(excitation: Excitation) -> Any:
 
 
 def torques(result: Identification) -> Any:
-    """Measured against predicted torque of each motor; of other joints, spring torque against all else."""
+    """Return measured and predicted torque of each motor; of other joints, spring torque and all else."""
     joints = result.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
@@ -90,7 +90,7 @@ def torques(result: Identification) -> Any:
 
 
 def residuals(result: Identification) -> Any:
-    """tau - Y X of each joint, with two standard deviations."""
+    """Return tau - Y X of each joint, with two standard deviations."""
     joints = result.machine.moving_joints
     figure, axes = _stacked_axes(len(joints))
     solution = result.estimation.solution
@@ -105,7 +105,7 @@ def residuals(result: Identification) -> Any:
 
 
 def parameters(result: Identification) -> Any:
-    """Relative standard deviations as bars, coloured by verdict; what is not identifiable has an empty bar."""
+    """Return relative standard deviations as bars, coloured by verdict, empty where not identifiable."""
     shown = result.estimates[:MOST_BARS]
     figure = new_figure(8.0, 1.2 + 0.2 * len(shown))
     axis = figure.add_subplot()
@@ -123,20 +123,20 @@ def parameters(result: Identification) -> Any:
     axis.set_xscale("log")
     axis.axvline(10.0, color="black", linewidth=0.6, linestyle=":")
     axis.set_xlabel("relative standard deviation, %")
-    axis.set_title(f"{result.machine.name}: what the motion tells")
+    axis.set_title(f"{result.machine.name}: standard deviations")
     axis.legend(fontsize="x-small")
     return figure
 
 
 def _used(result: Identification, k: int) -> Any:
-    """Samples that were used for joint k."""
+    """Return a mask of the samples that were used for joint k."""
     solution = result.estimation.solution
     used = (solution.predicted[:, k] != 0.0) | (result.tau[:, k] != 0.0)
     return used if used.any() else np.ones_like(used)
 
 
 def _sides(result: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
-    """Both sides of the equation of joint k; without a motor, springs and dampers against all the rest."""
+    """Return both sides of the equation of joint k; without a motor, springs and dampers against the rest."""
     predicted = result.estimation.solution.predicted[:, k]
     if joint.kind is Kind.MOTOR:
         return result.tau[:, k], predicted

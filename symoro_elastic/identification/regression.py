@@ -8,7 +8,7 @@ position q0. Labels are those of the `regressor` model: XX3 .. M3, IA3, FV3, FS3
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -16,23 +16,18 @@ from typing import Any, Protocol
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.models.catalogue import MODELS, trace
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
-from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
 
-INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
-MOMENTS = ("MX", "MY", "MZ")
-INERTIAL = (*INERTIA, *MOMENTS, "M")
 UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 UNIT = "X_"  # parameters of the machine whose columns are asked for
-
-ARRAYS: Arithmetic[Any] = Arithmetic(
-    float, library(np, {ATAN2: np.arctan2, PI: lambda: math.pi, COSPI: lambda x: np.cos(math.pi * x)})
-)
 
 
 @dataclass(frozen=True)
@@ -48,17 +43,17 @@ class RegressorColumn:
 
 
 class Regressor(Protocol):
-    """Y of tau = Y X, whoever computes it."""
+    """Y of tau = Y X."""
 
     @property
     def columns(self) -> Sequence[RegressorColumn]:
         """The parameters X."""
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
-        """Columns of Y, (samples, n, chosen), from (samples, n)."""
+        """Return columns of Y, (samples, n, chosen), from (samples, n)."""
 
     def loads(self, q: Array) -> Array:
-        """What does not depend on X, (samples, n): forces that balance the external wrenches."""
+        """Return the part without X, (samples, n): forces that balance the external wrenches."""
 
 
 class ByLinearity:
@@ -80,7 +75,7 @@ class ByLinearity:
         return (*self._inertial(), *(c for k in range(len(self._joints)) for c in self._of_joint(k)))
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
-        """Columns of Y, (samples, n, chosen)."""
+        """Return columns of Y, (samples, n, chosen)."""
         Y = np.zeros((*q.shape, len(chosen)))
         Y[:, :, :] = self._inertial_part(q, qd, qdd, chosen)
         for k, column in enumerate(self.columns[c] for c in chosen):
@@ -97,19 +92,19 @@ class ByLinearity:
         return Y
 
     def loads(self, q: Array) -> Array:
-        """Forces that balance the external wrenches, (samples, n)."""
+        """Return forces that balance the external wrenches, (samples, n)."""
         return self._torques(q, np.zeros_like(q), np.zeros_like(q), "")
 
     def _torques(self, q: Array, qd: Array, qdd: Array, one: str) -> Array:
         return self._run(self._rigid, (q, qd, qdd), {UNIT + name: float(name == one) for name in self._names})
 
     def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
-        """Entries of the first result of a program at stacked states, (samples, entries)."""
+        """Return the entries of the first result of a program at stacked states, (samples, entries)."""
         symbols: dict[str, Any] = {**self._values, **parameters}
         for argument, array in zip(program.inputs, state, strict=True):
             symbols |= zip(argument.symbols, array.T, strict=True)
         entries = program.outputs[0].entries
-        value = evaluate(entries, symbols, ARRAYS)
+        value = evaluate(entries, symbols, arithmetic(float))
         return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(state[0])) for x in entries], axis=1)
 
     def _inertial(self) -> list[RegressorColumn]:
@@ -140,7 +135,7 @@ class ByLinearity:
         ]
 
     def _of_spring(self, joint: Joint, j: int, k: int, force: str, x: str) -> list[RegressorColumn]:
-        """k, d and k q0; viscous friction of the joint, if any, is part of d."""
+        """Return k, d and k q0; viscous friction of the joint is part of d."""
         stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
         damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
         return [
@@ -180,7 +175,7 @@ OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
 
 
 def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> ByLinearity:
-    """Y of a machine; `values` are numbers of parameters that take the place of the machine's own.
+    """Return Y of a machine; `values` replace those of its parameters.
 
     Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value.
     """
@@ -211,12 +206,12 @@ def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], g
 
 
 def has_body(body: Body) -> bool:
-    """Whether the table gives the body anything; bodies without mass stay so and have no columns."""
+    """Return whether the table gives the body any inertia; a body without has no columns."""
     return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
 
 
 def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
-    """XX .. M about the origin of the frame, NaN where unknown: J = J_c + M (c.c 1 - c c^T), MS = M c."""
+    """Return XX .. M about the origin of the frame, NaN where unknown: J = J_c + M (c.c 1 - c c^T), MS = M c."""
     mass = _value(body.mass, values)
     moments = np.array([_value(formula, values) for formula in body.moments])
     tensor = np.array([_value(formula, values) for formula in body.inertia])
@@ -237,7 +232,7 @@ def _value(formula: Formula, values: Mapping[str, float]) -> float:
 
 
 def _carrier(machine: Machine, j: int) -> int:
-    """The nearest joint that moves, from body j towards the base; 0 if there is none."""
+    """Return the nearest joint that moves, from body j towards the base; 0 if there is none."""
     while j and machine.joint(j).sigma == 2:
         j = machine.joint(j).antecedent
     return j
@@ -249,13 +244,13 @@ def _inertial_names(machine: Machine) -> list[str]:
 
 
 def _rigid(machine: Machine) -> Machine:
-    """Every joint a motor without friction, every body's parameters a name."""
+    """Return the machine with every joint a motor without friction, every body's parameters named."""
     joints = tuple(_unit_joint(j, joint) for j, joint in enumerate(machine.joints, start=1))
     return replace(machine, joints=joints, parameters=(*machine.parameters, *_parameters(machine)))
 
 
 def without_wrenches(machine: Machine) -> Machine:
-    """The machine without external wrenches."""
+    """Return the machine without external wrenches."""
     return replace(machine, joints=tuple(replace(joint, wrench=Wrench()) for joint in machine.joints))
 
 
@@ -274,3 +269,11 @@ def _unit_joint(j: int, joint: Joint) -> Joint:
     mx, my, mz = (named[name] for name in MOMENTS)
     xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
     return replace(bare, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
+
+
+def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:
+    """Raise `InputError` for a label that is none of a column."""
+    labels = [column.label for column in columns]
+    for label in known:
+        if label not in labels:
+            raise machine.error(f"known {label}", f"no such parameter{did_you_mean(label, labels)}")

@@ -1,4 +1,4 @@
-"""A virtual machine to measure: the direct model under a motor controller, and sensors with their noise."""
+"""Simulated measurements: the direct model under a motor controller, and sensors with noise."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Controller:
 
     @classmethod
     def of_bandwidth(cls, inertia: Sequence[float], frequency: float, damping: float = 0.9) -> Controller:
-        """Gains that place the poles of motors of this inertia at a frequency in Hz."""
+        """Return gains that place the poles of motors of this inertia at a frequency in Hz."""
         moved, w = np.array(inertia, dtype=float), 2 * np.pi * frequency
         return cls(moved, moved * w**2, 2 * damping * moved * w)
 
@@ -58,7 +58,7 @@ def simulate(
     start: Array | None = None,
     progress: Progress = no_progress,
 ) -> Measurements:
-    """True motion and torques of a machine under control, sampled at `sampling` Hz for `duration` s.
+    """Return motion and torques of a machine under control, sampled at `sampling` Hz for `duration` s.
 
     Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
     qdd of the motors; `start` is the position at rest (0 unless given, motors on the reference).
@@ -94,7 +94,7 @@ def simulate(
 
 
 def measure(true: Measurements, sensors: Sensors, seed: int = 0) -> Measurements:
-    """What sensors show of a true motion: positions in whole steps of the encoders, torques with white noise."""
+    """Return measurements of a true motion: positions in whole encoder steps, torques with white noise."""
     rng = np.random.default_rng(seed)
     resolution = sensors.resolution
     seen = true.q + sensors.jitter * rng.standard_normal(true.q.shape)

@@ -1,4 +1,4 @@
-"""An exciting motion as a trajectory for a controller: from rest, some periods, to rest, sampled evenly."""
+"""An exciting motion as a trajectory for a controller: from rest, some periods, to rest, evenly sampled."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from symoro_elastic.identification.excitation import Excitation, FourierMotion, 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.time_series.columns import MOST_SAMPLES
+from symoro_elastic.time_series.writing import columns_of, write_columns
 
 POSITION = "--position"
-FILE_TYPES = (".csv", ".npz")
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
@@ -26,7 +26,7 @@ ALLOWED = 1 + 1e-9  # of the limits
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Evenly sampled motion of the motors: t (N) s, q, qd, qdd (N, m) rad or m; `start` s long it gains its pace."""
+    """Evenly sampled motion of the motors: t (N) s, q, qd, qdd (N, m) rad or m; `start` is its run-up, s."""
 
     t: Array
     q: Array
@@ -36,7 +36,7 @@ class Trajectory:
 
 
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
-    """Limits of each motor from ranges by option and by name of a motor, or of its variable; "" is all others.
+    """Return limits of each motor from ranges by option and name of motor or variable; "" is all others.
 
     Raises `InputError` for a motor without limits, or a name that is no motor's.
     """
@@ -69,7 +69,7 @@ def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]
 
 
 def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float) -> Trajectory:
-    """The motion with its time started and stopped smoothly, sampled at `rate` Hz.
+    """Return the motion with its time started and stopped smoothly, sampled at `rate` Hz.
 
     The machine stays on the path of the motion. Positions and velocities keep the limits because no sample is
     faster than the motion; the start is made as long as accelerations need. Raises `InputError`.
@@ -86,7 +86,7 @@ def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float)
 
 
 def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> None:
-    """Raise `InputError` for a rate (Hz) that does not follow the fastest harmonic, or fills the memory."""
+    """Raise `InputError` for a rate (Hz) too low for the fastest harmonic, or too high for the memory."""
     fastest, samples = frequency * harmonics, (periods + 2) / frequency * rate
     if rate < LEAST_SAMPLES * fastest:
         what = f"{rate:g} Hz is slow for harmonics up to {fastest:g} Hz: sample at {LEAST_SAMPLES * fastest:g} Hz"
@@ -99,19 +99,19 @@ def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> 
 
 
 def _elapsed(pace: Array, start: float) -> Array:
-    """Time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
+    """Return the time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
     elapsed: Array = start * (pace**3 - pace**4 / 2)
     return elapsed
 
 
 def _slowed(motion: FourierMotion, elapsed: Array, pace: Array, turning: Array) -> tuple[Array, Array, Array]:
-    """q, qd, qdd where time runs at a pace, which changes at a rate of its own."""
+    """Return q, qd, qdd for a pace of time and its rate of change."""
     q, qd, qdd = motion.at(elapsed)
     return q, qd * pace[:, None], qdd * pace[:, None] ** 2 + qd * turning[:, None]
 
 
 def _start(motion: FourierMotion, limits: Limits) -> float:
-    """Duration of the start, whole periods so that the motion ends where it began."""
+    """Return the duration of the start, whole periods so that the motion ends where it began."""
     for periods in range(1, LONGEST_START + 1):
         start = periods * motion.period
         pace, turning = 3 * SLOWED**2 - 2 * SLOWED**3, 6 * SLOWED * (1 - SLOWED) / start
@@ -124,33 +124,15 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
     return start
 
 
-def refuse_file(path: str | Path) -> None:
-    """Raise `InputError` for a file that `write` could not write, before the search for its motion."""
-    if Path(path).suffix.lower() not in FILE_TYPES:
-        raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
-    if not Path(path).parent.is_dir():
-        raise InputError(str(path), "file", "its folder does not exist: make it first")
-
-
-def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> Path:
+def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> None:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
-    path, names = Path(path), [joint.name for joint in machine.motor_joints]
-    columns: dict[str, Any] = {"t": trajectory.t}
-    for quantity, block in (("q", trajectory.q), ("qd", trajectory.qd), ("qdd", trajectory.qdd)):
-        columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
-    try:
-        if path.suffix.lower() == ".npz":
-            np.savez(path, **columns)
-        else:
-            table = np.column_stack(list(columns.values()))
-            np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
-    except OSError as error:
-        raise InputError(str(path), "file", f"cannot be written: {error.strerror or error}") from None
-    return path
+    names = [joint.name for joint in machine.motor_joints]
+    blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
+    write_columns(columns_of(trajectory.t, *blocks), path)
 
 
 def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
-    """Condition numbers, and by motor what the trajectory reaches of its limits and the coefficients of its series."""
+    """Return condition numbers, and by motor the extremes with their limits and the coefficients of its series."""
     motion, motors = excitation.motion, {}
     for k, joint in enumerate(machine.motor_joints):
         q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
@@ -178,7 +160,7 @@ def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine
 
 
 def table(reached: Mapping[str, Any]) -> Any:
-    """What the trajectory reaches of the limits of each motor, from `figures`."""
+    """Return a table of the extremes of each motor and their limits, from `figures`."""
     from rich.table import Table
 
     drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
@@ -191,7 +173,7 @@ def table(reached: Mapping[str, Any]) -> Any:
 
 
 def lines(reached: Mapping[str, Any]) -> list[str]:
-    """Condition numbers and duration in words, from `figures`."""
+    """Return condition numbers and duration in words, from `figures`."""
     start, end = reached["start"], reached["duration"]
     return [
         f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "

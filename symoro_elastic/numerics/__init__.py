@@ -1,1 +1,1 @@
-"""What models are worth in numbers: test states, references in many digits, verification."""
+"""Numerical quality of models: test states, references in many digits, verification."""

@@ -1,4 +1,4 @@
-"""The error of a model's results in units of rounding, beside the effect of a one-ulp change of the inputs.
+"""Errors of a model's results in units of rounding, beside the effect of a one-ulp change of the inputs.
 
 The error at a state is the largest difference from the exact result over its largest entry (over 1 where the result
 is zero), divided by the unit roundoff u of the arithmetic; of a model with several results, the worst of these. Exact
@@ -38,14 +38,14 @@ EXTENDED_ZERO = 1e-300
 
 
 def rounded(states: States, precision: Precision) -> States:
-    """States whose numbers the arrays of this precision hold."""
+    """Return the states rounded to the arrays of this precision."""
     dtype = TYPES[precision.state]
     held = {name: getattr(states, name).astype(dtype).astype(float) for name in states.arguments}
     return States(**held, titles=states.titles)
 
 
 def rounded_values(values: Mapping[str, float], precision: Precision) -> dict[str, float]:
-    """Parameters that the arrays of this precision hold."""
+    """Return the parameters rounded to the arrays of this precision."""
     return {name: float(TYPES[precision.state](value)) for name, value in values.items()}
 
 
@@ -83,7 +83,7 @@ def measure(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> Errors:
-    """Errors of `results`, which code of this precision gave for `states` and the parameters `values`.
+    """Return the errors of `results`, computed in this precision for `states` and the parameters `values`.
 
     States and values are numbers that the arrays of the precision hold (`rounded`, `rounded_values`). Some 20 000
     states a second for a 6-joint arm; a thousand times fewer in double-double, or where numpy has no extended
@@ -118,7 +118,7 @@ def _summary(errors: Array, effects: Array, u: float) -> Errors:
 
 
 class _Judge:
-    """Compares the results of one model with exact ones."""
+    """The results of one model beside exact ones."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class _Judge:
         self.most = float(np.finfo(np.float32 if precision.real == "float" else np.float64).max)
 
     def quickly(self, part: slice, rng: np.random.Generator) -> tuple[Array, Array]:
-        """Errors, NaN where extended precision cannot tell, and effects of the inputs, of some states."""
+        """Return errors, NaN where extended precision is not enough, and effects of the inputs."""
         states = self.states.part(part)
         wanted = evaluated(self.traced, states, self.values, EXTENDED)
         results = {name: [x[part] for x in parts] for name, parts in self.results.items()}
@@ -150,7 +150,7 @@ class _Judge:
         return errors, effects
 
     def _moved(self, states: States, rng: np.random.Generator) -> tuple[States, Parameters]:
-        """Every input one ulp up or down, at random; parameters become one number a state."""
+        """Return every input one ulp up or down, at random; parameters become one number a state."""
 
         def off(x: Array) -> Array:
             moved: Array = self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf))
@@ -162,11 +162,11 @@ class _Judge:
         }
 
     def _off(self, x: Any, towards: Any) -> Any:
-        """Numbers of the precision, one ulp off."""
+        """Return numbers of the precision, one ulp off."""
         return np.nextafter(np.asarray(x, self.inputs), np.asarray(towards, self.inputs)).astype(float)
 
     def prove_worst(self, errors: Array) -> None:
-        """Replace errors by proven ones: all that are not known, then the largest until it is one of these."""
+        """Replace errors by proven ones: all unknown ones, then the largest until it is proven."""
         unknown = np.isnan(errors) | (not self.is_extended_enough)
         proven: set[int] = set(np.flatnonzero(unknown).tolist())
         for state in proven:
@@ -176,7 +176,7 @@ class _Judge:
             proven.add(worst)
 
     def prove_worst_effect(self, errors: Array, effects: Array, source: random.Random) -> None:
-        """The same for the effects of the inputs, where rounding of extended precision may have spoilt the largest."""
+        """Replace effects of the inputs likewise, where extended precision may be too coarse."""
         spoilt = errors * (EXTENDED_U / self.u) > effects / 16
         proven: set[int] = set()
         while not np.isnan(effects).all() and (worst := int(np.nanargmax(effects))) not in proven and spoilt[worst]:
@@ -203,7 +203,7 @@ class _Judge:
         return enclosures(self.traced.program, symbols, self.u * ENCLOSURE_WIDTH)
 
     def exactly(self, state: int) -> float:
-        """The proven error at a state; NaN where the exact results are out of range or do not exist."""
+        """Return the proven error at a state; NaN where the exact results are out of range or do not exist."""
         try:
             wanted = self._enclosed(self._symbols(state))
         except NoEnclosure:
@@ -217,13 +217,13 @@ class _Judge:
 
 
 def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
-    """The arrays whose sum a result is, one row a state."""
+    """Return the arrays whose sum a result is, one row a state."""
     parts = [results] if isinstance(results, np.ndarray) else list(results)
     return [np.asarray(x).reshape(states, -1) for x in parts]
 
 
 def _distance(results: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
-    """By state, the largest difference over the largest wanted entry, of the worst result; infinite if not finite."""
+    """Return by state the largest difference over the largest exact entry, of the worst result."""
     worst = np.zeros(len(next(iter(wanted.values()))))
     with np.errstate(all="ignore"):
         for name, exact in wanted.items():

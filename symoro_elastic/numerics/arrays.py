@@ -28,7 +28,7 @@ HAS_EXTENDED = np.finfo(np.longdouble).nmant >= 63
 
 @cache
 def arithmetic(dtype: type) -> Arithmetic[Any]:
-    """Arithmetic of a floating-point type of numpy; constants are rounded once."""
+    """Return the arithmetic of a floating-point type of numpy; constants are rounded once."""
 
     def number(x: Fraction | int) -> Any:
         high = float(x)
@@ -40,7 +40,7 @@ def arithmetic(dtype: type) -> Arithmetic[Any]:
 
 
 def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, Numbers]:
-    """Results of a model by name, (states, entries), computed in a type of numpy from these states and parameters.
+    """Return results of a model by name, (states, entries), in a type of numpy.
 
     Constants are those of generated code, rounded once; where the type is wider, they are as exact as it allows.
     """

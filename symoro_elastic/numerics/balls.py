@@ -21,11 +21,11 @@ PROVEN_ZERO = 1e-100
 
 
 class NoEnclosure(ArithmeticError):
-    """No finite enclosure was found: the model divides by zero at this state, or by what cannot be told from it."""
+    """No finite enclosure exists: the model divides by zero at this state, or by a number within rounding of it."""
 
 
 def enclosures(program: Program, symbols: Mapping[str, float], negligible: float) -> dict[str, Balls]:
-    """Results of a program by name, entry by entry, for these exact inputs.
+    """Return results of a program by name, entry by entry, for these exact inputs.
 
     Precision is raised until every radius is below `negligible` times the largest entry of its result, or the
     result is proven zero. Raises `NoEnclosure`, and `InputError` where python-flint is missing.
@@ -38,18 +38,18 @@ def enclosures(program: Program, symbols: Mapping[str, float], negligible: float
             if all(_is_tight(entries, negligible) for entries in results.values()):
                 return results
         bits *= 2
-    raise NoEnclosure(f"no enclosure with {MOST_BITS} bits: the model divides by what cannot be told from zero")
+    raise NoEnclosure(f"no enclosure with {MOST_BITS} bits: the model divides by a number within rounding of zero")
 
 
 def sums(parts: Sequence[Sequence[float]]) -> Balls:
-    """Numbers given as parts to be added, exactly."""
+    """Return the exact sums of numbers given in parts."""
     flint = _flint()
     with flint.ctx.workprec(FIRST_BITS):
         return [sum(map(flint.arb, entry), flint.arb(0)) for entry in zip(*parts, strict=True)]
 
 
 def distance(computed: Balls, entries: Balls) -> float:
-    """Largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
+    """Return the largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
 
     A proven upper bound, infinite where an entry found is not finite.
     """
@@ -62,13 +62,13 @@ def distance(computed: Balls, entries: Balls) -> float:
 
 
 def scale(entries: Balls) -> Any:
-    """The largest entry, from below; 1 where all are zero."""
+    """Return the largest entry, from below; 1 where all are zero."""
     largest = max((entry.abs_lower() for entry in entries), default=0)
     return largest if largest > PROVEN_ZERO else _flint().arb(1)
 
 
 def is_out_of_range(entries: Balls, most: float) -> bool:
-    """Whether an entry is surely larger than the largest number of a precision."""
+    """Return whether an entry is surely larger than the largest number of a precision."""
     return any(entry.abs_lower() > most for entry in entries)
 
 

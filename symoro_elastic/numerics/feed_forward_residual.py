@@ -1,7 +1,7 @@
-"""What the feed-forward gives, put back into the equations of motion, in many digits.
+"""Residual of the feed-forward in the equations of motion, in many digits.
 
-The program is run on y(t) with its slope, so that q(t), its velocity and acceleration are known; A and H [8] then
-tell the torques. That springs obey their law, and that they and the motor add up to y, is checked apart.
+The program is evaluated at y(t) with its rate, which gives q(t), its velocity and acceleration; A and H [8] then give
+the torques. The springs' law, and the sum of motor and springs being y, are checked apart.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from symoro_elastic.symbolic.duals import Dual, differentiating
 
 @dataclass(frozen=True)
 class FeedForwardMotion:
-    """q, qd, qdd of all joints on a wanted motion, and the forces A qdd + H that it takes."""
+    """q, qd, qdd of all joints on a reference trajectory, and the forces A qdd + H."""
 
     q: Numbers
     qd: Numbers
@@ -30,7 +30,7 @@ class FeedForwardMotion:
 
 
 def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwardMotion:
-    """The motion that a feed-forward gives, derived by time, and its forces."""
+    """Return the motion of a feed-forward, differentiated by time, and its forces."""
     symbols: dict[str, Any] = dict(point.names)
     for argument in traced.program.inputs:
         rate = min(len(argument.name), HIGHEST_DERIVATIVE)  # of the highest derivative, any
@@ -50,14 +50,14 @@ def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwa
 
 
 def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
-    """Results of a feed-forward, velocities by differentiating q and torques from the equations of motion."""
+    """Return results of a feed-forward: velocities from q by time, torques from the equations of motion."""
     motion, machine = feed_forward_motion(point, traced), point.reference.machine
     by_joint = {name: dict(zip(machine.moving, x, strict=True)) for name, x in _named(motion).items()}
     return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
 
 
 def residual(point: StateReference, traced: TracedModel) -> float:
-    """How far springs are from their law, and motors and springs from adding up to y, relative."""
+    """Return the relative residual of the springs' law, and of the sum of motor and springs being y."""
     motion, machine = feed_forward_motion(point, traced), point.reference.machine
     joints = machine.moving_joints
     springs = [

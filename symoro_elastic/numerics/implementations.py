@@ -32,7 +32,7 @@ _numbers = itertools.count()
 
 
 def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implementation:
-    """The compiled functions: state by state, or all states by one call where a model depends on the state."""
+    """Return the compiled functions: state by state, or all states by one call where a model depends on the state."""
 
     def run(traced: TracedModel, states: States) -> ResultArrays:
         call = compiled.call_batch if batch and traced.model.arguments else compiled.call
@@ -42,7 +42,7 @@ def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implemen
 
 
 def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
-    """The generated package: all states in one call, or one at a time on plain floats."""
+    """Return the generated package: all states in one call, or one at a time on plain floats."""
 
     def run(traced: TracedModel, states: States) -> ResultArrays:
         function = getattr(module, traced.model.name)
@@ -55,7 +55,7 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
 
 
 def equations_on_floats(values: Mapping[str, float]) -> Implementation:
-    """The traced program in double precision, without code; NaN where it has no value."""
+    """Return the traced program in double precision, without code; NaN where it has no value."""
 
     def run(traced: TracedModel, states: States) -> ResultArrays:
         rows = [_evaluated(traced.program, _symbols(traced, states, state, values)) for state in range(len(states))]
@@ -77,7 +77,7 @@ def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) 
 
 
 def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
-    """Write a generated numpy package to a folder and import it under a name of its own."""
+    """Write a generated numpy package to a folder and return it as a module with a unique name."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
@@ -97,7 +97,7 @@ def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
 
 
 def _arguments(traced: TracedModel, states: States, state: int | slice = slice(None)) -> dict[str, Array]:
-    """The arrays that a model takes, of one state or of all."""
+    """Return the arrays that a model takes, of one state or of all."""
     return {name: getattr(states, name)[state] for name in traced.model.arguments}
 
 
@@ -107,7 +107,7 @@ def _named(traced: TracedModel, results: Any) -> ResultArrays:
 
 
 def _spread(traced: TracedModel, results: ResultArrays, states: int) -> ResultArrays:
-    """ResultArrays by state also where they depend on parameters only."""
+    """Return results by state also where they depend on parameters only."""
     shapes = {output.name: output.shape for output in traced.program.outputs}
     return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 

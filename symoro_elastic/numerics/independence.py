@@ -1,4 +1,4 @@
-"""Which columns of a stacked regressor are independent, and how the others join them (Gautier 1991).
+"""Independent columns of a stacked regressor, and how the others join them (Gautier 1991).
 
 If W_dropped = W_kept beta, then W X = W_kept (X_kept + beta X_dropped): only these sums can be found.
 Columns are compared at length one. A QR factorization with column pivoting gives the rank.
@@ -29,11 +29,11 @@ class IndependentColumns:
     beta: Array
 
     def terms(self, k: int) -> list[tuple[int, float]]:
-        """Columns that join the k-th kept one, with their coefficients."""
+        """Return the columns that join the k-th kept one, with their coefficients."""
         return [(c, float(b)) for c, b in zip(self.dropped, self.beta[k], strict=True) if b]
 
     def apply(self, X: Array) -> Array:
-        """X_kept + beta X_dropped; where beta is zero an unknown (NaN) entry of X does not matter."""
+        """Return X_kept + beta X_dropped; where beta is zero an unknown (NaN) entry of X does not matter."""
         joined = np.where(self.beta != 0.0, self.beta * X[list(self.dropped)], 0.0)
         grouped: Array = X[list(self.kept)] + joined.sum(axis=1)
         return grouped
@@ -46,11 +46,11 @@ def independent_columns(
     first: Iterable[int] = (),
     negligible: float | None = None,
 ) -> IndependentColumns:
-    """Independent columns of W (rows, columns), and the coefficients with which the others join them.
+    """Return independent columns of W (rows, columns), and the coefficients with which the others join them.
 
     A column is kept where it is independent of those before it, so that parameters join bodies nearer to the base
     as in Gautier and Khalil's rules; the columns `first` come before all others. Where their count is not the rank,
-    the pivoted choice is taken. Coefficients below `negligible` (10 times `tolerance` unless said) are zero.
+    the pivoted choice is taken. Coefficients below `negligible` (10 times `tolerance` by default) are zero.
     """
     scaled, lengths = unit_columns(W, vanishing)
     there = [c for c in dict.fromkeys((*first, *range(W.shape[1]))) if lengths[c] > 0]
@@ -67,24 +67,24 @@ def independent_columns(
 
 
 def rank(W: Array, tolerance: float, vanishing: float = VANISHING) -> int:
-    """The number of independent columns."""
+    """Return the number of independent columns."""
     return len(_pivoted(triangle(unit_columns(W, vanishing)[0]), tolerance))
 
 
 def unit_columns(W: Array, vanishing: float = VANISHING) -> tuple[Array, Array]:
-    """Columns of length one, and their lengths; those that vanish, compared with the longest, are zero."""
+    """Return columns of length one and their lengths; those that vanish beside the longest are zero."""
     lengths = np.linalg.norm(W, axis=0)
     lengths = np.where(lengths > vanishing * lengths.max(initial=0.0), lengths, 0.0)
     return W * np.where(lengths > 0, 1 / np.where(lengths > 0, lengths, 1.0), 0.0), lengths
 
 
 def triangle(W: Array) -> Array:
-    """R of W = Q R."""
+    """Return R of W = Q R."""
     return np.asarray(np.linalg.qr(W, mode="r"), dtype=float)
 
 
 def pivoted_qr(W: Array) -> tuple[Array, list[int]]:
-    """(R, order): W[:, order] = Q R by Householder reflections, the longest remaining column first."""
+    """Return (R, order): W[:, order] = Q R by Householder reflections, the longest remaining column first."""
     R: Array = triangle(W)
     order = list(range(R.shape[1]))
     for k in range(min(R.shape)):
@@ -101,14 +101,14 @@ def pivoted_qr(W: Array) -> tuple[Array, list[int]]:
 
 
 def _pivoted(W: Array, tolerance: float) -> list[int]:
-    """Independent columns in the order in which pivoting takes them."""
+    """Return independent columns in the order in which pivoting takes them."""
     R, order = pivoted_qr(W)
     diagonal = np.abs(np.diag(R))
     return order[: int((diagonal > tolerance * diagonal.max(initial=0.0)).sum())]
 
 
 def _in_order(R: Array, tolerance: float) -> list[int]:
-    """Columns that are independent of those before them (Gram and Schmidt, twice)."""
+    """Return columns that are independent of those before them (Gram-Schmidt, twice)."""
     basis = np.zeros((len(R), 0))
     kept = []
     for c in range(R.shape[1]):
@@ -121,7 +121,7 @@ def _in_order(R: Array, tolerance: float) -> list[int]:
 
 
 def _coefficients(R: Array, kept: Sequence[int], dropped: Sequence[int], negligible: float) -> Array:
-    """beta of R_dropped = R_kept beta; found again without the columns that do not matter."""
+    """Return beta of R_dropped = R_kept beta, solved again without negligible columns."""
     own, others = R[:, kept], R[:, dropped]
     beta = _least_squares(own, others)
     beta[np.abs(beta) < negligible] = 0.0
@@ -132,12 +132,12 @@ def _coefficients(R: Array, kept: Sequence[int], dropped: Sequence[int], negligi
 
 
 def _least_squares(A: Array, B: Array) -> Array:
-    """X of A X = B, where the columns of A are independent."""
+    """Return X of A X = B, where the columns of A are independent."""
     Q, R = np.linalg.qr(A)
     return np.asarray(np.linalg.solve(R, Q.T @ B), dtype=float)
 
 
 def _short(beta: Array) -> Array:
-    """Coefficients as 1.0 or 0.35 where rounding made them nearly so."""
+    """Return coefficients as 1.0 or 0.35 where they differ by rounding only."""
     rounded = np.round(beta, 6)
     return np.where(np.abs(beta - rounded) < EXACT * np.maximum(1.0, np.abs(beta)), rounded, beta)

@@ -1,4 +1,4 @@
-"""Base inertial parameters from numbers: rank of the regressor stacked at random states, relations of its columns.
+"""Base inertial parameters by numbers: rank of the regressor stacked at random states, relations of its columns.
 
 Structural rank is not practical rank: `Conditioning` says how far the columns of each base
 parameter are from those of all others.
@@ -52,7 +52,7 @@ class RandomMotion:
     qdd: list[Array | float]
 
     def torques(self) -> Array:
-        """Gamma (states, joints): inertia, gravity and external wrenches."""
+        """Return Gamma (states, joints): inertia, gravity and external wrenches."""
         rows = np.zeros((len(self.dynamics.Gamma), _states(self)))
         torques: Mapping[int, Any] = self.dynamics.Gamma
         for k, (_, torque) in enumerate(sorted(torques.items())):
@@ -68,13 +68,13 @@ class Stacked:
     labels: tuple[Label, ...]
 
     def columns(self, labels: Sequence[Label]) -> Array:
-        """The columns of some parameters."""
+        """Return the columns of some parameters."""
         return self.W[:, [self.labels.index(label) for label in labels]]
 
 
 @dataclass(frozen=True)
 class Conditioning:
-    """How well a motion tells base parameters apart.
+    """Conditioning of a base regressor on a motion.
 
     `condition` is that of the base regressor, columns scaled to length one. `distinct` gives for each
     parameter the part of its column that no combination of the others imitates, from 1 (orthogonal)
@@ -89,7 +89,7 @@ class Conditioning:
 class CrossCheck:
     """A grouping against numbers: its count, the rank of the regressor, and the change of torques, relative.
 
-    `doubt` tells where they disagree and what came of it, `refused` that no grouping can be used.
+    `doubt` says where they disagree and the consequence, `refused` that no grouping can be used.
     """
 
     count: int
@@ -101,7 +101,7 @@ class CrossCheck:
 
     @property
     def agrees(self) -> bool:
-        """Whether count and torques are right."""
+        """Whether count and torques agree."""
         return not self.doubt
 
     @property
@@ -111,14 +111,14 @@ class CrossCheck:
 
     @property
     def message(self) -> str:
-        """What the check says, as one line."""
+        """Result of the check, as one line."""
         return self.doubt or f"{self.rank} base parameters, as the rank of the regressor"
 
 
 def random_motion(
     machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None
 ) -> RandomMotion:
-    """A machine at random states: angles within pi, slides within 0.5 m, velocities within 3, accelerations within 5.
+    """Return a machine at random states: angles within pi, slides 0.5 m, velocities 3, accelerations 5.
 
     A base that moves does so at random too, whatever its values. Parameters without value are drawn.
     """
@@ -163,7 +163,7 @@ def _states(motion: RandomMotion) -> int:
 
 
 def stacked_regressor(motion: RandomMotion) -> Stacked:
-    """All inertial parameters of all bodies, and the rotor inertias that are not zero."""
+    """Return the regressor of all inertial parameters of all bodies, and of nonzero rotor inertias."""
     links = motion.mechanism.links
     joints = [j for j, link in motion.mechanism.from_base() if link.axis is not Axis.NONE]
     rotors = [j for j in joints if not is_zero(links[j - 1].rotor_inertia)]
@@ -179,7 +179,7 @@ def stacked_regressor(motion: RandomMotion) -> Stacked:
 
 
 def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Array]:
-    """Torques that a unit of each inertial parameter of body j asks for: (parameters, states) by joint."""
+    """Return torques of a unit of each inertial parameter of body j: (parameters, states) by joint."""
     known = motion.dynamics
     units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
     U = hat_plus_hat_squared(known.w[j], known.wd[j])
@@ -188,13 +188,13 @@ def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Array]:
 
 
 def enough_states(machine: Machine) -> int:
-    """A number of random states at which the stacked regressor has the rank of the structure."""
+    """Return a number of random states at which the stacked regressor has its structural rank."""
     columns = 11 * len(machine.joints)
     return max(LEAST_STATES, math.ceil(ROWS_PER_COLUMN * columns / max(1, len(machine.moving))))
 
 
 def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: int = 0) -> Relations:
-    """A base set, those of `first` that are independent in it, and how other parameters join each of it."""
+    """Return a base set, those of `first` that are independent, and how other parameters join each of it."""
     stacked = stacked_regressor(random_motion(machine, enough_states(machine), seed))
     labels = stacked.labels
     wanted = [k for k, label in enumerate(labels) if label in first]
@@ -203,7 +203,7 @@ def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: i
 
 
 def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
-    """Conditioning of a base regressor, whose columns are independent."""
+    """Return the conditioning of a base regressor, whose columns are independent."""
     if not names:
         return Conditioning(1.0, {})
     R = triangle(unit_columns(W, RANK_TOLERANCE)[0])
@@ -215,7 +215,7 @@ def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
 
 
 def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossCheck:
-    """The count of a grouping against the rank of the stacked regressor, and torques before and after it.
+    """Return a grouping's count beside the rank of the stacked regressor, and the change of torques by it.
 
     Parameters without value are drawn at random.
     """
@@ -232,7 +232,7 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
 def torque_error(
     machine: Machine, grouping: Grouping, motion: RandomMotion, values: Mapping[str, float], seed: int = 0
 ) -> float:
-    """Largest difference of torques before and after grouping, relative to the largest torque."""
+    """Return the largest difference of torques before and after grouping, relative to the largest torque."""
     regrouped = {**grouping.values(values), **values}
     other = random_motion(grouping.machine, _states(motion), seed, regrouped)
     before, after = motion.torques(), other.torques()

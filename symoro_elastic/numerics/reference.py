@@ -1,4 +1,4 @@
-"""Models in 50 digits by another way than the recursions that the generated code carries out.
+"""Models in 50 digits, computed another way than by the recursions of the generated code.
 
 The dynamic models are A and H, springs from the table, and the solution of linear systems; the
 frames are products of 4x4 matrices. Constants are those of the table, folded or not.
@@ -52,11 +52,11 @@ class Reference:
         self.bias = trace(machine, "bias_forces").program
 
     def at(self, state: State) -> StateReference:
-        """The models at a state."""
+        """Return the models at a state."""
         return StateReference(self, state, multiprecision(DIGITS))
 
     def near(self, state: State, source: random.Random, forces: bool = False) -> StateReference:
-        """The models one ulp from a state: its numbers, the parameters, and constants that are rounded.
+        """Return the models one ulp from a state: its numbers, the parameters, and constants that are rounded.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
@@ -64,7 +64,7 @@ class Reference:
         return StateReference(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
 
     def solving(self) -> Reference:
-        """The same reference, by solving."""
+        """Return the reference that solves linear systems."""
         other = copy(self)
         other.solved = True
         return other
@@ -80,7 +80,7 @@ class Reference:
         return trace(replace(self.machine, joints=joints, floating=floating), "inverse_dynamics").program
 
     def disagreement(self, state: State, seed: int = 0) -> float:
-        """A x + H against Newton and Euler's recursion at random accelerations x, relative."""
+        """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
         point, source = self.at(state), random.Random(seed)
         x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
@@ -100,22 +100,22 @@ class StateReference:
     forces: bool = False
 
     def model(self, traced: TracedModel) -> dict[str, Numbers]:
-        """Results of a model, entry by entry. Raises `Singular`."""
-        found = {CheckedBy.FRAMES: self._frames, CheckedBy.INERTIA: self._inertia, CheckedBy.BIAS: self._bias}
+        """Return results of a model, entry by entry. Raises `Singular`."""
+        ways = {CheckedBy.FRAMES: self._frames, CheckedBy.INERTIA: self._inertia, CheckedBy.BIAS: self._bias}
         if self.reference.solved:
-            found |= {CheckedBy.DIRECT: self._direct, CheckedBy.INVERSE: self._inverse}
-        if traced.model.checked_by in found:
-            return found[traced.model.checked_by](traced)
+            ways |= {CheckedBy.DIRECT: self._direct, CheckedBy.INVERSE: self._inverse}
+        if traced.model.checked_by in ways:
+            return ways[traced.model.checked_by](traced)
         return self.run(traced.program, self.arguments(traced.program))
 
     def arguments(self, program: Program, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
-        """Arguments of a program: those given, else those of the state."""
+        """Return arguments of a program: those given, else those of the state."""
         given = given or {}
         names = [argument.name for argument in program.inputs]
         return {name: given[name] if name in given else self.numbers(name) for name in names}
 
     def run(self, program: Program, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
-        """Results of a traced program in this arithmetic."""
+        """Return results of a traced program in this arithmetic."""
         symbols = dict(self.names)
         for argument in program.inputs:
             symbols |= zip(argument.symbols, arguments[argument.name], strict=True)
@@ -123,7 +123,7 @@ class StateReference:
         return {output.name: [value(x) for x in output.entries] for output in program.outputs}
 
     def cell(self, formula: Formula) -> Any:
-        """A cell of the table."""
+        """Return the value of a cell of the table."""
         return formula.evaluate(self.names, self._functions, self.arithmetic.number)
 
     @cached_property
@@ -171,23 +171,23 @@ class StateReference:
         return 6 if self.reference.machine.floating else 0
 
     def _result(self, entries: Numbers) -> Numbers:
-        """An array as it is, or one ulp of its largest entry off."""
+        """Return an array as it is, or one ulp of its largest entry off."""
         if self.source is None or not self.forces:
             return entries
         ulp = max(map(abs, entries), default=0) * multiprecision(DIGITS).number(ULP)
         return [x + self.source.choice((-1, 1)) * ulp for x in entries]
 
     def numbers(self, argument: str) -> Numbers:
-        """An argument of the state."""
+        """Return an argument of the state."""
         return [self._input(x) for x in self.state[argument]]
 
     def _input(self, x: float) -> Any:
-        """A number given to the generated code; one ulp off where that is asked for."""
+        """Return an input of the generated code, one ulp off where the state is a near one."""
         exact = Fraction(float(x))
         return multiprecision(DIGITS).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
-        """Entries of the joints with these numbers; number 0 stands for those of a floating base, in turn."""
+        """Return entries of the joints with these numbers; 0 stands for those of a floating base, in turn."""
         base = iter(entries[: self.of_base])
         by_number = dict(zip(self.reference.machine.moving, entries[self.of_base :], strict=True))
         return [by_number[j] if j else next(base) for j in rows]
@@ -200,7 +200,7 @@ class StateReference:
         return {"H": self._of_joints(self.H, traced.rows["H"])}
 
     def _exerted(self) -> Numbers:
-        """Gamma of the joints without motor: -k (q - q0) - d qd [9]."""
+        """Return Gamma of the joints without motor: -k (q - q0) - d qd [9]."""
         return [
             -self.cell(joint.spring.stiffness) * (q - self.cell(joint.spring.neutral))
             - self.cell(joint.spring.damping) * qd
@@ -222,7 +222,7 @@ class StateReference:
         return self._solved(traced, known, self._exerted())
 
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
-        """Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
+        """Solve Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
 
         The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of a floating base go first.
         """
@@ -245,7 +245,7 @@ class StateReference:
         }
 
     def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
-        """0Tj = 0Ti iTj [2]."""
+        """Return 0Tj = 0Ti iTj [2]."""
         zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
         placed: list[Matrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
         variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
@@ -258,12 +258,12 @@ class StateReference:
         return {"T": [x for placement in seen for row in placement for x in row]}
 
     def _shifted(self, at: Sequence[Formula]) -> Matrix:
-        """Trans(x), Trans(y), Trans(z)."""
+        """Return Trans(x), Trans(y), Trans(z)."""
         unit = [[int(m == n) for n in range(3)] for m in range(3)]
         return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
     def _placement(self, joint: Joint, q: Any) -> Matrix:
-        """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
+        """Return Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
         theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
         r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
         before = product(self._about_z(self.cell(joint.gamma), self.cell(joint.b)), self._about_x(joint))
@@ -280,7 +280,7 @@ class StateReference:
 
 
 def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:
-    """The arithmetic with every constant that double precision rounds one ulp off."""
+    """Return the arithmetic with every constant that double precision rounds one ulp off."""
     moved: dict[Fraction, Any] = {}
 
     def number(x: Fraction | int) -> Any:
@@ -298,25 +298,25 @@ def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:
 
 
 def dot(row: Sequence[Any], column: Sequence[Any]) -> Any:
-    """Sum of products."""
+    """Return the sum of products."""
     return sum(x * y for x, y in zip(row, column, strict=True))
 
 
 def product(first: Matrix, second: Matrix) -> Matrix:
-    """Matrix product."""
+    """Return the matrix product."""
     columns = list(zip(*second, strict=True))
     return [[dot(row, column) for column in columns] for row in first]
 
 
 def inverse(placement: Matrix) -> Matrix:
-    """The inverse of a 4x4 placement: A^T, -A^T P."""
+    """Return the inverse of a 4x4 placement: A^T, -A^T P."""
     rotation = [[placement[n][m] for n in range(3)] for m in range(3)]
     position = [placement[m][3] for m in range(3)]
     return [*([*row, -dot(row, position)] for row in rotation), placement[3]]
 
 
 def solve(matrix: Matrix, right: Numbers) -> Numbers:
-    """Gaussian elimination with partial pivoting; raises `Singular`."""
+    """Solve a linear system by Gaussian elimination with partial pivoting; raises `Singular`."""
     rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
     n = len(rows)
     for k in range(n):
@@ -335,7 +335,7 @@ def solve(matrix: Matrix, right: Numbers) -> Numbers:
 
 
 def distance(computed: Sequence[Any], wanted: Sequence[Any]) -> float:
-    """Largest difference over the largest wanted entry, or over 1 where all of these are zero."""
+    """Return the largest difference over the largest wanted entry, or over 1 where all of these are zero."""
     difference = max((abs(x - y) for x, y in zip(computed, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
     return float(difference / (scale if scale > REFERENCE_ZERO else 1))

@@ -1,4 +1,4 @@
-"""Test states of feed-forward: reference motions with all their derivatives, as moderate or extreme as their state."""
+"""Test trajectories of feed-forward: all their derivatives are as moderate or extreme as their state."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from symoro_elastic.quantities import MOTION
 
 
 def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:
-    """y and its derivatives, (N, 13, m), from q, qd, qdd of motors (N, m).
+    """Return y and its derivatives, (N, 13, m), from q, qd, qdd of motors (N, m).
 
     Each further derivative is up to w times the one before, w from 1 to 100 1/s; with large loads all are to 1e8.
     """

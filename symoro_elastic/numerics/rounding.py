@@ -1,8 +1,8 @@
-"""How many digits survive, without a reference: the C run in the four rounding modes of the processor.
+"""Surviving digits without a reference: the generated C run in the four rounding modes of the processor.
 
 The modes push every rounding, each its own way, so results that agree in all of them hold few rounding errors. Sines
 and cosines are those of the C library, which rounds to nearest in any mode (the branch-free ones of the generated code
-reduce angles by rounding to nearest), pushed an ulp by hand. The generated code as it is takes part too.
+reduce angles by rounding to nearest), moved by an ulp. The generated code as it is is run too.
 
 Five runs are samples of what rounding does, not its limits: the largest difference between two of them is taken
 `SAFETY` times, and `WIDENING` ulps of the largest entry are added for errors that no mode shows, such as those of
@@ -66,7 +66,7 @@ class RoundingModes:
         self._library = ctypes.CDLL(str(library.resolve()))
 
     def run(self, function: str, states: int, arguments: Mapping[str, Array]) -> dict[str, Spread]:
-        """Results of a function and their spread; `arguments` by name, (states, entries), and p (entries)."""
+        """Return results of a function and their spread; `arguments` by name, (states, entries), and p (entries)."""
         signature = self._functions[function]
         runs = [self._as_generated(signature, states, arguments)]
         runs += [self._in_mode(signature, mode, states, arguments) for mode in range(len(MODES))]
@@ -105,7 +105,7 @@ def _spread(runs: list[Array]) -> Spread:
 
 
 def _shim(package: Package) -> str:
-    """C that runs each function in a given mode."""
+    """Return C that runs each function in a given mode."""
     return render(
         "c/rounding_modes.c.j2",
         name=package.name,
@@ -126,6 +126,6 @@ def _described(package: Package, function: Function) -> dict[str, Any]:
 
 
 def _row(array: tuple[str, int]) -> str:
-    """The row of state k."""
+    """Return the row of state k."""
     name, size = array
     return f"{name} + {size}*k"

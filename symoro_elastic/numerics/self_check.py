@@ -1,4 +1,4 @@
-"""`check --self`: what rounding leaves of the results of generated C, told by rounding modes alone."""
+"""`check --self`: digits of the results of generated C that survive rounding, by rounding modes alone."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ResultCheck:
 def self_check(
     machine: Machine, scene: Scene, *, states: int = STATES, seed: int = 0, progress: Progress = no_progress
 ) -> list[ResultCheck]:
-    """Every result of the models that a scene asks of a machine, run in the four rounding modes.
+    """Return the check of every result of the models of a scene, run in the four rounding modes.
 
     `states` moderate and as many extreme states; parameters without value get a plausible one. Raises `NoValues`,
     `CompilerMissing`, `CompilationFailed`.

@@ -1,4 +1,4 @@
-"""Values for parameters that the machine leaves open: physically possible ones, deterministic by seed.
+"""Values for parameters without one: physically possible, deterministic by seed.
 
 A name says nothing: what it stands for is derived from the cells of the table in which it occurs.
 """
@@ -22,7 +22,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class NoValues(Exception):
-    """No values were found at which every cell of the table is a real number; names the cell."""
+    """In all draws a cell of the table has no real value; names the cell."""
 
 
 def _between(low: float, high: float) -> Draw:
@@ -59,7 +59,7 @@ DRAWS: dict[Dimension, Draw] = {
 
 
 def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
-    """A value for every parameter: the machine's own where it gives one, else a drawn one.
+    """Return a value for every parameter: the machine's own where it gives one, else a drawn one.
 
     Masses of some kg, tensors of bodies that exist, positive rotor inertias (kg m2 or kg) and
     stiffnesses (N m/rad or N/m), lengths near 1 m. A name that no cell holds alone is a positive
@@ -75,7 +75,7 @@ def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
 
 
 def given_values(machine: Machine) -> ParameterValues:
-    """The values that the machine gives."""
+    """Return the values that the machine gives."""
     return {p.name: p.value.value() for p in machine.parameters if p.value is not None}
 
 
@@ -110,7 +110,7 @@ def _settle_cells(values: ParameterValues, owner: Joint | Base, rng: np.random.G
 
 
 def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) -> None:
-    """Mass, then its place, then inertia: that of the mass at its centre and a nearly round body about it.
+    """Draw mass, then its centre, then inertia: that of the mass at its centre and a nearly round body about it.
 
     Any tensor so drawn, and any mixture of several, is possible: its moments about the centre of
     mass are m (0.05 .. 0.065) m2, its products at most m 0.0025 m2.
@@ -137,7 +137,7 @@ def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
 
 
 def _undefined_cell(machine: Machine, values: ParameterValues) -> str:
-    """The first cell without a finite real value; empty where all have one."""
+    """Return the first cell without a finite real value; empty where all have one."""
     for j, joint in enumerate(machine.joints, start=1):
         for _, formula in cells(joint):
             if _known(formula, values) is None:

@@ -65,7 +65,7 @@ class Worst:
 
     @property
     def error(self) -> float:
-        """The worst of all."""
+        """The worst error of all."""
         return max(self.moderate, self.extreme)
 
     @property
@@ -104,7 +104,7 @@ class ModelVerification:
 
 @dataclass(frozen=True)
 class Verification:
-    """What was found.
+    """Verification of all models of a scene.
 
     `missing` says what kept the C code from being compared (empty when nothing did);
     `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits, and the motion of a
@@ -132,7 +132,7 @@ def verify(
 ) -> Verification:
     """Compare generated C, generated numpy and the equations on floats with a 50-digit reference.
 
-    `machine` is the whole machine, `scene` what is asked of it (its models; the default ones
+    `machine` is the whole machine, `scene` the parts and models to verify (default models
     where it names none), `states` how many moderate and extreme states. Parameters that have no
     value get a plausible one. `progress(done, total)` is called after each state.
     Raises `NoValues`, `SingularPivot`, `CompilationFailed`.
@@ -157,7 +157,7 @@ def verify(
 
 
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
-    """Numbers of moderate and extreme states: fewer for large models."""
+    """Return the numbers of moderate and extreme states: fewer for large models."""
     statements = sum(len(model.program.once) + len(model.program.statements) for model in traced)
     return (32, 32) if statements < MANY_STATEMENTS else (8, 16)
 
@@ -165,7 +165,7 @@ def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
 def _run(
     described: Package, traced: Sequence[TracedModel], values: Mapping[str, float], states: States
 ) -> tuple[dict[str, Runs], str]:
-    """ResultArrays of every implementation by model, and what is missing for C."""
+    """Return the results of every implementation by model, and the reason why C is missing."""
     p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
     missing = ""
     with tempfile.TemporaryDirectory() as folder:
@@ -197,7 +197,7 @@ class _TestState:
 
 
 class _Tally:
-    """Judges one model, state by state."""
+    """The errors of one model, state by state."""
 
     def __init__(self, traced: TracedModel, runs: Runs) -> None:
         self.traced, self.runs = traced, runs
@@ -209,7 +209,7 @@ class _Tally:
     def add(self, state: _TestState, point: StateReference) -> None:
         """Compare all implementations at a state."""
         try:
-            wanted = _wanted(point, self.traced)
+            wanted = _reference_results(point, self.traced)
             errors = [(name, self._error(results, wanted, state.number)) for name, results in self.runs]
             bound = BOUND
             if max(size for _, size in errors) > BOUND:
@@ -227,7 +227,7 @@ class _Tally:
             self.worst[name] |= Worst(moderate, extreme, error / bound, str(state))
 
     def verification(self) -> ModelVerification:
-        """What was found at all states."""
+        """Return the errors at all states."""
         return ModelVerification(
             self.traced.model.name,
             self.worst["numpy"],
@@ -240,19 +240,19 @@ class _Tally:
         )
 
     def _error(self, results: ResultArrays, wanted: Mapping[str, Numbers], state: int) -> float:
-        """The error of the worst result; infinite where one is not a number."""
+        """Return the error of the worst result; infinite where one is not a number."""
         return max(_error(results[name][state].ravel(), entries) for name, entries in wanted.items())
 
     def _effect(self, state: _TestState, reference: Reference, wanted: Mapping[str, Numbers]) -> float:
-        """The largest change that one ulp makes."""
+        """Return the largest change of the results by one ulp of the inputs."""
         source = random.Random(state.seed)
         near = [reference.near(state.arguments, source, state.extreme) for _ in range(MOVES)]
-        moved = [_wanted(point, self.traced) for point in near]
+        moved = [_reference_results(point, self.traced) for point in near]
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 
 
-def _wanted(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
-    """Results of a model by another way."""
+def _reference_results(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
+    """Return the results of the reference."""
     put_back = traced.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION and point.reference.solved
     return torques(point, traced) if put_back else point.model(traced)
 
@@ -269,7 +269,7 @@ def _error(computed: Array, wanted: Numbers) -> float:
 
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
-    """A and H against Newton and Euler at one state; there too, models that were not solved for, solved."""
+    """Return the error of A and H against recursive Newton-Euler, and of traced models against solved ones."""
     worst = reference.disagreement(states.at(0))
     following = [model for model in traced if model.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION]
     points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
@@ -284,7 +284,7 @@ def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: S
 
 
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
-    """Raise `InputError` for a model whose arguments are no state: what it gives has to be put back instead."""
+    """Raise `InputError` for a model whose arguments are no state: it has no reference."""
     for name in scene.models:
         if not depends_on_state(MODELS[name].arguments):
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"

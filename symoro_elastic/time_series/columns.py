@@ -129,7 +129,7 @@ def named_columns(
         name, unit = (parts["name"], parts["unit"]) if parts else (header, None)
         key = _key(name, machine, source)
         if key is None:
-            warnings.append(f"column {header} is passed over")
+            warnings.append(f"column {header} is skipped")
             continue
         if key in named:
             raise InputError(source, header, "is given twice, by name and by variable of the joint")

@@ -17,6 +17,7 @@ from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.time_series.columns import header_of, named_columns, read_columns, with_units
+from symoro_elastic.time_series.writing import columns_of, write_columns
 
 FEWEST = 50  # samples
 LONGEST_SLIDE = 10.0  # m
@@ -60,7 +61,7 @@ def read_measurements(path: str | Path, machine: Machine) -> Measurements:
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
     """Return measurements from columns by header; raises `InputError` for missing, unknown or double names."""
     named, warnings = named_columns(columns, machine, source)
-    warnings += [f"column {header_of(key)} is passed over" for key in named if key[0] not in MEASURED]
+    warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED]
     joints = machine.moving_joints
     motors = machine.motor_joints
     _refuse_missing(named, joints, motors, source)
@@ -100,22 +101,12 @@ def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = fr
     return replace(measured, warnings=tuple(warnings))
 
 
-def write_csv(measured: Measurements, machine: Machine, path: str | Path) -> None:
-    """Write measurements as a CSV file that `read_measurements` reads."""
-    joints = [joint.name for joint in machine.moving_joints]
-    motors = [joint.name for joint in machine.motor_joints]
-    blocks = [
-        ("q", measured.q, joints),
-        ("qd", measured.qd, joints),
-        ("qdd", measured.qdd, joints),
-        ("tau", measured.tau, motors),
-    ]
-    header, columns = ["t"], [measured.t[:, None]]
-    for quantity, block, names in blocks:
-        if block is not None:
-            header += [f"{quantity}_{name}" for name in names]
-            columns.append(block)
-    np.savetxt(path, np.hstack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g")
+def write_measurements(measured: Measurements, machine: Machine, path: str | Path) -> None:
+    """Write measurements as a .csv or .npz file that `read_measurements` reads; raises `InputError`."""
+    joints, motors = ([joint.name for joint in some] for some in (machine.moving_joints, machine.motor_joints))
+    blocks = (("q", measured.q, joints), ("qd", measured.qd, joints), ("qdd", measured.qdd, joints))
+    given = [(quantity, block, names) for quantity, block, names in blocks if block is not None]
+    write_columns(columns_of(measured.t, *given, ("tau", measured.tau, motors)), path)
 
 
 def _refuse_missing(

@@ -59,7 +59,7 @@ STATE_FORMATS = (
 
 @dataclass(frozen=True)
 class Drift:
-    """Largest change of energy, J, after `steps` of `step` seconds; `energy` is what moves: kinetic and elastic."""
+    """Largest change of energy, J, after `steps` of `step` seconds; `energy` is kinetic and elastic."""
 
     title: str
     drift: float

@@ -46,7 +46,7 @@ def drifts_table(drifts: Sequence[Drift]) -> Any:
     """Return a table of the drift of energy in a free motion, by the format of the state."""
     from rich.table import Table
 
-    table = Table("right-hand side and state", "drift of energy, J", "of what moves")
+    table = Table("right-hand side and state", "drift of energy, J", "of kinetic and elastic energy")
     for one in drifts:
         share = one.drift / one.energy if one.energy else math.inf
         table.add_row(one.title, f"{one.drift:.1e}", f"{share:.1e}")

@@ -27,7 +27,7 @@ from symoro_elastic.trade.running import Ready, compiled_configurations, judged_
 from symoro_elastic.trade.timing import ROUNDS, timed
 
 STATES = 400
-PATIENCE = 60.0  # s of compiling, where not every combination is asked for
+PATIENCE = 60.0  # s of compiling, unless every combination is tried
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 RESIDUAL = 1e-10  # of the largest force
 NEWTON_STEPS = 5
 MOST_STEPS = 200
-POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, 1 rad or 1 m say
+POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, of order 1 rad or 1 m
 NUDGE = 0.01  # rad or m, off a place where the energy curves downwards
 FARTHEST = 10.0  # m, that a slide may be from where the search began
 SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
@@ -22,8 +22,8 @@ SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
 def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
     """Return a position at rest where r of the `sought` coordinates is tau; raises `InputError` with the loaded joints.
 
-    Near the start, or a stable one to which the energy leads. An unstable one is kept where some of them were
-    `placed` by the user, or no stable one is found.
+    It is near the start, or else a minimum of energy. An unstable equilibrium is kept where the user `placed` some of
+    these joints, or no stable one is found.
     """
     _refuse_unsupported(motion, start, tau, sought)
     q = _newton(motion, start, tau, sought)

@@ -72,7 +72,7 @@ class Loss:
 class Comparison:
     """Frequencies (Hz) of the full and of the reduced model, paired, and of the rigid limit; losses on a motion.
 
-    `alike` tells that no rotor is coupled, so that the reduced model is the full one.
+    `alike`: no rotor is coupled, the reduced model is the full one.
     """
 
     full: Modes

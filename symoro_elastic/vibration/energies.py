@@ -53,7 +53,7 @@ def kinetic_shares(modal: Modes) -> Shares:
 
 
 def strain_shares(modal: Modes) -> Shares:
-    """Return k phi^2 / 2 of springs and controllers [9], the rest of phi^T K phi / 2 (gravity, loads) over their sum.
+    """Return k phi^2 / 2 of springs and controllers [9], and the rest of phi^T K phi / 2, over their sum.
 
     All are zero for motions at 0 Hz. Gravity's part may be negative.
     """

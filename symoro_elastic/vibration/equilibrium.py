@@ -19,7 +19,7 @@ def equilibrium(
 ) -> State:
     """Return the state at rest where r(q, 0, 0) = tau [8], [9], with gravity, external wrenches and `torques`.
 
-    Motors are held `at` their positions (rad or m, 0 unless said) and tau is what holds them; a motor in
+    Motors are held `at` their positions (rad or m, 0 by default) and tau is the torque that holds them; a motor in
     `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
     the neutral position of their spring. Raises `InputError` that names the joints nothing supports.
     """
@@ -43,7 +43,7 @@ def given_state(
     rates: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
 ) -> State:
-    """Return a given state: q and qd (0 unless given), tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
+    """Return a given state: q and qd (0 by default), tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
 
     Raises `InputError` for joints that do not exist, and where A is singular.
     """

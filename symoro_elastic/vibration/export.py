@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -13,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import save_bytes, save_text
+from symoro_elastic.machine.formats.files import save_bytes
 from symoro_elastic.packages import for_vibrations, imported
+from symoro_elastic.time_series.writing import CSV, NPZ, write_columns
 from symoro_elastic.vibration.energies import frame_shapes
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
@@ -24,7 +24,8 @@ from symoro_elastic.vibration.tracking import Tracked
 
 MAT_TEXT = 116
 """Bytes of free text at the head of a .mat file, where a date would stand."""
-NPZ, MAT, CSV = ".npz", ".mat", ".csv"
+MAT = ".mat"
+RESPONSE_FILES = (CSV, NPZ, MAT)
 
 
 def arrays_of(linear: Linearization) -> dict[str, Any]:
@@ -73,15 +74,12 @@ def save_response(response: Response, path: str | Path) -> None:
         arrays = {"frequencies": response.frequencies, "G": response.values}
         save_arrays({**arrays, "inputs": list(response.inputs), "outputs": list(response.outputs)}, path)
         return
-    pairs = [(i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs))]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    names = [f"{response.outputs[i]} / {response.inputs[j]}" for i, j in pairs]
-    writer.writerow(["f [Hz]", *(f"{part} {name}" for name in names for part in ("re", "im"))])
-    for f, G in zip(response.frequencies, response.values, strict=True):
-        parts = [x for i, j in pairs for x in (G[i, j].real, G[i, j].imag)]
-        writer.writerow([repr(float(f)), *(repr(float(x)) for x in parts)])
-    save_text(text.getvalue(), path)
+    columns = {"f [Hz]": response.frequencies}
+    for i, output in enumerate(response.outputs):
+        for j, name in enumerate(response.inputs):
+            G = response.values[:, i, j]
+            columns |= {f"re {output} / {name}": G.real, f"im {output} / {name}": G.imag}
+    write_columns(columns, path)
 
 
 def refuse_file(path: str | Path, forms: tuple[str, ...] = (NPZ, MAT)) -> None:

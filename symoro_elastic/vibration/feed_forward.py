@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,15 +11,14 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import save_text
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.time_series.writing import columns_of, write_columns
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.export import CSV, save_arrays
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
 MODEL = "feed_forward"
@@ -141,18 +138,5 @@ def figures(command: FeedForward) -> dict[str, Any]:
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:
     """Write t, q_<joint>, qd_<joint>, tau_<motor> to .csv or .npz for `read_measurements`. Raises `InputError`."""
     joints = [joint.name for joint in command.machine.moving_joints]
-    columns = {"t": command.t}
-    for quantity, block, names in (
-        ("q", command.q, joints),
-        ("qd", command.qd, joints),
-        ("tau", command.tau, command.motors),
-    ):
-        columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}  # no -0
-    if Path(path).suffix.lower() != CSV:
-        save_arrays(columns, path)
-        return
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([repr(x) for x in row] for row in np.column_stack(list(columns.values())).tolist())
-    save_text(text.getvalue(), path)
+    blocks = (("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors))
+    write_columns(columns_of(command.t, *blocks), path)

@@ -13,13 +13,13 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""
 MOVES = 0.1
-"""Share of the largest component with which a joint takes part in a motion, scaled likewise."""
+"""Component of a joint in a motion, of the largest one, above which the joint moves; scaled as M is."""
 
 
 def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], can_hold: bool = True) -> None:
     """Raise `InputError` where M (n, n) of the coordinates `kept` is not positive definite.
 
-    It names the joints that move without inertia, and those that need some; `can_hold` tells that --hold helps too.
+    The message names the joints that move without inertia and those that need some; `can_hold` offers --hold too.
     """
     idle, least = without_inertia(M)
     if not idle:

@@ -76,7 +76,7 @@ def modes(linear: Linearization) -> Modes:
 
 
 def clusters(eigenvalues: Array) -> list[slice]:
-    """Neighbours that are alike to a relative 1e-7, all zeros together."""
+    """Return runs of eigenvalues that agree to a relative 1e-7, all zeros together."""
     runs: list[slice] = []
     for k, x in enumerate(eigenvalues):
         before = eigenvalues[runs[-1].start] if runs else 0.0

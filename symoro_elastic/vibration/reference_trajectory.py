@@ -37,8 +37,8 @@ Doubt = tuple[int, str]
 class ReferenceTrajectory:
     """t (N,) s; by motor y and its derivatives, (orders + 1, N), rad or m; their source.
 
-    `columns` is the letter of its columns in a file, empty for splines; `doubts` tells by motor which derivative is
-    the first that is not to be trusted, and why.
+    `columns` is the letter of its columns in a file, empty for splines; `doubts` gives by motor the first
+    doubtful derivative, and why.
     """
 
     t: Array
@@ -80,7 +80,7 @@ def read_reference(
 def through(
     t: Array, positions: Mapping[str, Array], degree: int, rate: float | None = None, source: str = "motion"
 ) -> ReferenceTrajectory:
-    """Return splines of a degree through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
+    """Return interpolating splines through positions by motor, sampled at `rate` Hz. Raises `InputError`."""
     _refuse_degree(degree, source)
     if len(t) <= degree:
         what = f"{len(t)} points are too few for a spline of degree {degree}: give {degree + 1} or more"
@@ -230,11 +230,13 @@ def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
     """
     h = np.diff(t)
     for k, (below, slope) in enumerate(pairwise(rows)):
-        changed, told = np.diff(below), h * (slope[1:] + slope[:-1]) / 2
+        changed, integrated = np.diff(below), h * (slope[1:] + slope[:-1]) / 2
         bent = np.abs(np.diff(slope, 2, prepend=slope[0], append=slope[-1]))
-        off = np.abs(changed - told) - h * np.maximum(bent[1:], bent[:-1]) - ROUNDED * np.abs(below).max()
+        off = np.abs(changed - integrated) - h * np.maximum(bent[1:], bent[:-1]) - ROUNDED * np.abs(below).max()
         if (off > 0).any():
             at = int(np.argmax(off))
-            what = f"derivative {k} changes by {changed[at]:.3g} at {t[at]:.4g} s, the next one says {told[at]:.3g}"
-            return k, f"{what}: it jumps, or units differ, or samples are too far apart"
+            jump = (
+                f"changes by {changed[at]:.3g} at {t[at]:.4g} s, the integral of the next one by {integrated[at]:.3g}"
+            )
+            return k, f"derivative {k} {jump}: it jumps, or units differ, or samples are too far apart"
     return len(rows) - 1, ""

@@ -24,7 +24,7 @@ BLOCK = 256
 class Response:
     """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
 
-    `notes` are lines about frequencies that were passed over.
+    `notes` are lines about frequencies that were skipped.
     """
 
     frequencies: Array
@@ -39,7 +39,7 @@ def frequency_grid(
 ) -> Array:
     """Return frequencies in Hz, evenly spaced on a logarithmic scale.
 
-    From a tenth of the lowest pole that swings to twice the highest unless said. Raises `InputError`.
+    By default from a tenth of the lowest oscillating pole to twice the highest. Raises `InputError`.
     """
     poles, _ = damped(linear)
     shaking = np.abs(poles[poles.imag > 0]) / (2 * np.pi)
@@ -81,9 +81,7 @@ def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, l
         if any(abs(f - pole) <= ON_RESONANCE * max(f, pole) for pole in exact):
             infinite[k] = True
             why = "rigid-body motion" if f == 0 else "undamped resonance"
-            notes.append(
-                f"{f:.9g} Hz is passed over: {why}, the response is infinite; add damping (--damping) or move it"
-            )
+            notes.append(f"{f:.9g} Hz is skipped: {why}, the response is infinite; add damping (--damping) or move it")
     return infinite, notes
 
 

@@ -28,7 +28,7 @@ PLACES, OFF_POLES = 12, 1j * np.pi / 3
 class PolesAndZeros:
     """Poles and zeros of the transfer function from `input` to `output`, rad/s; those that cancel are left out.
 
-    `is_zero` tells that the transfer function is 0 at every s; it has neither then.
+    `is_zero`: the transfer function is 0 at every s, without poles and zeros.
     """
 
     input: str

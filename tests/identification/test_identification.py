@@ -37,7 +37,7 @@ from symoro_elastic.time_series.measurements import (
     check,
     from_columns,
     read_measurements,
-    write_csv,
+    write_measurements,
 )
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -359,7 +359,7 @@ def written(path: Path, data: dict[str, Any], cells: dict[tuple[int, str], str] 
 
 def test_csv_and_npz_read_back(arm: Machine, tmp_path: Path) -> None:
     true = exact(arm, count=100)
-    write_csv(true, arm, tmp_path / "run.csv")
+    write_measurements(true, arm, tmp_path / "run.csv")
     found = read_measurements(tmp_path / "run.csv", arm)
     np.testing.assert_allclose(found.q, true.q, rtol=1e-9)
     assert found.qdd is not None and found.period == pytest.approx(0.01)
@@ -378,7 +378,7 @@ def test_names_variables_and_units(arm: Machine) -> None:
     found = from_columns(renamed, arm, "data")
     np.testing.assert_allclose(found.q[:, 0], data["q_shoulder"])
     np.testing.assert_allclose(found.tau[:, 0], data["tau_shoulder"])
-    assert found.warnings == ("column note is passed over",)
+    assert found.warnings == ("column note is skipped",)
     with pytest.raises(InputError, match=r"no unit \[mm\] here: choose from rad, mrad, deg"):
         from_columns({"t": data["t"], "q_elbow [mm]": data["q_elbow"]}, arm, "data")
 

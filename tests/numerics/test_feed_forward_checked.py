@@ -39,5 +39,5 @@ def test_a_wrong_feed_forward_is_found(wrong: str, monkeypatch: pytest.MonkeyPat
 def test_its_trade() -> None:
     pytest.importorskip("flint")
     found = trade(drive(0, 1), FORWARD, Request(QUICK, states=4, rounds=1))
-    doubles = [x for x in found.figures["feed_forward"] if x.point.precision.name == "double"]
+    doubles = [x for x in found.measurements["feed_forward"] if x.configuration.precision.name == "double"]
     assert doubles and all(x.errors.relative < 1e-14 for x in doubles)

@@ -12,7 +12,7 @@ import scipy.integrate
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.reduced import reduced, rigid, rotors, with_ratios
-from symoro_elastic.time_series.measurements import Measurements, read_measurements, write_csv
+from symoro_elastic.time_series.measurements import Measurements, read_measurements, write_measurements
 from symoro_elastic.vibration.comparison import compare, course_of, move
 from tests.compiled_models import cell, vector
 from tests.references.multiprecision import bias_forces, inertia_matrix
@@ -136,7 +136,7 @@ def test_a_measured_motion(tmp_path: Path) -> None:
     simulated = move(machine, stroke=0.2, duration=0.5)
     tau = np.zeros((len(simulated.t), 1))
     record = Measurements(simulated.t, simulated.q, tau, simulated.qd, simulated.qdd)
-    write_csv(record, machine, tmp_path / "m.csv")
+    write_measurements(record, machine, tmp_path / "m.csv")
     course = course_of(read_measurements(tmp_path / "m.csv", machine))
     np.testing.assert_allclose(course.qdd, simulated.qdd, rtol=1e-9, atol=1e-9)
     bare = course_of(replace(record, qd=None, qdd=None))

@@ -1,0 +1,47 @@
+"""Files of sampled motions and torques: .csv without loss of digits, .npz."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.files import save_bytes, save_text
+
+CSV, NPZ = ".csv", ".npz"
+
+
+def columns_of(t: Array, *blocks: tuple[str, Array, Sequence[str]]) -> dict[str, Array]:
+    """Return the column `t` and a column `<quantity>_<name>` for each column of the blocks, without -0."""
+    columns = {"t": t}
+    for quantity, block, names in blocks:
+        columns |= {f"{quantity}_{name}": block[:, k] + 0.0 for k, name in enumerate(names)}
+    return columns
+
+
+def refuse_file(path: str | Path) -> None:
+    """Raise `InputError` for a file that `write_columns` cannot write."""
+    if Path(path).suffix.lower() not in (CSV, NPZ):
+        raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
+    if not Path(path).parent.is_dir():
+        raise InputError(str(path), "file", "its folder does not exist: make it first")
+
+
+def write_columns(columns: Mapping[str, Array], path: str | Path) -> None:
+    """Write columns of equal length to a .csv file with one header line, or to a .npz file; raises `InputError`."""
+    refuse_file(path)
+    if Path(path).suffix.lower() == NPZ:
+        stream = io.BytesIO()
+        np.savez(stream, **columns)  # type: ignore[arg-type]
+        save_bytes(stream.getvalue(), path)
+        return
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(np.column_stack(list(columns.values())).tolist())
+    save_text(text.getvalue(), path)
