@@ -248,8 +248,10 @@ def _written(x: Operand) -> str:
     if x.operation == NEGATE:
         return f"-{operands[0]}"
     if x.operation == MULTIPLY:
-        return "*".join(operands)
-    if x.operation in (ADD, SUBTRACT, DIVIDE):
+        return f"({'*'.join(operands)})"
+    if x.operation == DIVIDE:
+        return f"({'/'.join(operands)})"
+    if x.operation in (ADD, SUBTRACT):
         return f"({f' {x.operation} '.join(operands)})"
     return f"{x.operation}({', '.join(operands)})"
 

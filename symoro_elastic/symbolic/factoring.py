@@ -37,7 +37,6 @@ from __future__ import annotations
 import heapq
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from operator import attrgetter
 from typing import NamedTuple, Protocol, TypeAlias
@@ -109,18 +108,11 @@ Recipes: TypeAlias = Mapping[int, Recipe]
 """By the number of the node that they make."""
 
 
-@dataclass(frozen=True)
-class Rewriting:
-    """A rule that computes some nodes by another way, which takes fewer products."""
+class Rewriting(NamedTuple):
+    """A way to compute the same values with fewer products: its name, and the recipes that it finds."""
 
     name: str
     recipes: Callable[[Uses], Recipes]
-
-    def __call__(self, *roots: Operand, named: Iterable[Operand] = ()) -> tuple[Operand, ...]:
-        """The rewritten roots; expressions that are `named` stay whole."""
-        uses = Uses(roots, {x.id for x in named if type(x) is Expression})
-        value = remade(uses.nodes, self.recipes(uses))
-        return tuple(value(x) for x in roots)
 
 
 def factored(roots: Sequence[Scalar], named: Collection[int]) -> tuple[dict[int, Operand], list[Expression]]:
@@ -177,7 +169,15 @@ class Quotient(NamedTuple):
         return quotient(value(self.x), value(self.y))
 
 
-def _divisions(uses: Uses) -> dict[int, Recipe]:
+def divisions(uses: Uses) -> Recipes:
+    """The reciprocal of a quantity that is used once is a division.
+
+    >>> before = x * (1 / y), z * (1 / w), y * (1 / w)
+    >>> before
+    ((x*(1/y)), (z*(1/w)), (y*(1/w)))
+    >>> rewritten(divisions, *before)
+    ((x/y), (z*(1/w)), (y*(1/w)))
+    """
     recipes: dict[int, Recipe] = {}
     reciprocals = {node for node in uses.of(DIVIDE) if uses.once(node) and node.operands[0] == 1}
     for node in uses.of(MULTIPLY) if reciprocals else ():
@@ -211,7 +211,17 @@ class Product(NamedTuple):
         return product
 
 
-def _shared_factors(uses: Uses) -> Recipes:
+def shared_factors(uses: Uses) -> Recipes:
+    """Products of three factors or more are carried out with the pairs first that most of them share.
+
+    >>> before = x * y * w, x * z * w
+    >>> before
+    ((w*(x*y)), (w*(x*z)))
+    >>> rewritten(shared_factors, *before)
+    ((y*(w*x)), (z*(w*x)))
+    >>> rewritten(shared_factors, *before, named=[x * y])
+    ((w*(x*y)), (w*(x*z)))
+    """
     inner = uses.inner(MULTIPLY)
     factors: dict[int, list[Operand]] = {}
     for node in uses.of(MULTIPLY):
@@ -330,7 +340,15 @@ class _Sum:
         self.total = self.total + (x if sign > 0 else -x)
 
 
-def _common_factors(uses: Uses) -> dict[int, Recipe]:
+def common_factors(uses: Uses) -> Recipes:
+    """Products in a sum that share a factor are added before they are multiplied.
+
+    >>> before = x * w + y - z * w
+    >>> before
+    ((y + (w*x)) - (w*z))
+    >>> rewritten(common_factors, before)
+    ((y + (w*(x - z))),)
+    """
     inner, products = uses.inner(ADD, SUBTRACT), uses.inner(MULTIPLY)
     terms: dict[int, list[Term]] = {}
     for node in uses.of(ADD, SUBTRACT):
@@ -359,31 +377,9 @@ def _most_common(products: Sequence[Expression]) -> Operand | None:
     return max(found, key=lambda x: (True, x.id) if type(x) is Expression else (False, x))
 
 
-DIVISIONS = Rewriting("divisions", _divisions)
-"""The reciprocal of a quantity that is used once is a division.
-
->>> x, y, z = symbols("x y z")
->>> DIVISIONS(x * (1 / y))
-((x/y),)
->>> DIVISIONS(x * (1 / y), z * (1 / y))
-(x*(1/y), z*(1/y))
-"""
-
-SHARED_FACTORS = Rewriting("shared factors", _shared_factors)
-"""Products of three factors or more, the pairs that most of them share first.
-
->>> w, x, y, z = symbols("w x y z")
->>> SHARED_FACTORS(x * y * w, x * z * w)
-(y*w*x, z*w*x)
->>> SHARED_FACTORS(x * y * w, x * z * w, named=[x * y])
-(x*y*w, x*z*w)
-"""
-
-COMMON_FACTORS = Rewriting("common factors", _common_factors)
-"""Sums in which products share a factor.
-
->>> w, x, y, z = symbols("w x y z")
->>> COMMON_FACTORS(x * w + y - z * w)
-"""
-
-REWRITINGS = (DIVISIONS, SHARED_FACTORS, COMMON_FACTORS)
+REWRITINGS = (
+    Rewriting("divisions", divisions),
+    Rewriting("shared factors", shared_factors),
+    Rewriting("common factors", common_factors),
+)
+"""In the order in which they are carried out: each finds more where those before it have been."""

@@ -168,10 +168,11 @@ def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
 def count(nodes: Iterable[Expression], level: Level) -> OperationCount:
     """Operations of the nodes of a level."""
     totals = {field.name: 0 for field in fields(OperationCount)}
-    for operation, times in Counter(node.operation for node in nodes if node.level == level).items():
-        kind = OPERATIONS[operation].counted_as if operation in OPERATIONS else ""
+    times = Counter(node.operation for node in nodes if node.level == level and node.operation != SYMBOL)
+    for operation, n in times.items():
+        kind = OPERATIONS[operation].counted_as
         if kind:
-            totals[kind] += times
+            totals[kind] += n
     return OperationCount(**totals)
 
 
