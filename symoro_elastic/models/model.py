@@ -79,33 +79,35 @@ Results = dict[str, Result]
 
 @dataclass(frozen=True)
 class Model:
-    """A model that can be generated: what it gives, by which equations, from which arguments.
-
-    Arguments and results are named as in the table of quantities; `own` are rows that hold for this model in place
-    of those. `own_arguments` gives the arguments and the names of their entries where they depend on the machine.
-    `parts` of its results may be asked for, and columns of derivatives by the arguments `columns`. `on_base` are the
-    arguments that a floating base adds, None where the model is not offered there. It needs numbers of
-    `least_bits` at least. `keeps_grouping` is False where results change when inertial parameters are grouped.
-    `other_way_of` names a model that has the same results.
-    """
+    """A model that can be generated: what it gives, by which equations, from which arguments."""
 
     name: str
     title: str
     equations: str
     arguments: tuple[str, ...]
     results: tuple[str, ...]
+    """Names of rows in the table of quantities, as those of arguments."""
     run: Callable[[Bound, Any], Results]
     family: str = ""
     parts: Parts = Parts.JOINTS
+    """Parts of its results that a scene may ask for."""
     own: tuple[Quantity, ...] = ()
+    """Rows that hold for this model in place of those of the table."""
     own_arguments: Callable[[Bound, Results], dict[str, tuple[str, ...]]] | None = None
+    """Arguments and names of their entries, where they depend on the machine."""
     columns: tuple[str, ...] = ()
+    """Arguments that derivatives are taken by."""
     on_base: tuple[str, ...] | None = None
+    """Arguments that a floating base adds; None where the model is not offered on one."""
     pivots: Pivots | None = None
+    """Joints by whose inertia it divides."""
     least_bits: int = 0
+    """Bits of the mantissa that its numbers need."""
     keeps_grouping: bool = True
+    """Whether results stay the same when inertial parameters are grouped."""
     checked_by: CheckedBy = CheckedBy.TRACE
     other_way_of: str = ""
+    """The model that has the same results."""
 
     @property
     def is_of_frames(self) -> bool:

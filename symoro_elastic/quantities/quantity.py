@@ -30,37 +30,42 @@ class Samples:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """An argument, a result, or what derivatives are taken by.
-
-    `unit` is None where it depends on more than the joints of an entry. `shape` counts entries: "n" joints that move,
-    "m" motors, "frames" and numbers, as in "frames x 6". `entries` are the names of single entries, or one in which
-    `@` is the joint's number; without, entries are called like the variables of their joints. `symbol` is LaTeX, with
-    a left superscript where components are in `frame0`; `index` is a first index that all entries share. Where
-    `columns_follow_rows`, a scene that chooses rows chooses columns, too. An argument with `rows` may also
-    be given as a matrix, row by row. `plural` names the quantity in "derivatives
-    of ... by", `as_column` after "by". `is_word` refuses the name as a user's name in every machine; other names are
-    refused where a model uses them. Without `says_unit` the sentence leaves the unit out.
-    """
+    """An argument, a result, or what derivatives are taken by."""
 
     name: str
     meaning: str
     symbol: str
+    """LaTeX, without indices."""
     unit: Unit | PairUnit | None
+    """None where it depends on more than the joints that an entry belongs to."""
     shape: str
+    """Lengths of the axes: `n` joints that move, `m` motors, `frames`, numbers, as in `frames x 6`."""
     roles: tuple[Role, ...]
     frame: str = ""
+    """Frame of the components, in words."""
     note: str = ""
+    """What else the sentence says, at its end."""
     equations: tuple[int, ...] = ()
     entries: str | tuple[str, ...] = ""
+    """Names of single entries, or one name in which `@` is the joint's number; empty: as joint variables are called."""
     index: str = ""
+    """First index of all entries."""
     frame0: bool = False
+    """Whether components are in frame 0, which then is a left superscript."""
     columns_follow_rows: bool = False
+    """Whether a scene that chooses rows chooses columns, too."""
     plural: str = ""
+    """Its name in `derivatives of ...`."""
     as_column: str = ""
+    """Its name in `derivatives by ...`, where that is not `name`."""
     rows: int = 0
+    """Rows of the matrix that may be given in its place."""
     samples: Samples | None = None
+    """Test values of its entries."""
     is_word: bool = False
+    """Whether no machine may use the name; other names are refused where a model uses them."""
     says_unit: bool = True
+    """Whether the sentence ends with the unit."""
     is_derivative: bool = False
 
     @property
@@ -99,8 +104,9 @@ class Intermediate:
     """Variables `<name><joint><component>` of generated code.
 
     `base`, `above` and `below` are the LaTeX of the symbol and of its indices, in which `@` is the joint, `#` the
-    component, `<` and `>` its first and second letter. `definition` is the paper's symbol. Where the same names have
-    another meaning in other programs, `of_results` names results of the programs that the row is for.
+    component, `<` and `>` its first and second letter. `definition` is the paper's symbol. The unit of an entry with
+    two indices is that of its component and its joint, or of its row and its column. Where the same names have another
+    meaning in other programs, `of_results` names results of the programs that the row is for.
     """
 
     name: str

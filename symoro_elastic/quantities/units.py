@@ -104,5 +104,7 @@ COMPLIANCE = Unit("rad/(N m)", "m/N")
 PLACEMENT = Unit("", "m")
 """Entries of a 4 x 4 matrix: direction cosines, and lengths in its last column."""
 INERTIA = PairUnit("kg m2", "kg m", "kg m", "kg")
+IMPULSE = PairUnit("N m s", "N s", "N m s", "N s")
+"""Forces of a joint, its column, over velocities of rotation."""
 DAMPING = PairUnit("N m s/rad", "N s", "N s", "N s/m")
 STIFFNESS = PairUnit("N m/rad", "N", "N", "N/m")
