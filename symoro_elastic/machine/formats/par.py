@@ -11,6 +11,7 @@ from symoro_elastic.machine.columns import cells, with_cells, with_columns
 from symoro_elastic.machine.formats.cells import formula, split
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_names import Names
 from symoro_elastic.machine.formats.par_syntax import EXTENDED, ParText, take_apart
@@ -193,3 +194,6 @@ def _scene(found: ParText) -> Scene | None:
     if "gravity" in entries:
         entries["gravity"] = {"true": True, "false": False}.get(str(entries["gravity"]), entries["gravity"])
     return scene_of(Table(entries, found.source, "scene"))
+
+
+FORMAT = Format("SYMORO", (".par",), read, write)

@@ -1,37 +1,53 @@
-"""A machine from a file, to a file; the suffix tells the format."""
+"""Machines from files and to files, in the format that the suffix tells."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
-from types import ModuleType
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formats.files import load_text, save_text
+from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models
 
-FORMATS: dict[str, ModuleType] = {".toml": toml, ".par": par}
+FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT)
+"""Every format; a new one is a module and its line here."""
 
 
 def read_machine(
     path: str | Path, taken: Collection[str] = (), models: Models | None = None
 ) -> tuple[Machine, list[str]]:
     """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
-    machine: Machine = _format(path).read(load_text(path), str(path))
+    machine = read(path)
     return machine, check(machine, taken, models)
+
+
+def read(path: str | Path) -> Machine:
+    """The machine in a file, its meaning not yet checked; raises `InputError`."""
+    return format_of(path, FORMATS).read(load_text(path), str(path))
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:
     """Write the machine in the format of the suffix; raises `InputError`."""
-    save_text(_format(path).write(machine), path)
+    form = format_of(path, FORMATS)
+    if form.write is None:
+        writable = _suffixes(form for form in FORMATS if form.write)
+        raise InputError(str(path), "file", f"{form.title} files can be read, but not written: use {writable}")
+    save_text(form.write(machine), path)
 
 
-def _format(path: str | Path) -> ModuleType:
+def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
+    """The format with the suffix of a file; raises `InputError` where there is none."""
     suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        what = f"the suffix {suffix!r} is no machine format: use {' or '.join(FORMATS)}"
-        raise InputError(str(path), "file", what)
-    return FORMATS[suffix]
+    for form in formats:
+        if suffix in form.suffixes:
+            return form
+    what = f"the suffix {suffix!r} is no machine format: use {_suffixes(formats)}"
+    raise InputError(str(path), "file", what)
+
+
+def _suffixes(formats: Iterable[Format]) -> str:
+    return " or ".join(suffix for form in formats for suffix in form.suffixes)

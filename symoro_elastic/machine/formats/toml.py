@@ -10,6 +10,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Column, Values, declared, with_columns
 from symoro_elastic.machine.formats.cells import OTHER, SELECTED, split, whole
 from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite, load
 from symoro_elastic.machine.formats.toml_writing import SECTIONS, write
@@ -29,7 +30,7 @@ from symoro_elastic.machine.machine import (
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.resolve import resolve
 
-__all__ = ["read", "write"]
+__all__ = ["FORMAT", "read", "write"]
 
 JOINT_KEYS = ("name", "antecedent", "kind", "sigma", *(column.key for column in declared(Joint, "joints")))
 KEYS = (
@@ -211,3 +212,6 @@ def _inertia(table: Table, key: str) -> Inertia6:
         xx, yy, zz = entries
         entries = (xx, ZERO, ZERO, yy, ZERO, zz)
     return cast(Inertia6, entries)
+
+
+FORMAT = Format("TOML", (".toml",), read, write)

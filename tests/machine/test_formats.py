@@ -1,0 +1,100 @@
+"""A format is one object: a toy format, added here, is read by every command and refused by none but `convert`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from symoro_elastic.cli import cli
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import FORMATS, Format, read_machine, reading, toml, write_machine
+from symoro_elastic.machine.machine import Machine
+
+HEAD = "toy\n"
+PLANAR_2R = Path(__file__).parents[2] / "examples" / "planar_2r.toml"
+
+
+def read_toy(text: str, source: str) -> Machine:
+    """A line `toy`, then the machine as TOML."""
+    if not text.startswith(HEAD):
+        raise InputError(source, "line 1", "no toy")
+    return toml.read(text.removeprefix(HEAD), source)
+
+
+@pytest.fixture(autouse=True)
+def toy(monkeypatch: pytest.MonkeyPatch) -> Format:
+    form = Format("toy", (".toy", ".plaything"), read_toy)
+    monkeypatch.setattr(reading, "FORMATS", (*FORMATS, form))
+    return form
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    path = tmp_path / "arm.toy"
+    path.write_text(HEAD + PLANAR_2R.read_text(encoding="utf-8"), encoding="utf-8")
+    return path
+
+
+def run(*words: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(cli, list(map(str, words)), standalone_mode=False)
+    if isinstance(result.exception, InputError):
+        return 2, result.stdout, str(result.exception)
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+COMMANDS = {
+    name: command for name, command in cli.commands.items() if any(one.name == "machine" for one in command.params)
+}
+
+
+def needed(command: click.Command, machine: Path) -> list[object]:
+    """What a command cannot do without."""
+    words: list[object] = [machine if one.name == "machine" else "x.csv" for one in arguments(command)]
+    for one in command.params:
+        if isinstance(one, click.Option) and one.required:
+            words += [one.opts[0], "x.csv" if isinstance(one.type, click.Path) else "1"]
+    return words
+
+
+def arguments(command: click.Command) -> list[click.Argument]:
+    return [one for one in command.params if isinstance(one, click.Argument)]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_reads_a_machine_of_any_format(name: str, tmp_path: Path) -> None:
+    """The reader of the toy format refuses the file."""
+    broken = tmp_path / "broken.plaything"
+    broken.write_text("play")
+    assert run(name, *needed(COMMANDS[name], broken)) == (2, "", f"{broken}: line 1: no toy")
+
+
+def test_a_format_that_is_read_only_is_enough_to_generate(arm: Path, tmp_path: Path) -> None:
+    assert read_machine(arm)[0].joints == read_machine(PLANAR_2R)[0].joints
+    code, out, _ = run("generate", arm, "--target", "numpy", "--out", tmp_path / "out")
+    assert code == 0 and out.startswith(f"wrote {tmp_path}/out/planar_2r: __init__.py")
+    code, _, _ = run("convert", arm, tmp_path / "arm.toml")
+    assert code == 0 and read_machine(tmp_path / "arm.toml")[0].joints == read_machine(arm)[0].joints
+
+
+def test_convert_to_a_read_only_format_is_refused_in_one_line(arm: Path, tmp_path: Path) -> None:
+    target = tmp_path / "other.toy"
+    code, out, error = run("convert", arm, target)
+    assert (code, out) == (2, "") and not target.exists()
+    assert error == f"{target}: file: toy files can be read, but not written: use .toml or .par"
+
+
+def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
+    machine, _ = read_machine(PLANAR_2R)
+    with pytest.raises(InputError, match=r"the suffix '\.json' is no machine format: use \.toml or \.par or \.toy"):
+        read_machine(tmp_path / "arm.json")
+    with pytest.raises(InputError, match=r"the suffix '\.json' is no machine format"):
+        write_machine(machine, tmp_path / "arm.json")
+
+
+def test_suffixes_belong_to_one_format_each() -> None:
+    suffixes = [suffix for form in FORMATS for suffix in form.suffixes]
+    assert len(set(suffixes)) == len(suffixes) and all(suffix == suffix.lower() for suffix in suffixes)
