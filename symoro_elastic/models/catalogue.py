@@ -11,7 +11,6 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
-from symoro_elastic.models.angle_sums import on_angle_sums
 from symoro_elastic.models.bind import Bound, Points
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
@@ -21,9 +20,9 @@ from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Frame, Frames, Joints, Model, TracedModel
-from symoro_elastic.symbolic.expression import operand
+from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.memory import no_collection
-from symoro_elastic.symbolic.program import Input, Output, build
+from symoro_elastic.symbolic.program import Input
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
@@ -42,7 +41,20 @@ def trace(
     merge_angles: bool = False,
     by: Sequence[str] = (),
 ) -> TracedModel:
-    """Run the equations of a model on the symbols of a machine, prune and schedule.
+    """The program of a model: its equations run on symbols by `expressions`, pruned and scheduled."""
+    return schedule(prune(expressions(machine, name, asked, folded, points, merge_angles, by)))
+
+
+def expressions(
+    machine: Machine,
+    name: str,
+    asked: Joints | Frames = (),
+    folded: Sequence[str] = (),
+    points: Points = (),
+    merge_angles: bool = False,
+    by: Sequence[str] = (),
+) -> Trace:
+    """The results of a model as expressions: its equations run on the symbols of a machine.
 
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
     `points` are numbered before those of `asked`; `merge_angles` allows sums of angles; `by` names columns of
@@ -58,10 +70,8 @@ def trace(
     if model.own_arguments:
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
-    inputs = [Input(argument, entries[argument]) for argument in model.arguments]
-    outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
-    traced = TracedModel(model, results, build(inputs, outputs, bound.names), not asked, bound.points)
-    return on_angle_sums(traced, bound.graph, bound.names) if merge_angles else traced
+    inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
+    return Trace(model, inputs, results, bound.graph, bound.names, not asked, bound.points, merge_angles)
 
 
 def _refuse_on_floating_base(machine: Machine, name: str) -> None:
@@ -85,7 +95,13 @@ def _everything(machine: Machine, model: Model) -> Joints | Frames:
 
 @no_collection()
 def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
-    """Every model that a scene asks of a machine; the default models where it names none.
+    """The programs of every model that a scene asks of a machine: `expressions_of_scene`, pruned and scheduled."""
+    return [schedule(prune(traced)) for traced in expressions_of_scene(machine, scene)]
+
+
+@no_collection()
+def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
+    """The results of every model that a scene asks of a machine; the default models where it names none.
 
     `machine` is the whole machine; locked joints and gravity are seen to here. Raises `InputError`
     for what such a machine cannot give.
@@ -99,7 +115,7 @@ def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
     points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
     merge = scene.merge_angles is not None
     by = {name: _columns(kept, scene, name, constants) for name in models}
-    return [trace(kept, name, some, constants, points, merge, by[name]) for name, some in asked.items()]
+    return [expressions(kept, name, some, constants, points, merge, by[name]) for name, some in asked.items()]
 
 
 def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:
