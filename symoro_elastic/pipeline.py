@@ -1,24 +1,40 @@
-"""The journey from a machine to files: check, trace, render, write."""
+"""The journey of a machine: read, check, group, trace, prune, schedule, render, compile, verify.
+
+`prepare` are its first three stages, `programs` the next three; `generate` goes on to files of code, `verify` to code
+that is compiled and compared with a reference. `announce` is called with the name of each stage when it begins.
+"""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats.reading import read
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
 from symoro_elastic.models.model import Pivots
+from symoro_elastic.models.tracing import prune, schedule
 from symoro_elastic.output_folder import write_files
-from symoro_elastic.packaging import package
+from symoro_elastic.packaging import reserved_words
+from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.symbolic.memory import no_collection
+from symoro_elastic.traced import Traced
+
+if TYPE_CHECKING:
+    from symoro_elastic.numerics.verify import Verification
 
 
 @dataclass(frozen=True)
@@ -26,12 +42,43 @@ class Generated:
     """What was written, and the models it holds; `whole` are the same models of the whole machine."""
 
     written: list[Path]
-    models: list[TracedModel]
-    whole: list[TracedModel]
+    models: Sequence[TracedModel]
+    whole: Sequence[TracedModel]
 
 
-def nothing(_: str) -> None:
-    """Progress that nobody watches."""
+def prepare(
+    file: str | Path,
+    warn: Callable[[str], None],
+    *,
+    base: bool = False,
+    announce: Announce = announce_nothing,
+) -> Machine:
+    """The machine in a file, its inertial parameters grouped if `base`; raises `InputError`.
+
+    `warn` is called with each warning, one line.
+    """
+    announce("read")
+    machine = read(file)
+    announce("check")
+    for line in check(machine, reserved_words(), MODELS):
+        warn(line)
+    if not base:
+        return machine
+    announce("group")
+    return _grouped(machine, warn)
+
+
+@no_collection()
+def programs(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> Traced:
+    """The models that a scene asks of a machine, as programs; raises `InputError`."""
+    refuse_degenerate(machine, scene)
+    announce("trace")
+    traces = trace(machine, scene)
+    announce("prune")
+    needed = [prune(one) for one in traces]
+    announce("schedule")
+    models = [schedule(one) for one in needed]
+    return Traced(machine, scene, models)
 
 
 @no_collection()
@@ -40,53 +87,74 @@ def generate(
     scene: Scene,
     targets: Sequence[str],
     out: Path,
-    step: Callable[[str], None] = nothing,
+    announce: Announce = announce_nothing,
     precisions: Sequence[Precision] = (DOUBLE,),
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
-    `step` is told each step of the journey by its verb. Raises `InputError`; nothing is written then.
+    Raises `InputError`; nothing is written then.
     """
-    step("check")
-    refuse_degenerate(machine, scene)
-    step("trace")
-    models = trace_scene(machine, scene)
-    whole = [_of_whole(machine, model) for model in models] if is_part(scene) else models
-    step("render")
-    described = package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
-    files = render(described, targets, machine.source, precisions)
-    step("write")
-    return Generated(write_files(out / machine.name, files), models, whole)
+    asked = programs(machine, scene, announce)
+    announce("render")
+    files = render(asked.package, targets, machine.source, precisions)
+    announce("write")
+    written = write_files(out / machine.name, files)
+    return Generated(written, asked.models, _of_whole_machine(asked))
 
 
-def described(machine: Machine, scene: Scene) -> Package:
-    """The models that a scene asks of a machine, ready to be rendered. Raises `InputError`."""
-    refuse_degenerate(machine, scene)
-    models = trace_scene(machine, scene)
-    return package(restricted(machine, scene), models, folded(machine, scene), describe(scene, models))
+def verify(
+    machine: Machine,
+    scene: Scene,
+    *,
+    seed: int = 0,
+    announce: Announce = announce_nothing,
+    progress: Progress = no_progress,
+) -> Verification:
+    """Compare the code of the models that a scene asks of a machine with a 50-digit reference.
+
+    `progress(done, total)` is called after each state. Raises `InputError`, `NoValues`, `CompilationFailed`.
+    """
+    from symoro_elastic.numerics.verify import compare, compiled, refuse_unverifiable, rendered
+
+    refuse_unverifiable(machine, scene)
+    asked = programs(machine, scene, announce)
+    announce("render")
+    files = rendered(asked.package)
+    with tempfile.TemporaryDirectory() as folder:
+        announce("compile")
+        code = compiled(asked.package, files, Path(folder))
+        announce("verify")
+        return compare(asked, code, seed=seed, progress=progress)
+
+
+def _grouped(machine: Machine, warn: Callable[[str], None]) -> Machine:
+    """The machine with base inertial parameters."""
+    from symoro_elastic.grouping import base_machine
+
+    grouped, doubts = base_machine(machine)
+    for line in doubts:
+        warn(line)
+    return grouped
 
 
 @no_collection()
-def render(
-    described: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)
-) -> dict[str, str]:
+def render(package: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)) -> Files:
     """File names and texts; raises `InputError` for constants that no double holds and for too low a precision."""
-    _refuse_low_precision(described, source, precisions)
+    _refuse_low_precision(package, source, precisions)
     try:
-        return render_targets(described, targets, precisions)
+        return render_targets(package, targets, precisions)
     except OverflowError:
         what = "their products are out of the range of double precision: check the units"
-        raise InputError(source or described.name, "numbers of the table", what) from None
+        raise InputError(source or package.name, "numbers of the table", what) from None
 
 
-def _refuse_low_precision(described: Package, source: str, precisions: Sequence[Precision]) -> None:
-    for function in described.functions:
+def _refuse_low_precision(package: Package, source: str, precisions: Sequence[Precision]) -> None:
+    for function in package.functions:
         low = [precision.name for precision in precisions if precision.bits < function.least_bits]
         if low:
-            what = (
-                f"{function.name} finds no solution in {low[0]} precision: --precision double, or leave the model out"
-            )
-            raise InputError(source or described.name, "--precision", what)
+            what = f"{function.name} finds no solution in {low[0]} precision"
+            what += ": --precision double, or leave the model out"
+            raise InputError(source or package.name, "--precision", what)
 
 
 def refuse_degenerate(machine: Machine, scene: Scene) -> None:
@@ -116,18 +184,13 @@ def is_part(scene: Scene) -> bool:
     return bool(scene.outputs or scene.locked or scene.fold or not scene.gravity)
 
 
-def _of_whole(machine: Machine, part: TracedModel) -> TracedModel:
-    """The same model, nothing left out; itself where it exists only with joints locked."""
+def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
+    """The same models, nothing left out; those that exist only with joints locked as they are."""
+    return [_whole(asked.whole, model) for model in asked.models] if is_part(asked.scene) else asked.models
+
+
+def _whole(machine: Machine, part: TracedModel) -> TracedModel:
     try:
         return trace_scene(machine, Scene(models=(part.model.name,)))[0]
     except InputError:
         return part
-
-
-def describe(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
-    """A scene and its models in a few words; empty for the whole machine."""
-    parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
-    parts += ["without gravity"] if not scene.gravity else []
-    if any(model.merged for model in models):
-        parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
-    return ", ".join(parts)

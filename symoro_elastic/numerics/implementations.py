@@ -19,11 +19,12 @@ from symoro_elastic.codegen.compile import CompiledPackage
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.catalogue import TracedModel, trace
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
-from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.program import Program
+from symoro_elastic.traced import traced
 
 ResultArrays = dict[str, Array]
 Implementation = Callable[[TracedModel, States], ResultArrays]
@@ -71,7 +72,7 @@ def equations_on_floats(values: Mapping[str, float]) -> Implementation:
 def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
     """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base."""
     refuse_floating(machine, "simulation")
-    files = render_numpy(package(machine, [trace(machine, name) for name in models], ()))
+    files = render_numpy(traced(machine, Scene(models=tuple(models))).package)
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))
 

@@ -10,14 +10,12 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.numerics.rounding import RoundingModes, Spread
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.packaging import package
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.traced import traced
 
 STATES = 1000
 
@@ -50,20 +48,20 @@ def self_check(
     `states` moderate and as many extreme states; parameters without value get a plausible one. Raises `NoValues`,
     `CompilerMissing`, `CompilationFailed`.
     """
-    kept, traced = restricted(machine, scene), trace_scene(machine, scene)
-    described = package(kept, traced, folded(machine, scene))
+    programs = traced(machine, scene)
+    kept = programs.machine
     values = parameter_values(kept, seed)
-    p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
+    p = np.array([values[parameter.name] for parameter in programs.package.parameters], dtype=float)
     drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
     checks = []
     with tempfile.TemporaryDirectory() as folder:
-        modes = RoundingModes(described, Path(folder))
-        for k, model in enumerate(traced, start=1):
+        modes = RoundingModes(programs.package, Path(folder))
+        for k, model in enumerate(programs.models, start=1):
             spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
             for name in model.results:
                 survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
                 checks.append(ResultCheck(model.model.name, name, *survive))
-            progress(k, len(traced))
+            progress(k, len(programs.models))
     return checks
 
 

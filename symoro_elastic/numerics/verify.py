@@ -13,18 +13,19 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c import render_c
-from symoro_elastic.codegen.compile import CompilerMissing, compile_package
+from symoro_elastic.codegen.compile import CompiledPackage, CompilerMissing, compile_package
+from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import MODELS, TracedModel
 from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.numerics.feed_forward_residual import residual, torques
 from symoro_elastic.numerics.implementations import (
@@ -38,8 +39,8 @@ from symoro_elastic.numerics.implementations import (
 from symoro_elastic.numerics.reference import REFERENCE_ZERO, Numbers, Reference, Singular, StateReference, distance
 from symoro_elastic.numerics.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.packaging import package
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.traced import Traced, traced
 
 Runs = list[tuple[str, ResultArrays]]
 
@@ -137,23 +138,61 @@ def verify(
     value get a plausible one. `progress(done, total)` is called after each state.
     Raises `NoValues`, `SingularPivot`, `CompilationFailed`.
     """
-    scene = scene or Scene()
-    kept, constants = restricted(machine, scene), folded(machine, scene)
-    traced = trace_scene(machine, scene)
+    programs = traced(machine, scene or Scene())
+    with tempfile.TemporaryDirectory() as folder:
+        code = compiled(programs.package, rendered(programs.package), Path(folder))
+        return compare(programs, code, states=states, seed=seed, progress=progress)
+
+
+def rendered(package: Package) -> Files:
+    """Return the files that are verified: the numpy package and the C library."""
+    return render_numpy(package) | render_c(package)
+
+
+@dataclass(frozen=True)
+class Code:
+    """Generated code that can be run: the numpy package, the C library, or the reason why that is missing."""
+
+    module: ModuleType
+    library: CompiledPackage | None
+    missing: str = ""
+
+
+def compiled(package: Package, files: Files, folder: Path) -> Code:
+    """Return the rendered files of a package, imported and compiled in a folder; raises `CompilationFailed`."""
+    python = {name: text for name, text in files.items() if name.endswith(".py")}
+    module = import_package(python, folder / "numpy")
+    others = {name: text for name, text in files.items() if name not in python}
+    try:
+        return Code(module, compile_package(package, folder / "c", others))
+    except CompilerMissing as error:
+        return Code(module, None, str(error))
+
+
+def compare(
+    programs: Traced,
+    code: Code,
+    *,
+    states: tuple[int, int] | None = None,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> Verification:
+    """Return how far code, and the equations on floats, are from 50 digits; arguments as for `verify`."""
+    kept, models = programs.machine, programs.models
     values = parameter_values(kept, seed)
-    moderate, extreme = states or _how_many(traced)
+    moderate, extreme = states or _how_many(models)
     stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
-    runs, missing = _run(package(kept, traced, constants), traced, values, stacked)
-    reference = Reference(kept, values, constants, solved=len(kept.moving) <= MOST_SOLVED)
-    tallies = [_Tally(model, runs[model.model.name]) for model in traced]
+    runs = _run(code, programs, values, stacked)
+    reference = Reference(kept, values, programs.folded, solved=len(kept.moving) <= MOST_SOLVED)
+    tallies = [_Tally(model, runs[model.model.name]) for model in models]
     for k in range(len(stacked)):
         state = _TestState(k, stacked.titles[k], stacked.at(k), k >= moderate, f"{seed} {k}")
         point = reference.at(state.arguments)
         for tally in tallies:
             tally.add(state, point)
         progress(k + 1, len(stacked))
-    models = tuple(tally.verification() for tally in tallies)
-    return Verification(models, len(stacked), _disagreement(reference, traced, stacked), missing)
+    disagreement = _disagreement(reference, models, stacked)
+    return Verification(tuple(tally.verification() for tally in tallies), len(stacked), disagreement, code.missing)
 
 
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
@@ -162,26 +201,17 @@ def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
     return (32, 32) if statements < MANY_STATEMENTS else (8, 16)
 
 
-def _run(
-    described: Package, traced: Sequence[TracedModel], values: Mapping[str, float], states: States
-) -> tuple[dict[str, Runs], str]:
-    """Return the results of every implementation by model, and the reason why C is missing."""
-    p = np.array([values[parameter.name] for parameter in described.parameters], dtype=float)
-    missing = ""
-    with tempfile.TemporaryDirectory() as folder:
-        module = import_package(render_numpy(described), Path(folder) / "numpy")
-        implementations: list[tuple[str, Implementation]] = [
-            ("numpy", numpy_code(module, p, stacked=False)),
-            ("numpy", numpy_code(module, p, stacked=True)),
-            ("equations", equations_on_floats(values)),
-        ]
-        try:
-            compiled = compile_package(described, Path(folder) / "c", render_c(described))
-            implementations += [("c", c_code(compiled, p, batch)) for batch in (False, True)]
-        except CompilerMissing as error:
-            missing = str(error)
-        runs = {model.model.name: [(name, run(model, states)) for name, run in implementations] for model in traced}
-    return runs, missing
+def _run(code: Code, programs: Traced, values: Mapping[str, float], states: States) -> dict[str, Runs]:
+    """Return the results of every implementation by model."""
+    p = np.array([values[parameter.name] for parameter in programs.package.parameters], dtype=float)
+    implementations: list[tuple[str, Implementation]] = [
+        ("numpy", numpy_code(code.module, p, stacked=False)),
+        ("numpy", numpy_code(code.module, p, stacked=True)),
+        ("equations", equations_on_floats(values)),
+    ]
+    if code.library:
+        implementations += [("c", c_code(code.library, p, batch)) for batch in (False, True)]
+    return {one.model.name: [(name, run(one, states)) for name, run in implementations] for one in programs.models}
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,12 @@ from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.states import States, moderate_states
-from symoro_elastic.packaging import package
 from symoro_elastic.progress import Progress
+from symoro_elastic.traced import traced
 
 STEPS, SAMPLES = 50_000, 50
 LARGEST_TURN = 0.05
@@ -105,9 +106,8 @@ class _Motion:
 
     def __init__(self, machine: Machine, values: Mapping[str, float], folder: Path) -> None:
         self.machine, self.values = machine, values
-        traced = trace(machine, "direct_dynamics")
         self.energy = trace(machine, "energy")
-        self.package = package(machine, [traced], ())
+        self.package = traced(machine, Scene(models=("direct_dynamics",))).package
         self.p = np.array([values[parameter.name] for parameter in self.package.parameters], dtype=float)
         self.start = self._start()
         kinetic, _, elastic = self._evaluated(self.energy, self.start)[0]

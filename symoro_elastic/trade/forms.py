@@ -10,13 +10,13 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.grouping import checked_grouping
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import folded
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel
 from symoro_elastic.numerics.states import ARGUMENTS, depends_on_state
-from symoro_elastic.packaging import package
-from symoro_elastic.pipeline import describe, refuse_degenerate
+from symoro_elastic.pipeline import refuse_degenerate
 from symoro_elastic.symbolic.program import OperationCount
+from symoro_elastic.traced import traced
 
 Values = Mapping[str, float]
 
@@ -122,15 +122,14 @@ def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
-    traced = trace_scene(machine, replace(scene, models=written, outputs=outputs))
-    constants = folded(machine, scene)
+    programs = traced(machine, replace(scene, models=written, outputs=outputs))
     return Formulation(
         BY_MATRIX if ways else RECURSION,
         machine.is_grouped,
         scene.fold == ALL,
-        any(model.merged for model in traced),
-        package(restricted(machine, scene), traced, constants, describe(scene, traced)),
-        dict(zip(models, traced, strict=True)),
+        any(model.merged for model in programs.models),
+        programs.package,
+        dict(zip(models, programs.models, strict=True)),
         values,
         scene.merge_angles,
     )

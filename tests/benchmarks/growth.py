@@ -20,7 +20,7 @@ import numpy as np
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code
 from tests.benchmarks.tables import print_table, progress, save_json
@@ -57,7 +57,7 @@ def main() -> None:
 def figures_of(model: str, n: int, compiles: bool) -> dict[str, str | float]:
     """Seconds of the processor for each step; generation is the better of two runs."""
     machine, scene = chain(n), Scene(models=(model,))
-    package, traced = _timed(lambda: described(machine, scene))
+    package, traced = _timed(lambda: programs(machine, scene).package)
     made = Code(package, package.functions[0], DOUBLE)
     files, rendered = _timed(lambda: made.files)
     figures: dict[str, str | float] = {"model": model, "joints": n, "trace": traced, "render": rendered}

@@ -13,7 +13,6 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.pipeline import described
 from symoro_elastic.symbolic.program import OperationCount
 from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, timed_batch
 
@@ -92,7 +91,7 @@ def places(array: str, sizes: Sequence[int], times: str = "") -> list[str]:
 
 def code(machine: Machine, model: str, *, fold: bool = True, precision: Precision = DOUBLE) -> Code:
     """One model; with all parameters folded, or with parameters as an argument."""
-    package = described(machine, Scene(models=(model,), fold=ALL if fold else ()))
+    package = programs(machine, Scene(models=(model,), fold=ALL if fold else ())).package
     return Code(package, package.functions[0], precision)
 
 

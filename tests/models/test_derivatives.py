@@ -24,7 +24,7 @@ from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.model import Result
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.output_folder import write_files
-from symoro_elastic.pipeline import described, refuse_degenerate
+from symoro_elastic.pipeline import programs, refuse_degenerate
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.differentiation import Differentiation, substituted
@@ -269,7 +269,7 @@ def test_generated_code_gives_what_the_equations_give() -> None:
 @pytest.mark.parametrize("machine", [planar_2r(), planar_2r(elastic=(2,)), chain(3)], ids=["2r", "elastic", "chain"])
 def test_equations_in_latex(machine: Machine, name: str) -> None:
     """Every quantity has a symbol; those of differentiated graphs too."""
-    package = described(machine, Scene(models=(name,)))
+    package = programs(machine, Scene(models=(name,))).package
     solved = solution(package, package.functions[0])
     written = [*solved.results, *(x for stretch in (*solved.once, *solved.steps) for x in stretch.equations)]
     assert any(r"\partial" in equation.left for equation in written)

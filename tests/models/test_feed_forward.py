@@ -22,7 +22,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.output_folder import write_files
-from symoro_elastic.pipeline import described, generate, render
+from symoro_elastic.pipeline import generate, programs, render
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Graph
@@ -279,7 +279,7 @@ def floats(machine: Machine) -> tuple[list[Any], list[list[Any]]]:
 def test_generated_code(compiler: str, tmp_path: Path) -> None:
     machine = read_machine(FLEX4)[0]
     values, (arguments, wanted) = parameter_values(machine, 3), floats(machine)
-    files = render(described(machine, Scene(models=("feed_forward",))), ("numpy", "c"), "")
+    files = render(programs(machine, Scene(models=("feed_forward",))).package, ("numpy", "c"), "")
     write_files(tmp_path / "flex4", files)
     module = imported(tmp_path / "flex4")
     p = module.parameters(**values)
@@ -297,7 +297,7 @@ def test_generated_code(compiler: str, tmp_path: Path) -> None:
 
 
 def test_equations_in_latex() -> None:
-    package = described(read_machine(FLEX4)[0], Scene(models=("feed_forward",)))
+    package = programs(read_machine(FLEX4)[0], Scene(models=("feed_forward",))).package
     solved = solution(package, package.functions[0])
     left = [x.left for stretch in (*solved.once, *solved.steps) for x in stretch.equations]
     assert left and not [x for x in left if x.startswith(r"\mathit{rate")]

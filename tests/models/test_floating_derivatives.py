@@ -16,7 +16,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from symoro_elastic.report.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.benchmarks.machines import chain as long_chain
@@ -234,7 +234,7 @@ def test_columns_of_a_base_that_is_driven() -> None:
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
 def test_equations_in_latex(name: str, known: Given) -> None:
     """Every quantity and every result has a symbol."""
-    package = described(on(chain(3), known), Scene(models=(name,)))
+    package = programs(on(chain(3), known), Scene(models=(name,))).package
     solved = solution(package, package.functions[0])
     written = [*solved.results, *(x for stretch in (*solved.once, *solved.steps) for x in stretch.equations)]
     assert [x.left for x in written if r"\_" in x.left] == []

@@ -18,7 +18,7 @@ from symoro_elastic.machine.scene import ALL, Asked, Parts, Point, Scene
 from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from symoro_elastic.report.page import html_page, latex_document
 from tests.compiled_models import cell, vector
 from tests.models.test_kinematics import MANY, MOTIONS, WELDED, Wanted, error, made, of_model, values, whole_state
@@ -173,7 +173,7 @@ def test_check_knows_points() -> None:
 def test_a_point_in_the_equations() -> None:
     """It is listed after the rows of the table, and results carry its number."""
     scene = Scene(("jacobian",), {"jacobian": ("joint2 at (L1, 0, 0)", "joint2 at (L1, 0, 0) in joint2")})
-    package = described(planar_2r(), scene)
+    package = programs(planar_2r(), scene).package
     text = latex_document(package, package.functions[0])
     assert r"\makebox[10mm][r]{3}\quad\makebox[45mm][l]{joint2 at (L1, 0, 0)}fixed" in text
     assert r"\eqline{J_{3}}" in text and r"\eqline{{}^{2}J_{3}}" in text

@@ -22,11 +22,12 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.pipeline import describe, generate, is_part
+from symoro_elastic.pipeline import generate, is_part
 from symoro_elastic.report.tables import models_json
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import OperationCount
+from symoro_elastic.traced import summary
 from tests.generated_code import c_functions, c_work, imported, recount, rendered
 from tests.references import multiprecision as reference
 from tests.references.numbers_of_machine import numbers_of
@@ -448,8 +449,8 @@ def test_the_whole_machine_saves_nothing(tmp_path: Path) -> None:
 
 
 def test_scenes_in_words() -> None:
-    assert describe(Scene(fold=ALL)) == ""
-    said = describe(Scene(locked={"a": f("0.3"), "b": f("L/2")}, gravity=False))
+    assert summary(Scene(fold=ALL)) == ""
+    said = summary(Scene(locked={"a": f("0.3"), "b": f("L/2")}, gravity=False))
     assert said == "a held at 0.3, b held at L/2, without gravity"
     header = rendered(planar_2r(), Scene(("bias_forces",)), ["c"])["planar_2r.h"]
     assert header.startswith("/* planar_2r: generated models.\n")

@@ -17,7 +17,7 @@ from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from symoro_elastic.symbolic.angle_sums import with_angle_sums
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, reachable
@@ -77,7 +77,9 @@ def test_generated_code_sums_angles(precision: Precision, tmp_path: Path) -> Non
     """A sum of two angles below 10 is rounded by less than 10 u; the trigonometry and lengths below 1 m add a few u."""
     arm = machine("planar_2r.toml")
     states = np.random.default_rng(1).uniform(-10, 10, (37, 2)).astype(np.float32)
-    plain, merged = (described(arm, Scene(models=("geometric_model",), merge_angles=bound)) for bound in (None, 10.0))
+    plain, merged = (
+        programs(arm, Scene(models=("geometric_model",), merge_angles=bound)).package for bound in (None, 10.0)
+    )
     wanted = compile_package(plain, tmp_path / "plain").call("geometric_model", q=states)["T"]
     compiled = compile_package(merged, tmp_path / "merged", precision=precision)
     u = max(2.0**-53, 2.0**-precision.bits)
@@ -89,7 +91,7 @@ def test_beyond_the_bound_digits_are_lost(tmp_path: Path) -> None:
     """At 1e8 rad an ulp of an angle is 1.5e-8."""
     arm = machine("planar_2r.toml")
     scene = Scene(models=("geometric_model",), merge_angles=10.0)
-    compiled = compile_package(described(arm, scene), tmp_path)
+    compiled = compile_package(programs(arm, scene).package, tmp_path)
     q = np.random.default_rng(2).uniform(0.5e8, 1e8, (50, 2))
     found = compiled.call("geometric_model", q=q)["T"][:, 1, 0, 0]
     wanted = np.cos(q[:, 0]) * np.cos(q[:, 1]) - np.sin(q[:, 0]) * np.sin(q[:, 1])

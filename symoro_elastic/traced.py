@@ -1,0 +1,53 @@
+"""The models that a scene asks of a machine, as programs: restricted, traced, pruned, scheduled, packaged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.models.model import TracedModel
+from symoro_elastic.packaging import package
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """The models that a scene asks of a machine, which is the whole one, as programs."""
+
+    whole: Machine
+    scene: Scene
+    models: Sequence[TracedModel]
+
+    @cached_property
+    def machine(self) -> Machine:
+        """What the scene keeps of the machine."""
+        return restricted(self.whole, self.scene)
+
+    @cached_property
+    def folded(self) -> tuple[str, ...]:
+        """Names of the parameters that are constants in the programs."""
+        return folded(self.whole, self.scene)
+
+    @cached_property
+    def package(self) -> Package:
+        """What the targets render; raises `InputError` for names that are taken."""
+        return package(self.machine, self.models, self.folded, summary(self.scene, self.models))
+
+
+def traced(machine: Machine, scene: Scene) -> Traced:
+    """The programs of the models that a scene asks of a machine; raises `InputError`."""
+    return Traced(machine, scene, trace_scene(machine, scene))
+
+
+def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
+    """A scene and its models in a few words; empty for the whole machine."""
+    parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
+    parts += ["without gravity"] if not scene.gravity else []
+    if any(model.merged for model in models):
+        parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
+    return ", ".join(parts)
