@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE, gather
-from symoro_elastic.cli.output import counted, print_json, print_table, steps, write_text
+from symoro_elastic.cli.output import counted, print_json, print_table, staged, steps, write_text
 from symoro_elastic.cli.parsing import among
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
@@ -59,10 +59,9 @@ def generate(
     if precisions and "c" not in chosen:
         raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
     written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
-    with steps() as step:
-        step("read")
-        found, scene = selection.read(machine)
-        made = generate(found, scene, chosen, Path(out), step, written_in)
+    with steps() as announce:
+        found, scene = selection.read(machine, announce)
+        made = generate(found, scene, chosen, Path(out), announce, written_in)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)
     if as_json:
@@ -97,19 +96,16 @@ def check(machine: str, selection: Selection, seed: int, by_itself: bool, as_jso
     """
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.numerics.values import NoValues
-    from symoro_elastic.numerics.verify import refuse_unverifiable, verify
-    from symoro_elastic.pipeline import refuse_degenerate
+    from symoro_elastic.pipeline import verify
     from symoro_elastic.report.tables import verification_json, verification_table
 
-    found, asked = selection.read(machine)
-    refuse_degenerate(found, asked)
-    refuse_unverifiable(found, asked)
     if by_itself:
-        _check_by_itself(found, asked, seed, as_json)
+        _check_by_itself(*selection.read(machine), seed, as_json)
         return
     try:
-        with counted("verify") as progress:
-            result = verify(found, asked, seed=seed, progress=progress)
+        with staged() as (announce, progress):
+            found, asked = selection.read(machine, announce)
+            result = verify(found, asked, seed=seed, announce=announce, progress=progress)
     except (CompilationFailed, NoValues) as error:
         raise InputError(machine, "check", str(error)) from None
     if as_json:
@@ -129,9 +125,13 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
     from symoro_elastic.numerics.self_check import self_check
     from symoro_elastic.numerics.values import NoValues
+    from symoro_elastic.numerics.verify import refuse_unverifiable
+    from symoro_elastic.pipeline import refuse_degenerate
     from symoro_elastic.report.self_check import least_digits, self_check_json, self_check_table
 
     source = machine.source or machine.name
+    refuse_degenerate(machine, scene)
+    refuse_unverifiable(machine, scene)
     try:
         with counted("verify") as progress:
             found = self_check(machine, scene, seed=seed, progress=progress)
@@ -160,19 +160,18 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
 
     With their intermediate variables, in the order of evaluation.
     """
-    from symoro_elastic.pipeline import described
+    from symoro_elastic.pipeline import programs
     from symoro_elastic.report.page import html_page, latex_document
     from symoro_elastic.report.pdf import pdf
 
     among((form,), ("latex", "html", "pdf"), "--format")
-    with steps() as step:
-        step("trace")
-        found, scene = replace(selection, models=(model,)).read(machine)
-        package = described(found, scene)
-        step("render")
+    with steps() as announce:
+        found, scene = replace(selection, models=(model,)).read(machine, announce)
+        package = programs(found, scene, announce).package
+        announce("render")
         text = (html_page if form == "html" else latex_document)(package, package.functions[0])
         if form == "pdf":
-            step("compile")
+            announce("compile")
             out = str(pdf(text, Path(out or f"{found.name}_{model}.pdf")))
     if out is None:
         click.echo(text, nl=False)

@@ -36,15 +36,25 @@ def write_text(text: str, out: str) -> None:
 @contextmanager
 def counted(step: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on a terminal's stderr, and nothing elsewhere."""
+    with staged(step) as (_, progress):
+        yield progress
+
+
+@contextmanager
+def staged(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
+    """A progress bar on a terminal's stderr, and nothing elsewhere: callbacks that name a stage, and count its work."""
     if not sys.stderr.isatty():
-        yield lambda _done, _total: None
+        yield lambda _: None, lambda _done, _total: None
         return
     from rich.console import Console
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(step)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        task = bar.add_task(first, total=None)
+        yield (
+            lambda stage: bar.update(task, description=stage),
+            lambda done, total: bar.update(task, completed=done, total=total),
+        )
 
 
 @contextmanager

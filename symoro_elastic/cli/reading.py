@@ -13,6 +13,7 @@ from symoro_elastic.cli.parsing import among, outputs
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
+    from symoro_elastic.progress import Announce
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,9 @@ class Selection:
     base: bool = False
     merge_angles: float | None = None
 
-    def read(self, path: str) -> tuple[Machine, Scene]:
+    def read(self, path: str, announce: Announce | None = None) -> tuple[Machine, Scene]:
         """Return the machine of a file, with grouped parameters if requested, and its scene."""
-        machine = read(path, self.base)
+        machine = read(path, self.base, announce)
         return machine, self.scene_of(machine)
 
     def scene_of(self, machine: Machine) -> Scene:
@@ -43,26 +44,16 @@ class Selection:
         return [*words, *(["--scene", self.scene] if self.scene else [])]
 
 
-def read(path: str, base: bool = False) -> Machine:
+def read(path: str, base: bool = False, announce: Announce | None = None) -> Machine:
     """Return the machine of a file, with grouped inertial parameters if `base`; print its warnings on stderr."""
-    from symoro_elastic.machine.formats import read_machine
-    from symoro_elastic.models.catalogue import MODELS
-    from symoro_elastic.packaging import reserved_words
+    from symoro_elastic.pipeline import prepare
+    from symoro_elastic.progress import announce_nothing
 
-    machine, warnings = read_machine(path, reserved_words(), MODELS)
-    _warn(warnings)
-    if not base:
-        return machine
-    from symoro_elastic.grouping import base_machine
-
-    regrouped, doubts = base_machine(machine)
-    _warn(doubts)
-    return regrouped
+    return prepare(path, _warn, base=base, announce=announce or announce_nothing)
 
 
-def _warn(warnings: Sequence[str]) -> None:
-    for warning in warnings:
-        click.echo(f"warning: {warning}", err=True)
+def _warn(warning: str) -> None:
+    click.echo(f"warning: {warning}", err=True)
 
 
 def read_restricted(path: str, scene: str | None = None) -> Machine:

@@ -34,11 +34,22 @@ ROOMS: dict[str, set[str]] = {
     "codegen": {"symbolic"},
     "output_folder": set(),
     "packaging": {"machine", "models", "codegen"},
-    "pipeline": {"machine", "symbolic", "models", "codegen", "output_folder", "packaging"},
-    "numerics": {"packages", "machine", "symbolic", "equations", "models", "codegen", "pipeline", "packaging"},
+    "traced": {"machine", "models", "codegen", "packaging"},
+    "numerics": {"packages", "machine", "symbolic", "equations", "models", "codegen", "traced"},
     "simulation": set(),
-    "report": {"machine", "symbolic", "models", "codegen", "pipeline", "packaging", "numerics"},
+    "report": {"machine", "symbolic", "models", "codegen", "numerics"},
     "grouping": {"machine", "models", "numerics"},
+    "pipeline": {
+        "machine",
+        "symbolic",
+        "models",
+        "codegen",
+        "packaging",
+        "traced",
+        "numerics",
+        "grouping",
+        "output_folder",
+    },
     "identification": {
         "packages",
         "pictures",
@@ -67,10 +78,10 @@ ROOMS: dict[str, set[str]] = {
         "symbolic",
         "models",
         "codegen",
-        "pipeline",
-        "packaging",
+        "traced",
         "grouping",
         "numerics",
+        "pipeline",
         "report",
     },
     "cli": {
@@ -79,7 +90,6 @@ ROOMS: dict[str, set[str]] = {
         "models",
         "codegen",
         "pipeline",
-        "packaging",
         "grouping",
         "time_series",
         "identification",
@@ -93,7 +103,7 @@ ROOMS: dict[str, set[str]] = {
 }
 
 
-BELOW = ("errors", "machine", "symbolic", "equations", "models", "codegen", "output_folder", "pipeline", "packaging")
+BELOW = ("errors", "machine", "symbolic", "equations", "models", "codegen", "output_folder", "packaging", "traced")
 
 
 @cache

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from symoro_elastic import traced as tracing
 from symoro_elastic.codegen import compile as compiling
 from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_package, find_compiler
@@ -164,7 +165,7 @@ def changed_by(machine: Machine, **changed: Any) -> Machine:
 def test_wrong_models_are_found(changed: dict[str, Any], wrong: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs traced from another machine: code and equations agree, the reference does not."""
     monkeypatch.setattr(
-        verifying, "trace_scene", lambda machine, scene: trace_scene(changed_by(machine, **changed), scene)
+        tracing, "trace_scene", lambda machine, scene: trace_scene(changed_by(machine, **changed), scene)
     )
     found = verify(chain(3, elastic=(2,)), EVERYTHING, states=(4, 8))
     assert {model.name for model in found.models if not model.ok} == wrong
