@@ -1,0 +1,81 @@
+"""The journey: its stages in the order of the README's figure, each stretch of it written once."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.pipeline import generate, prepare, programs, verify
+from symoro_elastic.traced import traced
+from tests.golden import ROOT
+
+TWO_R = ROOT / "examples" / "planar_2r.toml"
+STAGES = ["read", "check", "group", "trace", "prune", "schedule", "render", "compile", "verify"]
+
+
+def warned(line: str) -> None:
+    pytest.fail(line)
+
+
+def test_the_figure_shows_the_stages() -> None:
+    figure = (ROOT / "examples" / "journey.svg").read_text(encoding="utf-8")
+    assert re.findall(r'font-weight="bold"[^>]*>(\w+)<', figure) == STAGES
+    assert f'aria-label="{", ".join(STAGES)}"' in figure
+    assert f"![{', '.join(STAGES)}](examples/journey.svg)" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_verified_code_goes_through_all_stages_in_order() -> None:
+    announced: list[str] = []
+    machine = prepare(TWO_R, warned, base=True, announce=announced.append)
+    assert verify(machine, Scene(), announce=announced.append).ok
+    assert announced == STAGES
+
+
+def test_files_of_code_are_written_after_render(tmp_path: Path) -> None:
+    announced: list[str] = []
+    machine = prepare(TWO_R, warned, announce=announced.append)
+    generate(machine, Scene(), ("numpy",), tmp_path, announced.append)
+    assert announced == ["read", "check", *STAGES[3:7], "write"]
+
+
+def test_warnings_come_before_an_error_of_the_grouping(tmp_path: Path) -> None:
+    """One line each, also those of the grouping."""
+    doubtful = tmp_path / "arm.toml"
+    text = TWO_R.read_text(encoding="utf-8").replace('inertia = [0, "I1", "I1"]', "inertia = [0, 5, 1]")
+    doubtful.write_text(text, encoding="utf-8")
+    lines: list[str] = []
+    prepare(doubtful, lines.append, base=True)
+    assert len(lines) == 1 and "triangle inequality" in lines[0]
+
+
+def test_stages_give_what_traced_gives() -> None:
+    machine = prepare(TWO_R, warned)
+    scene = Scene(models=("direct_dynamics", "energy"), fold="all", gravity=False)
+    stages, whole = programs(machine, scene), traced(machine, scene)
+    assert [one.program.count for one in stages.models] == [one.program.count for one in whole.models]
+    assert stages.folded == whole.folded and stages.machine == whole.machine
+    assert stages.package.scene == "without gravity"
+
+
+def test_a_machine_is_restricted_traced_and_packaged_in_one_place() -> None:
+    """Only `traced` imports `package`; only it and the pipeline import the tracing of a scene."""
+    importers: dict[str, set[str]] = {"package": set(), "trace_scene": set()}
+    for path in (ROOT / "symoro_elastic").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                for name in {alias.name for alias in node.names} & set(importers):
+                    importers[name].add(path.stem)
+    assert importers == {"package": {"traced"}, "trace_scene": {"traced", "pipeline"}}
+
+
+def test_a_degenerate_machine_is_refused_before_it_is_traced() -> None:
+    machine = prepare(ROOT / "examples" / "two_axis_printed.par", lambda line: None)
+    announced: list[str] = []
+    with pytest.raises(InputError, match="joint"):
+        programs(machine, Scene(), announced.append)
+    assert announced == []
