@@ -21,7 +21,7 @@ FRESH = 1
 
 
 def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
-    """The grouping to use, and what the numerical rank of the regressor says of it.
+    """The grouping to use, and its comparison with the numerical rank of the regressor.
 
     That of the rules or, where numbers contradict them, the one found by QR: it holds for one geometry, whose
     parameters are constants in the regrouped machine. Without their values that of the rules comes back, refused.
@@ -44,7 +44,7 @@ def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
-    """Formulas of the base inertial parameters; none where no grouping can be used."""
+    """Formulas of the base inertial parameters; empty if no grouping can be used."""
     return {} if check.refused else dict(grouping.formulas)
 
 
@@ -63,7 +63,7 @@ class BaseParameters:
 
 
 def base_parameters(machine: Machine) -> BaseParameters:
-    """What there is to tell of the base inertial parameters of a machine."""
+    """The base inertial parameters of a machine, how they were checked, and their conditioning."""
     if machine.floating:
         return BaseParameters({}, {}, "not offered on a floating base", None, "")
     grouping, check = checked_grouping(machine)
@@ -74,7 +74,7 @@ def base_parameters(machine: Machine) -> BaseParameters:
 
 
 def conditioning_text(check: CrossCheck) -> str:
-    """How well random motion tells the base parameters apart, and which ones it tells worst."""
+    """Conditioning of the base regressor at random states, and the parameters hardest to identify."""
     found = check.conditioning
     if not found.distinct:
         return "no base inertial parameter to identify"
@@ -86,7 +86,7 @@ def conditioning_text(check: CrossCheck) -> str:
 
 
 def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[Grouping, CrossCheck]:
-    """The grouping by QR, kept as near to that of the rules as the numbers allow."""
+    """The grouping by QR that differs least from that of the rules."""
     geometry = ZeroPosition(machine).geometry
     missing = [p.name for p in machine.parameters if p.name in geometry and p.value is None]
     if missing:
@@ -106,7 +106,7 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
 
 
 def _differences(machine: Machine, rules: Grouping, found: Grouping) -> str:
-    """The parameters, by joint, that only one of two groupings keeps or, where there is none, that get other sums."""
+    """The parameters, by joint, that only one of two groupings keeps, else those with different sums."""
     labels = sorted({*rules.kept} ^ {*found.kept}) or _other_sums(_values(machine, rules), _values(machine, found))
     by_joint: dict[int, list[str]] = {}
     for j, entry in labels:
@@ -126,6 +126,6 @@ def _values(machine: Machine, grouping: Grouping) -> dict[Label, float]:
 
 
 def _some(names: list[str]) -> str:
-    """The first names of a list that may be long."""
+    """The first names of a list, and how many more there are."""
     rest = len(names) - MOST_NAMED
     return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")

@@ -1,4 +1,4 @@
-"""Folders of generated files: written whole or not at all, and never over somebody's own files."""
+"""Folders of generated files: written completely or not at all, never over files of the user."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MANIFEST = "generated.json"
 
 
 def write_files(folder: Path, files: dict[str, str]) -> list[Path]:
-    """Write generated files and a list of them; files of an earlier run that are no longer made go.
+    """Write generated files and a list of them; remove files of an earlier run that are no longer generated.
 
     Raises `InputError` for a folder that holds other things or cannot be written.
     """
@@ -61,7 +61,7 @@ def _listed(manifest: Path) -> set[str]:
 
 
 def _write_all(folder: Path, files: dict[str, str]) -> None:
-    """Everything goes to temporary files first, so a full disk leaves the old files as they were."""
+    """Write temporary files first, so that a full disk leaves the old files unchanged."""
     with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as staging:
         for name, text in files.items():
             (Path(staging) / name).write_text(text, encoding="utf-8", newline="\n")

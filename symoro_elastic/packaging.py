@@ -1,4 +1,4 @@
-"""What the targets render for a machine: its names, and its traced models as functions."""
+"""Conversion of a machine and its traced models to a package for the targets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from symoro_elastic.models.model import Result as TracedResult
 
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
-    """What the targets render for these models of a machine; raises `InputError` for names that are taken."""
+    """The package of these models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine, traced)
     return Package(
         name=machine.name,
@@ -67,7 +67,7 @@ def _divides(machine: Machine, model: Model) -> bool:
 
 
 def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
-    """What the first axis of a result follows: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
+    """Labels of the first axis of a result: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
     names = [BASE, *(joint.name for joint in machine.joints)]
     if not result.frames:
         return tuple(names[j] for j in result.rows or ())
@@ -83,7 +83,7 @@ def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, 
 
 
 def reserved_words() -> frozenset[str]:
-    """Names that every package uses itself: those of models, and those that targets reserve."""
+    """Names that every package uses: those of models, and those that targets reserve."""
     return RESERVED.union(MODELS)
 
 

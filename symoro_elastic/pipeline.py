@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Generated:
-    """What was written, and the models it holds; `whole` are the same models of the whole machine."""
+    """Written files and their models; `whole` are the same models of the whole machine."""
 
     written: list[Path]
     models: Sequence[TracedModel]
@@ -139,7 +139,7 @@ def _grouped(machine: Machine, warn: Callable[[str], None]) -> Machine:
 
 @no_collection()
 def render(package: Package, targets: Sequence[str], source: str, precisions: Sequence[Precision] = (DOUBLE,)) -> Files:
-    """File names and texts; raises `InputError` for constants that no double holds and for too low a precision."""
+    """File names and texts; raises `InputError` for constants out of range and for too low a precision."""
     _refuse_low_precision(package, source, precisions)
     try:
         return render_targets(package, targets, precisions)
@@ -185,7 +185,7 @@ def is_part(scene: Scene) -> bool:
 
 
 def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
-    """The same models, nothing left out; those that exist only with joints locked as they are."""
+    """The same models of the whole machine; a model that exists only with joints locked stays as it is."""
     return [_whole(asked.whole, model) for model in asked.models] if is_part(asked.scene) else asked.models
 
 

@@ -17,7 +17,7 @@ from symoro_elastic.packaging import package
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """The models that a scene asks of a machine, which is the whole one, as programs."""
+    """The models that a scene asks of a machine `whole`, as programs."""
 
     whole: Machine
     scene: Scene
@@ -25,7 +25,7 @@ class Traced:
 
     @cached_property
     def machine(self) -> Machine:
-        """What the scene keeps of the machine."""
+        """The machine restricted to the scene."""
         return restricted(self.whole, self.scene)
 
     @cached_property
@@ -35,7 +35,7 @@ class Traced:
 
     @cached_property
     def package(self) -> Package:
-        """What the targets render; raises `InputError` for names that are taken."""
+        """The package for the targets; raises `InputError` for reserved names."""
         return package(self.machine, self.models, self.folded, summary(self.scene, self.models))
 
 
@@ -45,7 +45,7 @@ def traced(machine: Machine, scene: Scene) -> Traced:
 
 
 def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
-    """A scene and its models in a few words; empty for the whole machine."""
+    """Summary of a scene and its models; empty for the whole machine."""
     parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
     parts += ["without gravity"] if not scene.gravity else []
     if any(model.merged for model in models):

@@ -1,1 +1,1 @@
-"""The machine as data, and the files it is read from."""
+"""The machine as data, its checks and its file formats."""

@@ -1,4 +1,4 @@
-"""Names of the entries of arguments of generated functions, and of what derivatives may be taken by."""
+"""Names of the entries of arguments of generated functions, and of the variables of derivatives."""
 
 from __future__ import annotations
 

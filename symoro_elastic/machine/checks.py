@@ -1,4 +1,4 @@
-"""Whether a machine makes sense: errors that name joint and column, and warnings."""
+"""Consistency checks of a machine: errors that name joint and column, and warnings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
 
 
 def check(machine: Machine, taken: Collection[str] = (), models: Models | None = None) -> list[str]:
-    """Warnings, a line each, about a machine that can be modelled.
+    """Return warnings, one line each, about a machine that can be modelled.
 
     `taken` are names that generated code uses itself, `models` those that its scene may name; without them this is
     checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
@@ -179,7 +179,7 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
 
 
 def _check_units(machine: Machine) -> None:
-    """Values are in SI units: nothing converts them."""
+    """Refuse parameters in units other than SI: values are not converted."""
     for parameter in machine.parameters:
         if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
             what = f"its unit is {quoted(parameter.unit)}, but nothing converts values: write it in m, kg, s, rad, N"

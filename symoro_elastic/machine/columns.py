@@ -1,4 +1,4 @@
-"""Columns of the table of a machine: what each of its numbers is, and walks over all of them.
+"""Columns of the table of a machine: dimension, keys and names of each, and iteration over all of them.
 
 A field of a dataclass that holds a formula, or several, is declared with `column(...)`. Checks, file
 formats, test values, sensitivities and reports walk these fields, so a new one is declared once.
@@ -132,7 +132,7 @@ def column(
 
 
 def columns(owner: Any) -> Iterator[tuple[Column, Values]]:
-    """Every column of a joint, body, spring, base ... with the formulas in it, parts of parts included."""
+    """Yield every column of a joint, body, spring or base, also of its parts, with the formulas in it."""
     for name, one in _fields(owner):
         value = getattr(owner, name)
         if isinstance(one, type):
@@ -142,7 +142,7 @@ def columns(owner: Any) -> Iterator[tuple[Column, Values]]:
 
 
 def cells(owner: Any) -> Iterator[tuple[Cell, Formula]]:
-    """Every cell of a joint, body, spring, base ... with the formula in it."""
+    """Yield every cell of a joint, body, spring or base, also of its parts, with the formula in it."""
     for one, values in columns(owner):
         yield from zip(one.cells, values, strict=True)
 
@@ -190,7 +190,7 @@ def _fields(owner: Any) -> Layout:
 
 @cache
 def _layout(owner: type) -> Layout:
-    """Fields that hold a column, with what describes it, and those that hold further columns, with their class."""
+    """Names of the fields of a class that hold columns: with the column, or with a class that has columns itself."""
     found: list[tuple[str, Described | type]] = []
     for one in fields(owner):
         if COLUMN in one.metadata:

@@ -1,4 +1,4 @@
-"""Parameters that become constants: their values stand in the cells in place of their names."""
+"""Parameters replaced by their values in every cell."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def with_constants(machine: Machine, names: Collection[str]) -> Machine:
 
 
 def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:
-    """Data with numbers in all its formulas, those of points in the outputs of a scene as well."""
+    """Data with values in place of names in all its formulas, points in the outputs of a scene included."""
     if isinstance(x, Formula):
         return _numeric(x, values)
     if isinstance(x, str) and AT in x:

@@ -35,7 +35,7 @@ Tree = tuple[Any, ...]
 
 
 class FormulaError(ValueError):
-    """What is wrong with the text of an expression, and what is allowed."""
+    """An invalid expression; the message says what is allowed."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ NO_INERTIA: Inertia6 = (ZERO,) * 6
 
 
 class Kind(StrEnum):
-    """What acts on a joint variable."""
+    """Kind of a joint by the force on its variable."""
 
     MOTOR = "motor"
     ELASTIC = "elastic"
@@ -145,14 +145,14 @@ class Base:
 
 
 class Orientation(StrEnum):
-    """What tells how a floating base is turned: 0R of the world, or a unit quaternion."""
+    """Representation of the orientation of a floating base: a rotation matrix 0R, or a unit quaternion."""
 
     ROTATION = "rotation"
     QUATERNION = "quaternion"
 
 
 class Given(StrEnum):
-    """What is known of the motion of a floating base: the wrench on it, or its acceleration."""
+    """Known quantity of a floating base: the wrench on it, or its acceleration."""
 
     WRENCH = "wrench"
     ACCELERATION = "acceleration"
@@ -192,7 +192,7 @@ class Machine:
 
     @property
     def is_grouped(self) -> bool:
-        """Whether its inertial parameters are base parameters, which no real body need have."""
+        """Whether its inertial parameters are base parameters, which are not those of physical bodies."""
         return self.extras.get(BASE_PARAMETERS) == "true"
 
     def joint(self, j: int) -> Joint:
@@ -240,12 +240,12 @@ class Machine:
         return tuple(entry[j] for j in joints)
 
     def error(self, place: str, what: str) -> InputError:
-        """The error to raise about one place of the machine; it names the file, or the machine without a file."""
+        """The error to raise about one place of the machine, named by its `label`."""
         return InputError(self.label, place, what)
 
     @property
     def label(self) -> str:
-        """The file the machine was read from, else its name: what messages call it."""
+        """Its name in messages: the file it was read from, else its own name."""
         return self.source or self.name
 
     def _numbers_of(self, kind: Kind) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Names a machine file may use: identifiers of C and Python that nothing in generated code takes."""
+"""Valid names in a machine file: identifiers of C and Python that generated code does not use."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _MACRO = re.compile(
 
 
 def reserved(name: str, taken: Collection[str] = ()) -> str | None:
-    """Why `name` may not name a parameter, a joint variable, a joint or a machine; None if it may.
+    """Reason why `name` is no valid name of a parameter, joint variable, joint or machine; None if valid.
 
     `taken` holds names that models and targets give to what they generate.
     """
@@ -75,7 +75,7 @@ def reserved(name: str, taken: Collection[str] = ()) -> str | None:
 
 
 def quoted(text: object) -> str:
-    """`text` as it may stand in a one-line message: escaped, quoted, not longer than 60 characters."""
+    """`text` for a one-line message: escaped, quoted, at most 60 characters."""
     whole = str(text)
     return repr(whole if len(whole) <= 60 else whole[:57] + "...")
 

@@ -1,4 +1,4 @@
-"""Numbers that a machine may hold but that are probably not meant."""
+"""Valid but implausible numbers of a machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Matrix = list[list[float]]
 
 
 def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
-    """What is probably not meant, a line each; formulas over names without value are passed over."""
+    """Warnings about implausible numbers, one line each; formulas over names without value are skipped."""
     lines = [f"base: {line}" for line in _inertia(machine.floating.body, values)] if machine.floating else []
     for j, joint in enumerate(machine.joints, start=1):
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
@@ -77,7 +77,7 @@ def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
 
 
 def _turns_only(first_moments: list[float], tensor: list[float]) -> bool:
-    """Whether a body is a moment of inertia about one axis, as in a table of a drive."""
+    """Whether a body consists of one moment of inertia about an axis, as in the table of a drive."""
     xx, xy, xz, yy, yz, zz = tensor
     axes = [x for x in (xx, yy, zz) if x]
     return not any((*first_moments, xy, xz, yz)) and len(axes) == 1 and axes[0] > 0
@@ -98,7 +98,7 @@ def _symmetric(tensor: list[float]) -> Matrix:
 
 
 def _parallel_axes(first_moments: list[float], mass: float) -> Matrix:
-    """Inertia about the origin of the mass put in its centre."""
+    """Parallel-axis term: inertia about the origin of the mass at its centre."""
     square = sum(moment * moment for moment in first_moments)
     return [
         [((square if i == k else 0.0) - first_moments[i] * first_moments[k]) / mass for k in range(3)] for i in range(3)
@@ -106,7 +106,7 @@ def _parallel_axes(first_moments: list[float], mass: float) -> Matrix:
 
 
 def _eigenvalues(matrix: Matrix) -> list[float]:
-    """Of a symmetric matrix 3x3, ascending, by Jacobi rotations."""
+    """Eigenvalues of a symmetric 3x3 matrix, ascending, by Jacobi rotations."""
     a = [row[:] for row in matrix]
     for _ in range(12):
         for i, k in ((0, 1), (0, 2), (1, 2)):

@@ -1,4 +1,4 @@
-"""Names in a scene, looked up in the machine."""
+"""Resolution of the names in a scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Models = Mapping[str, Offer]
 
 
 def resolve(scene: Scene, machine: Machine, models: Models | None = None, source: str = "") -> Scene:
-    """The scene with joints called by their names; raises `InputError` for what machine or models do not have.
+    """The scene with joints by their names; raises `InputError` for unknown names.
 
     A joint may be called by its name, its variable or its number in the table. Without `models`, names of models and
     what is asked of them are left as they are.
@@ -43,7 +43,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
 
 
 def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
-    """A joint or frame as `Asked` reads it, by the names that the machine has."""
+    """A requested joint or frame in the form that `Asked.parse` reads, with names of the machine."""
     asked, key = _asked(text, model, source), f"outputs, {model}"
     if asked.by and not asked.name:
         return str(asked)

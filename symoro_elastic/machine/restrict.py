@@ -1,4 +1,4 @@
-"""The machine that a scene leaves: locked joints become fixed frames, gravity may go."""
+"""Restriction of a machine to a scene: locked joints become fixed frames, gravity may be removed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 
 
 def restricted(machine: Machine, scene: Scene) -> Machine:
-    """The part of a machine that a scene keeps."""
+    """The machine with the joints of the scene locked, without gravity if the scene says so."""
     joints = tuple(
         _locked(joint, scene.locked[joint.name]) if joint.name in scene.locked else joint for joint in machine.joints
     )

@@ -1,4 +1,4 @@
-"""What is asked of a machine: models, outputs, locked joints, folded parameters, gravity or none."""
+"""A request to the generator: models, outputs, locked joints, folded parameters, gravity."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _point(text: str) -> Point:
 
 
 def _cells(text: str) -> Iterator[str]:
-    """What stands between the commas that are in no inner brackets."""
+    """Parts of a text between commas outside brackets."""
     start = depth = 0
     for position, character in enumerate(text):
         depth += (character == "(") - (character == ")")

@@ -1,4 +1,4 @@
-"""The stages of a model between its equations and its program: traced, pruned, scheduled."""
+"""Stages from the equations of a model to its program: trace, prune, schedule."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class PrunedTrace:
-    """A trace and what its results need of it."""
+    """A trace and the nodes that its results need."""
 
     trace: Trace
     needed: Pruned

@@ -1,4 +1,4 @@
-"""The ways to write the equations: by recursion or inertia matrix, grouped, folded, on sums of angles."""
+"""Formulations of the equations: by recursion or inertia matrix, grouped, folded, on sums of angles."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Formulation:
 
     @property
     def words(self) -> str:
-        """As a table says it."""
+        """Its name in tables."""
         said = (
             "base parameters" if self.base else "",
             "folded" if self.folded else "",
@@ -68,7 +68,7 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
 
 
 def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulation], list[str]]:
-    """Every way to write what a scene asks of a machine, the plainest first, and notes on those left out.
+    """All formulations of the models that a scene asks of a machine, the plainest first; notes on omitted ones.
 
     Raises `InputError` for a machine or scene that cannot be generated, or is too large to be compiled.
     """
@@ -136,7 +136,7 @@ def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str
 
 
 def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulation]:
-    """The asked models that are also solved by the inertia matrix, so solved."""
+    """The formulations of the asked models by the inertia matrix, if there are any."""
     asked = asked_models(scene)
     ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in asked}
     return [_form(machine, _only(scene, tuple(ways)), values, ways)] if ways else []

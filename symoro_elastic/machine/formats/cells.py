@@ -34,7 +34,7 @@ def whole(written: str | int, source: str, place: str) -> int:
 
 
 def offset_of(cell: Formula, variable: str) -> Formula | None:
-    """What is added to the joint variable in `cell`; None where it is not the variable plus a constant."""
+    """Constant added to the joint variable in `cell`; None if the cell is not the variable plus a constant."""
     text = _without_parentheses(cell)
     before, found, after = _around(text, variable)
     if not found:
@@ -52,7 +52,7 @@ def offset_of(cell: Formula, variable: str) -> Formula | None:
 
 
 def cell_of(variable: str | None, offset: Formula) -> str:
-    """The cell that `offset_of` takes apart."""
+    """The cell with this joint variable and offset, the inverse of `offset_of`."""
     if variable is None:
         return offset.text
     if offset == ZERO:
@@ -88,7 +88,7 @@ def _without_parentheses(cell: Formula) -> str:
 
 
 def _around(text: str, variable: str) -> tuple[str, bool, str]:
-    """What stands before and after the first `variable` outside parentheses."""
+    """Text before the first `variable` outside parentheses, whether it occurs, and the text after it."""
     depth = 0
     for token in _TOKEN.finditer(text):
         depth += {"(": 1, ")": -1}.get(token[0], 0)
@@ -98,7 +98,7 @@ def _around(text: str, variable: str) -> tuple[str, bool, str]:
 
 
 def _valid(text: str, variable: str) -> Formula | None:
-    """The offset, unless taking the variable away left something else than a term fewer."""
+    """The offset; None if the remaining text is no expression, or contains the variable."""
     try:
         offset = Formula.parse(text)
     except FormulaError:

@@ -1,4 +1,4 @@
-"""Inertial parameters about the centre of mass, restated about the origin of the frame, as .par files want them."""
+"""Inertial parameters about the centre of mass, converted to the origin of the frame, as .par files need them."""
 
 from __future__ import annotations
 

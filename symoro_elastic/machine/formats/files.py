@@ -1,4 +1,4 @@
-"""Texts from and to files; whatever goes wrong is an `InputError`."""
+"""Reading and writing of text files; every failure is an `InputError`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def save_text(text: str, path: str | Path) -> None:
 
 
 def save_bytes(content: bytes, path: str | Path) -> None:
-    """Write a file as it is."""
+    """Write bytes to a file."""
     try:
         Path(path).write_bytes(content)
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""What a file format of machines is."""
+"""The interface of a file format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The machine as a .par file of SYMORO, with `(*! key = {...} *)` lines for what that format cannot say."""
+"""The machine as a .par file of SYMORO, with `(*! key = {...} *)` lines for entries that the format lacks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from symoro_elastic.machine.scene import Scene
 
 
 def read(text: str, source: str) -> Machine:
-    """The machine in a .par text; raises `InputError`. Its meaning is left to `checks.check`."""
+    """The machine in a .par text; raises `InputError`. Consistency is checked by `checks.check`."""
     found = take_apart(text, source)
     columns = Columns(found)
     scene, central, floating = _scene(found), _central_bodies(columns), _floating(columns)
@@ -56,7 +56,7 @@ def read(text: str, source: str) -> Machine:
 
 
 def write(machine: Machine) -> str:
-    """The .par text that `read` reads back; its parameters are listed only where that is needed."""
+    """The .par text that `read` reads back; parameters are listed only if needed to restore their order."""
     text = layout(machine, declare=False)
     try:
         again = read(text, machine.source)
@@ -80,7 +80,7 @@ def _base(columns: Columns) -> Base:
 
 
 def _floating(columns: Columns) -> Floating | None:
-    """The base that floats or is mobile; its turn is given by a rotation matrix unless the file says otherwise."""
+    """The base that floats or is mobile; its orientation is a rotation matrix unless the file gives another."""
     orientation = columns.found.extensions.get("orientation", Orientation.ROTATION.value)
     if orientation not in tuple(Orientation):
         raise columns.fail("orientation", f"must be one of {', '.join(Orientation)}")
@@ -144,7 +144,7 @@ def _trees(body: Body) -> list[Any]:
 
 
 def _extras(columns: Columns, joints: list[Joint]) -> dict[str, str]:
-    """What no model uses: unused lists, and flags that differ from what the kinds imply."""
+    """Entries that no model uses: unused lists, and flags that differ from those of the kinds of joints."""
     found = columns.found
     extras = dict(columns.extension_table("extras"))
     for key in ("QP", "QDP", "GAM", "Z"):

@@ -70,7 +70,7 @@ class Columns:
         return x, y, z
 
     def extension(self, key: str) -> list[Formula]:
-        """A list in an extension line, an entry a joint; zeros where there is none."""
+        """A list in an extension line, one entry per joint; zeros without the line."""
         if key not in self._extensions:
             self._extensions[key] = self._extension(key)
         return self._extensions[key]
@@ -84,7 +84,7 @@ class Columns:
         return [formula(text, self.source, self.place(j, key)) for j, text in enumerate(value, start=1)]
 
     def extension_table(self, key: str) -> dict[str, str]:
-        """A table of texts in an extension line, empty where there is none."""
+        """A table of texts in an extension line, empty without the line."""
         value = self.found.extensions.get(key) or {}
         if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
             raise self.fail(key, "must be a table: {name = value, ...}")
@@ -95,7 +95,7 @@ class Columns:
         return InputError(self.source, f"(*! {key} *)", what)
 
     def kind(self, j: int) -> Kind:
-        """What sigma, eta and mu say about a joint."""
+        """Kind of a joint by sigma, eta and mu."""
         fixed = self.whole("sigma", j, 0) == 2
         elastic = self.flag("eta", j, 0) == 1
         if fixed and elastic:
@@ -107,7 +107,7 @@ class Columns:
         return Kind.MOTOR if self.flag("mu", j, 1) else Kind.PASSIVE
 
     def _known_of_base(self) -> Given | None:
-        """What is known of a floating base (the wrench on it) or of a mobile one (its acceleration)."""
+        """Known quantity of the base: the wrench on a floating one, the acceleration of a mobile one."""
         found = []
         for key, known in (("is_floating", Given.WRENCH), ("is_mobile", Given.ACCELERATION)):
             value = self.found.numbers.get(key, "0")
@@ -119,7 +119,7 @@ class Columns:
         return found[0] if found else None
 
     def _of_base(self) -> dict[str, str]:
-        """Cells of the base, which go before those of the bodies; taken out of the lists."""
+        """Cells of the base, removed from the lists, where they precede those of the bodies."""
         cells = {}
         for key in BODY:
             if len(self.found.lists.get(key, ())) > self.count:
@@ -130,7 +130,7 @@ class Columns:
         return cells
 
     def base_formula(self, cells: Mapping[str, str], key: str) -> Formula:
-        """A cell of the base, zero where there is none."""
+        """A cell of the base, zero without an entry."""
         return formula(cells.get(key, "0"), self.source, f"base, {key}")
 
     def _count(self) -> int:

@@ -1,4 +1,4 @@
-"""Names in a .par file, which declares none: which are joint variables, which are parameters."""
+"""Names in a .par file, classified as joint variables and parameters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GEOMETRY = tuple(key for column in declared(Joint, "joints") for key in column.p
 
 
 class Names:
-    """Every name of the file, in order of first appearance by joint, then by column."""
+    """All names of the file, in order of first appearance by joint, then by column."""
 
     def __init__(self, columns: Columns, others: Iterable[Formula]) -> None:
         self.columns = columns

@@ -1,4 +1,4 @@
-"""The text of a .par file taken apart: statements `key = value`, comments, and `(*! key = value *)` lines.
+"""Syntax of .par files: statements `key = value`, comments, and `(*! key = value *)` lines.
 
 The values of the latter are texts, lists `{a, b}` and tables `{a = b}` of them.
 """
@@ -53,7 +53,7 @@ MAX_DEPTH = 5
 
 @dataclass
 class ParText:
-    """What stands in a .par file, keys under their exact names, values as written."""
+    """Entries of a .par file by their exact keys, values as written."""
 
     source: str
     numbers: dict[str, str] = field(default_factory=dict)

@@ -18,7 +18,7 @@ from symoro_elastic.machine.scene import Scene
 
 
 def layout(machine: Machine, declare: bool) -> str:
-    """The text, with the list of parameters if `declare`; raises `InputError` for what .par cannot hold."""
+    """The text, with the list of parameters if `declare`; raises `InputError` for what .par cannot represent."""
     notes = _plain_notes(machine.notes)
     blocks = [
         [_extension("name", _word(machine.name)), *(f"(* {note} *)" for note in notes)],
@@ -45,12 +45,12 @@ def structure(joints: Sequence[Joint]) -> str:
 
 
 def listed(cells: Iterable[str]) -> str:
-    """A list as it is written."""
+    """Text of a list."""
     return "{" + ", ".join(cells) + "}"
 
 
 def written_extras(machine: Machine) -> dict[str, list[str]]:
-    """The extras that are lists of the .par format itself, fit to be written as such."""
+    """The extras that can be written as lists of the .par format."""
     lengths = {"QP": None, "QDP": None, "GAM": None, "Z": 16, "k": None, "mu": None}
     found = {}
     for key, length in lengths.items():
@@ -160,7 +160,7 @@ def _base(machine: Machine) -> list[str]:
 
 
 def _aligned(rows: dict[str, list[str]]) -> list[str]:
-    """Lists whose entries stand below one another."""
+    """Lines of lists with entries aligned in columns."""
     name = max(map(len, rows))
     count = len(next(iter(rows.values())))
     widths = [max(len(row[j]) for row in rows.values()) for j in range(count)]
@@ -229,7 +229,7 @@ def _vector(formulas: Iterable[Formula]) -> str:
 
 
 def _plain_notes(notes: Sequence[str]) -> list[str]:
-    """The leading notes that an ordinary comment can hold; those after them go to an extension line."""
+    """The leading notes that can be written as ordinary comments."""
     plain = []
     for note in notes:
         if not note or note != note.strip() or "*)" in note or "\r" in note or note[0] == "!" or note in HEADINGS:

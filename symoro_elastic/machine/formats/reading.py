@@ -1,4 +1,4 @@
-"""Machines from files and to files, in the format that the suffix tells."""
+"""Reading and writing of machine files in the format of their suffix."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_machine(
 
 
 def read(path: str | Path) -> Machine:
-    """The machine in a file, its meaning not yet checked; raises `InputError`."""
+    """The machine in a file, not yet checked by `check`; raises `InputError`."""
     return format_of(path, FORMATS).read(load_text(path), str(path))
 
 
@@ -40,7 +40,7 @@ def write_machine(machine: Machine, path: str | Path) -> None:
 
 
 def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
-    """The format with the suffix of a file; raises `InputError` where there is none."""
+    """The format with the suffix of a file; raises `InputError` for an unknown suffix."""
     suffix = Path(path).suffix.lower()
     for form in formats:
         if suffix in form.suffixes:

@@ -1,4 +1,4 @@
-"""Scenes: what is asked of a machine, from a table of its file or from a file of their own."""
+"""Scenes read from a table of a machine file, or from their own file."""
 
 from __future__ import annotations
 

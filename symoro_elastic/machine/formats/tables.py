@@ -1,4 +1,4 @@
-"""Typed access to the tables of a TOML text; every error names its place and what is expected there."""
+"""Typed access to the tables of a TOML text; every error names its place and the expected type."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _check_keys(text: str, source: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """One table: its entries and where it stands."""
+    """One table: its entries, its file and its place."""
 
     entries: dict[str, Any]
     source: str
@@ -103,7 +103,7 @@ class Table:
         return tuple(found)
 
     def truth(self, key: str, default: bool) -> bool:
-        """true or false."""
+        """The truth value under `key`."""
         found = self.entries.get(key, default)
         if not isinstance(found, bool):
             raise self.fail(key, "must be true or false")

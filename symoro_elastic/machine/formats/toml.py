@@ -1,4 +1,4 @@
-"""The machine as a TOML file: one line a joint, so that it reads as the table of geometric parameters."""
+"""The machine as a TOML file: one line per joint, as in the table of geometric parameters."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ FLOATING = ("floating", "known", "body")
 
 
 def read(text: str, source: str) -> Machine:
-    """The machine in a TOML text; raises `InputError`. Its meaning is left to `checks.check`."""
+    """The machine in a TOML text; raises `InputError`. Consistency is checked by `checks.check`."""
     top = load(text, source).only(KEYS)
     parameters = tuple(_parameter(top.table("parameters"), name) for name in top.table("parameters").entries)
     machine = Machine(
@@ -116,7 +116,7 @@ def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
 
 
 def _named(row: Table, j: int) -> Table:
-    """The row with its place; its name is read first so that every later message holds it."""
+    """The row with the joint's name in its place, which later messages contain."""
     name = replace(row, place=f"joint {j}").text("name")
     shown = name if name.isidentifier() and len(name) < 100 else quoted(name)
     return replace(row, place=f"joint {j} ({shown})")
@@ -158,7 +158,7 @@ def _antecedent(row: Table, j: int, numbers: dict[str, int]) -> int:
 
 
 def _with_variable(joint: Joint, row: Table, parameters: set[str]) -> Joint:
-    """The joint variable is the one undeclared name in the cell that sigma selects."""
+    """The joint with its variable: the one undeclared name in the cell that sigma selects."""
     column, other = SELECTED[joint.sigma], OTHER[joint.sigma]
     names = sorted(getattr(joint, column).names - parameters)
     if len(names) == 1:
@@ -182,7 +182,7 @@ def _with_section(joint: Joint, section: str, table: Table) -> Joint:
 
 
 def _reader(table: Table, section: str) -> Callable[[Column, Values], Values]:
-    """What a table says of the columns of its section; others keep their values."""
+    """Function that gives columns of the section their values in the table; other columns keep theirs."""
 
     def read(column: Column, values: Values) -> Values:
         if column.section != section:

@@ -69,7 +69,7 @@ def _row(joint: Joint, machine: Machine) -> Entry:
 
 
 def _aligned(rows: Sequence[Entry]) -> list[str]:
-    """Inline tables whose entries stand below one another; all rows have the same keys."""
+    """Inline tables with entries aligned in columns; all rows have the same keys."""
     widths = [max(len(row[column][1]) for row in rows) for column in range(len(rows[0]))] if rows else []
     return ["{ " + _padded(row, widths) + " }" for row in rows]
 
@@ -99,7 +99,7 @@ def _inline(entry: Entry) -> str:
 
 
 def _entry(owner: Joint | Base | Body, section: str) -> Entry:
-    """What stands in a section about a joint, a body or the base: columns that are not zero."""
+    """Entries of a joint, a body or the base in a section: columns that are not zero."""
     found = [(column, values) for column, values in columns(owner) if column.section == section]
     written = [column.key for column, values in found if any(value != ZERO for value in values)]
     required = REQUIRED if isinstance(owner, Body) and owner != Body() else ()
