@@ -8,7 +8,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.numerics.accuracy import Errors
 from symoro_elastic.symbolic.program import OperationCount
 from symoro_elastic.trade.builds import Build
-from symoro_elastic.trade.forms import Formulation
+from symoro_elastic.trade.formulations import Formulation
 from symoro_elastic.trade.timing import Time
 
 SINGLE_CALL, BATCH = "single call", "batch"

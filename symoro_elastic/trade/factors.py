@@ -9,7 +9,7 @@ from statistics import median
 
 from symoro_elastic.trade.builds import CONTRACTED, FAST, LIBM, PLAIN, SEPARATE
 from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
-from symoro_elastic.trade.forms import BY_MATRIX, RECURSION
+from symoro_elastic.trade.formulations import BY_MATRIX, RECURSION
 
 Levels = Mapping[str, Hashable]
 """The level of every factor in a configuration, by its name."""

@@ -28,7 +28,7 @@ from symoro_elastic.numerics.states import States
 from symoro_elastic.progress import Progress
 from symoro_elastic.trade.builds import Build
 from symoro_elastic.trade.configurations import BATCH, CALLS, SINGLE_CALL, Configuration, judged_in
-from symoro_elastic.trade.forms import Formulation
+from symoro_elastic.trade.formulations import Formulation
 from symoro_elastic.trade.timing import Run
 
 TIMED_STATES, NUMBERS = 240, 1_000_000

@@ -22,7 +22,7 @@ from symoro_elastic.progress import Progress, StepProgress, no_step_progress
 from symoro_elastic.trade.builds import ALL, QUICK, USUAL, Build, builds, compilers, flag_sets
 from symoro_elastic.trade.configurations import Measurement, judged_in
 from symoro_elastic.trade.drift import Drift, drifts
-from symoro_elastic.trade.forms import BY_MATRIX, Formulation, asked_models, forms, refuse_stateless
+from symoro_elastic.trade.formulations import BY_MATRIX, Formulation, asked_models, formulations, refuse_stateless
 from symoro_elastic.trade.running import Ready, compiled_configurations, judged_states, numpy_configurations
 from symoro_elastic.trade.timing import ROUNDS, timed
 
@@ -65,7 +65,7 @@ def trade(
     refuse_stateless(machine, scene)
     scene, unmerged = _within_bound(machine, scene, request)
     values = parameter_values(machine, request.seed)
-    written, notes = forms(machine, scene, values)
+    written, notes = formulations(machine, scene, values)
     notes += unmerged
     draw = extreme_states if request.extreme else moderate_states
     states = draw(restricted(machine, scene), request.states, request.seed, values)

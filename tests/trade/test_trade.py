@@ -31,7 +31,7 @@ from symoro_elastic.numerics.accuracy import Errors
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.trade import forms as forms_of_trade
+from symoro_elastic.trade import formulations as formulations_of_trade
 from symoro_elastic.trade import running
 from symoro_elastic.trade import trade as trade_module
 from symoro_elastic.trade.advice import advice, sentence
@@ -39,7 +39,7 @@ from symoro_elastic.trade.builds import FAST, LIBM, NATIVE, PLAIN, Build, flag_s
 from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.drift import drifts
 from symoro_elastic.trade.factors import effects
-from symoro_elastic.trade.forms import Formulation, forms
+from symoro_elastic.trade.formulations import Formulation, formulations
 from symoro_elastic.trade.front import MATTERS, front
 from symoro_elastic.trade.timing import Run, Time, timed
 from symoro_elastic.trade.trade import Request, Trade, trade
@@ -56,7 +56,7 @@ def two_r() -> Machine:
 
 @pytest.fixture(scope="module")
 def form(two_r: Machine) -> Formulation:
-    return forms(two_r, Scene(models=("inverse_dynamics",)), parameter_values(two_r))[0][0]
+    return formulations(two_r, Scene(models=("inverse_dynamics",)), parameter_values(two_r))[0][0]
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +210,7 @@ def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
 
 def test_a_compensated_sum_keeps_what_rounding_takes(form: Formulation, two_r: Machine, tmp_path: Path) -> None:
     """100 000 changes of a thousandth of an ulp of 1 and less: the plain sum stays, the compensated one arrives."""
-    direct, _ = forms(two_r, Scene(models=("direct_dynamics",)), parameter_values(two_r))
+    direct, _ = formulations(two_r, Scene(models=("direct_dynamics",)), parameter_values(two_r))
     library = ctypes.CDLL(str(compile_library(render_c(direct[0].package, SINGLE), tmp_path)))
     changes = np.random.default_rng(0).uniform(0, 2.0**-33, (100_000, 3)).astype(np.float32)
     x, lost = np.ones(3, np.float32), np.zeros(3, np.float32)
@@ -231,7 +231,7 @@ def test_a_machine_without_accelerations_has_no_drift(two_r: Machine, tmp_path: 
 
 def test_every_form_is_found_and_gives_the_same_results(two_r: Machine) -> None:
     values = parameter_values(two_r)
-    written, notes = forms(two_r, Scene(), values)
+    written, notes = formulations(two_r, Scene(), values)
     recursions = {(one.base, one.folded) for one in written if one.way == "recursion"}
     assert notes == [] and recursions == {(False, False), (False, True), (True, False), (True, True)}
     assert {one.way for one in written} == {"recursion", "A^-1"}
@@ -274,7 +274,7 @@ def test_a_build_that_fails_is_noted(
 
 
 def test_a_model_that_is_too_large_is_refused(two_r: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(forms_of_trade, "MOST_OPERATIONS", 10)
+    monkeypatch.setattr(formulations_of_trade, "MOST_OPERATIONS", 10)
     with pytest.raises(InputError, match=r"operations are more than the 10 .*: ask for one --model"):
         trade(two_r, Scene())
 

@@ -67,20 +67,20 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
             raise machine.error(name, what)
 
 
-def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulation], list[str]]:
+def formulations(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulation], list[str]]:
     """All formulations of the models that a scene asks of a machine, the plainest first; notes on omitted ones.
 
     Raises `InputError` for a machine or scene that cannot be generated, or is too large to be compiled.
     """
     refuse_degenerate(machine, scene)
     bound, scene = scene.merge_angles, replace(scene, merge_angles=None)
-    plain = _form(machine, scene, values)
+    plain = _formulation(machine, scene, values)
     _refuse_large(machine, plain)
     kept, last = [plain], (machine, scene, values)
     notes: list[str] = []
     for other, its_scene, its_values in _variants(machine, scene, values, bound, notes):
         try:
-            form = _form(other, its_scene, its_values)
+            form = _formulation(other, its_scene, its_values)
         except InputError as error:
             notes.append(str(error))
             continue
@@ -88,7 +88,7 @@ def forms(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulat
             kept.append(form)
             last = other, its_scene, its_values
     solved = [_by_matrix(*one) for one in ((machine, scene, values), last)]
-    return [*kept, *(form for forms in solved[: len(kept)] for form in forms)], notes
+    return [*kept, *(one for some in solved[: len(kept)] for one in some)], notes
 
 
 def _variants(
@@ -117,7 +117,7 @@ def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machin
     return grouping.machine, known
 
 
-def _form(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
+def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
     """The models of a scene; `ways` names the models that stand for those asked for."""
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
@@ -139,7 +139,7 @@ def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulati
     """The formulations of the asked models by the inertia matrix, if there are any."""
     asked = asked_models(scene)
     ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in asked}
-    return [_form(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
+    return [_formulation(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
 
 
 def _only(scene: Scene, models: Sequence[str]) -> Scene:
