@@ -45,7 +45,7 @@ Runs = list[tuple[str, ResultArrays]]
 
 BOUND = 1e-12
 ULPS = 64
-MOVES = 4
+ULP_MOVES = 4
 AGREEMENT = 1e-20
 MOST_SOLVED = 40
 MANY_STATEMENTS = 10_000
@@ -246,7 +246,7 @@ class _Tally:
     def _effect(self, state: _TestState, reference: Reference, wanted: Mapping[str, Numbers]) -> float:
         """Return the largest change of the results by one ulp of the inputs."""
         source = random.Random(state.seed)
-        near = [reference.near(state.arguments, source, state.extreme) for _ in range(MOVES)]
+        near = [reference.near(state.arguments, source, state.extreme) for _ in range(ULP_MOVES)]
         moved = [_reference_results(point, self.traced) for point in near]
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 
