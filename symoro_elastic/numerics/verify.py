@@ -107,7 +107,7 @@ class Verification:
     """Verification of all models of a scene.
 
     `missing` says what kept the C code from being compared (empty when nothing did);
-    `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits, and the motion of a
+    `disagreement` is how far A and H are from the recursive Newton-Euler algorithm in 50 digits, and the motion of a
     feed-forward from the equations of motion.
     """
 
