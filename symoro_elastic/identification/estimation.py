@@ -20,7 +20,7 @@ from symoro_elastic.numerics.independence import IndependentColumns, independent
 
 FROM_DATA = 1e-6  # independence of columns of length 1
 GOOD = 0.1  # relative standard deviation
-ROUNDS = 3  # of weighting
+WEIGHTINGS = 3  # of weighting
 LAGS = 10  # over which residuals may be correlated
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE, HIDDEN = 0.9, 0.5  # shares of noise: compensated up to, not identifiable above
@@ -108,7 +108,7 @@ class Estimation:
         return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
 
 
-def solve(Y: Array, tau: Array, rounds: int = ROUNDS, disturbed: Sequence[Array] = ()) -> LeastSquares:
+def solve(Y: Array, tau: Array, rounds: int = WEIGHTINGS, disturbed: Sequence[Array] = ()) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`

@@ -28,7 +28,7 @@ ENERGY = 0.99  # of the velocities lies within the motion's bandwidth
 OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
 RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
 EDGE = 6  # kept samples
-SLOW, REACH = 0.02, 1.5  # of the largest velocity; in kept samples
+SLOW, REVERSAL_REACH = 0.02, 1.5  # of the largest velocity; in kept samples
 HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
 
 
@@ -170,7 +170,7 @@ def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
     slow: BoolArray = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
     if chosen is None or chosen.factor == 1:
         return slow
-    reach = int(REACH * chosen.factor)
+    reach = int(REVERSAL_REACH * chosen.factor)
     near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
     slow_nearby: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
     return thin(slow_nearby, chosen)

@@ -27,8 +27,8 @@ from symoro_elastic.progress import Announce, announce_nothing
 from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
-STATES = 60  # random states of the structural rank
-DRAWS = 2  # of sensor noise, each with both signs
+RANK_STATES = 60  # random states of the structural rank
+NOISE_DRAWS = 2  # of sensor noise, each with both signs
 PIECE = 4000  # samples evaluated at a time
 EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
@@ -137,7 +137,7 @@ def structural_grouping(
 ) -> IndependentColumns:
     """Return independent columns and how the others join them, at random states."""
     rng = np.random.default_rng(seed)
-    q, qd, qdd = (extent * rng.uniform(-1, 1, (STATES, joints)) for extent in EXTENT)
+    q, qd, qdd = (extent * rng.uniform(-1, 1, (RANK_STATES, joints)) for extent in EXTENT)
     W = Y.evaluate(q, qd, qdd, sought)
     if not np.isfinite(W).all():
         raise machine.error("regressor", "has no value at ordinary positions")
@@ -155,7 +155,7 @@ def _stack(
         lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
     )
     used = ~_friction_reverses(Y, kept, motion, chosen)
-    draws = [(sign, seed) for seed in range(DRAWS) for sign in (1.0, -1.0)]
+    draws = [(sign, seed) for seed in range(NOISE_DRAWS) for sign in (1.0, -1.0)]
     noisy = [motion.disturbed(chosen, sign, seed) for sign, seed in draws] if chosen else []
     return _Stack(
         thin(motion.t, chosen) if chosen else motion.t,

@@ -17,12 +17,12 @@ from symoro_elastic.identification.trajectory import Trajectory
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.pictures import new_figure, save_figures
 
-COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
+VERDICT_COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
 DARK, LIGHT = "#14365d", "#9aa5b1"
-MEASURED = {"color": "#e3b261", "linewidth": 3.0}
-PREDICTED = {"color": DARK, "linewidth": 0.8}
+MEASURED_STYLE = {"color": "#e3b261", "linewidth": 3.0}
+PREDICTED_STYLE = {"color": DARK, "linewidth": 0.8}
 MOST_BARS = 80
-LARGEST = 1000.0  # per cent
+LARGEST_BAR = 1000.0  # per cent
 
 
 def plot(result: Identification, folder: str | Path, form: str = "png") -> list[Path]:
@@ -80,7 +80,7 @@ def torques(result: Identification) -> Any:
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used = _used(result, k)
         left, right = _sides(result, k, joint)
-        for side, label, style in zip((left, right), _words(joint), (MEASURED, PREDICTED), strict=True):
+        for side, label, style in zip((left, right), _words(joint), (MEASURED_STYLE, PREDICTED_STYLE), strict=True):
             axis.plot(result.t, np.where(used, side, np.nan), label=label, **style)
         axis.set_ylabel(f"{joint.name}, {joint.force_unit}")
         axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="x-small", frameon=False)
@@ -109,14 +109,19 @@ def parameters(result: Identification) -> Any:
     shown = result.estimates[:MOST_BARS]
     figure = new_figure(8.0, 1.2 + 0.2 * len(shown))
     axis = figure.add_subplot()
-    sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST for e in shown]
-    for verdict, colour in COLOURS.items():
+    sizes = [100 * e.relative if np.isfinite(e.relative) else LARGEST_BAR for e in shown]
+    for verdict, colour in VERDICT_COLOURS.items():
         rows = [k for k, e in enumerate(shown) if e.verdict is verdict]
         if not rows:
             continue
         empty = {"fill": False, "hatch": "///"} if verdict is Verdict.NOT else {}
         axis.barh(
-            rows, [min(sizes[k], LARGEST) for k in rows], color=colour, edgecolor=colour, label=str(verdict), **empty
+            rows,
+            [min(sizes[k], LARGEST_BAR) for k in rows],
+            color=colour,
+            edgecolor=colour,
+            label=str(verdict),
+            **empty,
         )
     axis.set_yticks(range(len(shown)), [e.unknown.label for e in shown], fontsize="x-small")
     axis.invert_yaxis()

@@ -26,7 +26,7 @@ from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
 
-UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
+PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 UNIT = "X_"  # parameters of the machine whose columns are asked for
 
 
@@ -114,7 +114,8 @@ class ByLinearity:
             values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
             owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
             columns += [
-                RegressorColumn(f"{name}{j}", name, owner, UNITS[name], value) for name, value in values.items()
+                RegressorColumn(f"{name}{j}", name, owner, PARAMETER_UNITS[name], value)
+                for name, value in values.items()
             ]
         return columns
 

@@ -17,7 +17,7 @@ from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.time_series.columns import MOST_SAMPLES
 from symoro_elastic.time_series.writing import columns_of, write_columns
 
-POSITION = "--position"
+POSITION_OPTION = "--position"
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
 LONGEST_START = 8  # periods
 SLOWED = np.linspace(0.0, 1.0, 400)
@@ -64,7 +64,7 @@ def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]
         if not low < high:
             what = f"{name or 'all'}: no room between {low:g} and {high:g}"
             raise InputError("symoro-elastic", option, what)
-        if option != POSITION and low != -high:
+        if option != POSITION_OPTION and low != -high:
             raise InputError("symoro-elastic", option, f"{name or 'all'}: one number, the largest either way")
 
 

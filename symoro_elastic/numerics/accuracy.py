@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Numbers, Parameters, evaluated
+from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluated
 from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
 from symoro_elastic.numerics.states import States
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.symbolic.expression import reachable
 
-ComputedResults = Mapping[str, Numbers | Sequence[Numbers]]
+ComputedResults = Mapping[str, AnyArray | Sequence[AnyArray]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
 
 NUMBERS_AT_ONCE = 2_000_000
@@ -216,13 +216,13 @@ class _Judge:
         return distance(sums([x[state].tolist() for x in self.results[name]]), entries) / self.u
 
 
-def _parts(results: Numbers | Sequence[Numbers], states: int) -> list[Numbers]:
+def _parts(results: AnyArray | Sequence[AnyArray], states: int) -> list[AnyArray]:
     """Return the arrays whose sum a result is, one row a state."""
     parts = [results] if isinstance(results, np.ndarray) else list(results)
     return [np.asarray(x).reshape(states, -1) for x in parts]
 
 
-def _distance(results: Mapping[str, Sequence[Numbers]], wanted: Mapping[str, Numbers]) -> Array:
+def _distance(results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]) -> Array:
     """Return by state the largest difference over the largest exact entry, of the worst result."""
     worst = np.zeros(len(next(iter(wanted.values()))))
     with np.errstate(all="ignore"):

@@ -8,15 +8,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
 from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
 
-Numbers = NDArray[Any]
 Parameters = Mapping[str, Any]
 """A number for each parameter, or one for each state."""
 
@@ -39,7 +38,7 @@ def arithmetic(dtype: type) -> Arithmetic[Any]:
     return Arithmetic(number, library(np, own))
 
 
-def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, Numbers]:
+def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, AnyArray]:
     """Return results of a model by name, (states, entries), in a type of numpy.
 
     Constants are those of generated code, rounded once; where the type is wider, they are as exact as it allows.
@@ -56,7 +55,7 @@ def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: ty
         return {output.name: _stacked([value(x) for x in output.entries], len(states), dtype) for output in outputs}
 
 
-def _stacked(entries: list[Any], states: int, dtype: type) -> Numbers:
+def _stacked(entries: list[Any], states: int, dtype: type) -> AnyArray:
     if not entries:
         return np.empty((states, 0), dtype)
     return np.stack([np.broadcast_to(entry, states) for entry in entries], axis=1)

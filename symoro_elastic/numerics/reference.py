@@ -28,8 +28,8 @@ ULP = Fraction(1, 1 << 52)
 REFERENCE_ZERO = 1e-30  # what is smaller is rounding of the reference
 
 Numbers = list[Any]
-Matrix = list[Numbers]
-State = Mapping[str, Array]
+NumberMatrix = list[Numbers]
+StateArguments = Mapping[str, Array]
 
 
 class Singular(ArithmeticError):
@@ -51,11 +51,11 @@ class Reference:
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
 
-    def at(self, state: State) -> StateReference:
+    def at(self, state: StateArguments) -> StateReference:
         """Return the models at a state."""
         return StateReference(self, state, multiprecision(DIGITS))
 
-    def near(self, state: State, source: random.Random, forces: bool = False) -> StateReference:
+    def near(self, state: StateArguments, source: random.Random, forces: bool = False) -> StateReference:
         """Return the models one ulp from a state: its numbers, the parameters, and constants that are rounded.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
@@ -79,7 +79,7 @@ class Reference:
         floating = self.machine.floating and replace(self.machine.floating, known=Given.ACCELERATION)
         return trace(replace(self.machine, joints=joints, floating=floating), "inverse_dynamics").program
 
-    def disagreement(self, state: State, seed: int = 0) -> float:
+    def disagreement(self, state: StateArguments, seed: int = 0) -> float:
         """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
         point, source = self.at(state), random.Random(seed)
         x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
@@ -94,7 +94,7 @@ class StateReference:
     """A reference at one state."""
 
     reference: Reference
-    state: State
+    state: StateArguments
     arithmetic: Arithmetic[Any]
     source: random.Random | None = None
     forces: bool = False
@@ -153,7 +153,7 @@ class StateReference:
         return self.numbers("qd")
 
     @cached_property
-    def A(self) -> Matrix:
+    def A(self) -> NumberMatrix:
         """The inertia matrix [8]."""
         n = self.of_base + len(self.q)
         entries = self._result(self.run(self.reference.inertia, {"q": self.q})["A"])
@@ -247,7 +247,7 @@ class StateReference:
     def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
         """Return 0Tj = 0Ti iTj [2]."""
         zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
-        placed: list[Matrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
+        placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
         variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
         for j, joint in enumerate(self.reference.machine.joints, start=1):
             placed.append(product(placed[joint.antecedent], self._placement(joint, variables.get(j, zero))))
@@ -257,23 +257,23 @@ class StateReference:
             seen.append(product(inverse(placed[frame.seen_from or 0]), there))
         return {"T": [x for placement in seen for row in placement for x in row]}
 
-    def _shifted(self, at: Sequence[Formula]) -> Matrix:
+    def _shifted(self, at: Sequence[Formula]) -> NumberMatrix:
         """Return Trans(x), Trans(y), Trans(z)."""
         unit = [[int(m == n) for n in range(3)] for m in range(3)]
         return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
-    def _placement(self, joint: Joint, q: Any) -> Matrix:
+    def _placement(self, joint: Joint, q: Any) -> NumberMatrix:
         """Return Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
         theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
         r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
         before = product(self._about_z(self.cell(joint.gamma), self.cell(joint.b)), self._about_x(joint))
         return product(before, self._about_z(theta, r))
 
-    def _about_z(self, angle: Any, shift: Any) -> Matrix:
+    def _about_z(self, angle: Any, shift: Any) -> NumberMatrix:
         c, s = self._functions[COS](angle), self._functions[SIN](angle)
         return [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, shift], [0, 0, 0, 1]]
 
-    def _about_x(self, joint: Joint) -> Matrix:
+    def _about_x(self, joint: Joint) -> NumberMatrix:
         alpha, d = self.cell(joint.alpha), self.cell(joint.d)
         c, s = self._functions[COS](alpha), self._functions[SIN](alpha)
         return [[1, 0, 0, d], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]]
@@ -302,20 +302,20 @@ def dot(row: Sequence[Any], column: Sequence[Any]) -> Any:
     return sum(x * y for x, y in zip(row, column, strict=True))
 
 
-def product(first: Matrix, second: Matrix) -> Matrix:
+def product(first: NumberMatrix, second: NumberMatrix) -> NumberMatrix:
     """Return the matrix product."""
     columns = list(zip(*second, strict=True))
     return [[dot(row, column) for column in columns] for row in first]
 
 
-def inverse(placement: Matrix) -> Matrix:
+def inverse(placement: NumberMatrix) -> NumberMatrix:
     """Return the inverse of a 4x4 placement: A^T, -A^T P."""
     rotation = [[placement[n][m] for n in range(3)] for m in range(3)]
     position = [placement[m][3] for m in range(3)]
     return [*([*row, -dot(row, position)] for row in rotation), placement[3]]
 
 
-def solve(matrix: Matrix, right: Numbers) -> Numbers:
+def solve(matrix: NumberMatrix, right: Numbers) -> Numbers:
     """Solve a linear system by Gaussian elimination with partial pivoting; raises `Singular`."""
     rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
     n = len(rows)

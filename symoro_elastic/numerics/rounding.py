@@ -28,10 +28,10 @@ from symoro_elastic.codegen.templates import render
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
 SHIM = "rounding_modes.c"
-FLAGS = ("-O0", "-frounding-math")
+ROUNDING_FLAGS = ("-O0", "-frounding-math")
 SAFETY = 2
 WIDENING = 1
-ULP = 2.0**-52
+DOUBLE_ULP = 2.0**-52
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class RoundingModes:
         files = render_c(package)
         self._plain = compile_package(package, folder / "plain", files)
         included = {**files, SHIM: _shim(package)}
-        library = compile_library(included, folder / "modes", flags=FLAGS, sources=[SHIM])
+        library = compile_library(included, folder / "modes", flags=ROUNDING_FLAGS, sources=[SHIM])
         self._library = ctypes.CDLL(str(library.resolve()))
 
     def run(self, function: str, states: int, arguments: Mapping[str, Array]) -> dict[str, Spread]:
@@ -100,7 +100,7 @@ def _spread(runs: list[Array]) -> Spread:
     with np.errstate(all="ignore"):
         width = (stacked.max(axis=0) - stacked.min(axis=0)).max(axis=1, initial=0.0)
         scale = np.abs(runs[0]).max(axis=1, initial=0.0)
-        relative = SAFETY * width / np.where(scale > 0, scale, 1.0) + WIDENING * ULP
+        relative = SAFETY * width / np.where(scale > 0, scale, 1.0) + WIDENING * DOUBLE_ULP
     return Spread(runs[0], np.where(np.isfinite(relative), relative, np.inf))
 
 

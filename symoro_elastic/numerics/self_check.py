@@ -17,7 +17,7 @@ from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.traced import traced
 
-STATES = 1000
+CHECKED_STATES = 1000
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class ResultCheck:
 
 
 def self_check(
-    machine: Machine, scene: Scene, *, states: int = STATES, seed: int = 0, progress: Progress = no_progress
+    machine: Machine, scene: Scene, *, states: int = CHECKED_STATES, seed: int = 0, progress: Progress = no_progress
 ) -> list[ResultCheck]:
     """Return the check of every result of the models of a scene, run in the four rounding modes.
 

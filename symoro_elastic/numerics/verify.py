@@ -46,7 +46,7 @@ Runs = list[tuple[str, ResultArrays]]
 
 BOUND = 1e-12
 ULPS = 64
-MOVES = 4
+ULP_MOVES = 4
 AGREEMENT = 1e-20
 MOST_SOLVED = 40
 MANY_STATEMENTS = 10_000
@@ -108,7 +108,7 @@ class Verification:
     """Verification of all models of a scene.
 
     `missing` says what kept the C code from being compared (empty when nothing did);
-    `disagreement` is how far A and H are from Newton and Euler's recursion in 50 digits, and the motion of a
+    `disagreement` is how far A and H are from the recursive Newton-Euler algorithm in 50 digits, and the motion of a
     feed-forward from the equations of motion.
     """
 
@@ -276,7 +276,7 @@ class _Tally:
     def _effect(self, state: _TestState, reference: Reference, wanted: Mapping[str, Numbers]) -> float:
         """Return the largest change of the results by one ulp of the inputs."""
         source = random.Random(state.seed)
-        near = [reference.near(state.arguments, source, state.extreme) for _ in range(MOVES)]
+        near = [reference.near(state.arguments, source, state.extreme) for _ in range(ULP_MOVES)]
         moved = [_reference_results(point, self.traced) for point in near]
         return max(distance(other[name], entries) for other in moved for name, entries in wanted.items())
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-Row = tuple[Fraction, ...]
+Coefficients = tuple[Fraction, ...]
 
 
 @dataclass(frozen=True)
@@ -14,9 +14,9 @@ class Tableau:
     """Coefficients of an explicit Runge-Kutta method: nodes c, matrix A (strictly lower triangular), weights b."""
 
     order: int
-    c: Row
-    A: tuple[Row, ...]
-    b: Row
+    c: Coefficients
+    A: tuple[Coefficients, ...]
+    b: Coefficients
 
     @classmethod
     def printed(cls, order: int, text: str) -> Tableau:
@@ -36,7 +36,7 @@ class Tableau:
         return tuple(map(float, self.b))
 
 
-def _row(text: str) -> Row:
+def _row(text: str) -> Coefficients:
     return tuple(map(Fraction, text.split()))
 
 

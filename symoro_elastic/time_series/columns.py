@@ -28,7 +28,7 @@ Columns = dict[str, Array]
 
 MOST_SAMPLES = 5_000_000
 """Of a trajectory that is written."""
-UNITS = {
+COLUMN_UNITS = {
     "s": ("t", 1.0), "ms": ("t", 1e-3), "us": ("t", 1e-6),
     "m": ("slide", 1.0), "mm": ("slide", 1e-3), "um": ("slide", 1e-6),
     "rad": ("turn", 1.0), "mrad": ("turn", 1e-3), "deg": ("turn", math.pi / 180),
@@ -179,10 +179,10 @@ def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: st
     )  # fmt: skip
     per_second = _per_second(quantity.count("d"))
     for ending in per_second:
-        kind, factor = UNITS.get(unit.strip().removesuffix(ending) if ending else unit.strip(), ("", 0.0))
+        kind, factor = COLUMN_UNITS.get(unit.strip().removesuffix(ending) if ending else unit.strip(), ("", 0.0))
         if kind == wanted and unit.strip().endswith(ending):
             return factor
-    choices = ", ".join(name + per_second[0] for name, (kind, _) in UNITS.items() if kind == wanted)
+    choices = ", ".join(name + per_second[0] for name, (kind, _) in COLUMN_UNITS.items() if kind == wanted)
     raise InputError(source, header, f"no unit [{unit}] here: choose from {choices}")
 
 

@@ -24,7 +24,7 @@ LONGEST_SLIDE = 10.0  # m
 MOST_TURNS = 20.0
 UNEVEN = 0.1  # of a sampling period
 SLOPE_RATIO = 3.0
-MEASURED = ("t", "q", "qd", "qdd", "tau")
+MEASURED_QUANTITIES = ("t", "q", "qd", "qdd", "tau")
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def read_measurements(path: str | Path, machine: Machine) -> Measurements:
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
     """Return measurements from columns by header; raises `InputError` for missing, unknown or double names."""
     named, warnings = named_columns(columns, machine, source)
-    warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED]
+    warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED_QUANTITIES]
     joints = machine.moving_joints
     motors = machine.motor_joints
     _refuse_missing(named, joints, motors, source)

@@ -13,16 +13,16 @@ from pathlib import Path
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library, find_compiler
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, PRECISIONS, SINGLE, Precision
 
-QUICK, USUAL, ALL = "quick", "usual", "all"
+QUICK, USUAL, EXHAUSTIVE = "quick", "usual", "all"
 
 Flags = tuple[str, ...]
 PLAIN: Flags = ("-O2",)
 NATIVE: Flags = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
-SEPARATE, FAST = "-ffp-contract=off", "-ffast-math"
-LIBM = "-DLARGEST_ANGLE=-1.0"
+SEPARATE, FAST_MATH = "-ffp-contract=off", "-ffast-math"
+WITH_LIBM = "-DLARGEST_ANGLE=-1.0"
 CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
-WORDS = {
-    "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST: "fast-math", LIBM: "libm",
+FLAG_NAMES = {
+    "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST_MATH: "fast-math", WITH_LIBM: "libm",
 }  # fmt: skip
 """Names of flags in tables; other flags are not shown."""
 
@@ -41,12 +41,12 @@ class Build:
     @property
     def words(self) -> str:
         """Compiler and flags as a table names them."""
-        return " ".join([Path(self.compiler[0]).name, *(WORDS[flag] for flag in self.flags if flag in WORDS)])
+        return " ".join([Path(self.compiler[0]).name, *(FLAG_NAMES[flag] for flag in self.flags if flag in FLAG_NAMES)])
 
     @property
     def is_safe(self) -> bool:
         """Whether NaN, infinities and the order of operations are respected."""
-        return FAST not in self.flags
+        return FAST_MATH not in self.flags
 
 
 def compilers() -> list[Flags]:
@@ -78,17 +78,17 @@ class FlagSets:
 def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
     """Return the flags to try, and notes on those that the compiler lacks."""
     kind = "clang" if takes(compiler, (), IS_CLANG) else "gcc"
-    wanted = (*NATIVE, CONTRACTED[kind], SEPARATE, FAST)
+    wanted = (*NATIVE, CONTRACTED[kind], SEPARATE, FAST_MATH)
     lacking = [flag for flag in wanted if not takes(compiler, (flag,))]
     notes = [f"{compiler[0]} has no {flag}: builds without it only" for flag in lacking]
     native = tuple(flag for flag in NATIVE if flag not in lacking)
-    contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST))
+    contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST_MATH))
     best = (*native, *contracted)
-    varied = (PLAIN, (*native, *separate), (*best, *fast), (*best, LIBM), (*best, *fast, LIBM))
-    every = [PLAIN, (*PLAIN, LIBM)] + [
+    varied = (PLAIN, (*native, *separate), (*best, *fast), (*best, WITH_LIBM), (*best, *fast, WITH_LIBM))
+    every = [PLAIN, (*PLAIN, WITH_LIBM)] + [
         (*native, *contraction, *math, *circles)
         for contraction, math, circles in product(
-            dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (LIBM,))
+            dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (WITH_LIBM,))
         )
     ]
     others = tuple(flags for flags in dict.fromkeys(varied) if flags != best)
@@ -97,7 +97,7 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
 
 def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_other_way: bool) -> list[Build]:
     """Return the builds of a formulation with one compiler, the most informative first; the first one varies most."""
-    if effort == ALL:
+    if effort == EXHAUSTIVE:
         tried = dict.fromkeys((sets.best, *sets.every))
         every = [(precision, flags) for precision in PRECISIONS.values() for flags in tried]
         return [Build(compiler, flags, precision) for precision, flags in every if _makes_sense(precision, flags)]
@@ -106,11 +106,11 @@ def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_othe
     if not is_first or effort == QUICK:
         return chosen
     chosen += [Build(compiler, flags, DOUBLE) for flags in sets.others]
-    chosen += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST in flags or flags == PLAIN]
+    chosen += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST_MATH in flags or flags == PLAIN]
     fused = tuple(flag for flag in sets.best if flag == "-march=native")
     return [*chosen, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
 
 
 def _makes_sense(precision: Precision, flags: Flags) -> bool:
     """Sums of two doubles have their own sine and cosine, and live by the order of operations."""
-    return not (precision.is_pair and (LIBM in flags or FAST in flags))
+    return not (precision.is_pair and (WITH_LIBM in flags or FAST_MATH in flags))

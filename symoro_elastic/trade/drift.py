@@ -36,9 +36,9 @@ STEPS, SAMPLES = 50_000, 50
 LARGEST_TURN = 0.05
 """Largest step times the fastest rate of the machine, at first."""
 HALVINGS = 12
-NEGLIGIBLE = 1e-10
+NEGLIGIBLE_DRIFT = 1e-10
 """Drift in double precision, relative to the energy that moves, at which the step is small enough."""
-FLAGS = ("-O2", "-ffp-contract=off")
+DRIFT_FLAGS = ("-O2", "-ffp-contract=off")
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class _Motion:
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
             energies = self.energies(STATE_FORMATS[0], step)
-            if _drift(energies) <= NEGLIGIBLE * abs(self.moving_energy):
+            if _drift(energies) <= NEGLIGIBLE_DRIFT * abs(self.moving_energy):
                 return step, energies
             step /= 2
         what = f"energy still drifts in double precision with steps of {step:.1g} s"
@@ -186,7 +186,7 @@ def _mover(package: Package, precision: Precision, folder: Path) -> Any:
         has_parameters=bool(package.parameters),
     )
     files = render_c(package, precision) | {f"{name}_motion.c": motion}
-    library = ctypes.CDLL(str(compile_library(files, folder, flags=FLAGS).resolve()))
+    library = ctypes.CDLL(str(compile_library(files, folder, flags=DRIFT_FLAGS).resolve()))
     move = library[f"{name}_move"]
     move.argtypes = [ctypes.c_size_t, ctypes.c_double, ctypes.c_int, *[ctypes.c_void_p] * 3]
     move.restype = None

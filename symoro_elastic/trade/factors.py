@@ -7,13 +7,13 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from symoro_elastic.trade.builds import CONTRACTED, FAST, LIBM, PLAIN, SEPARATE
+from symoro_elastic.trade.builds import CONTRACTED, FAST_MATH, PLAIN, SEPARATE, WITH_LIBM
 from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.formulations import BY_MATRIX, RECURSION
 
 Levels = Mapping[str, Hashable]
 """The level of every factor in a configuration, by its name."""
-OPTIONS = (FAST, LIBM, SEPARATE, *CONTRACTED.values())
+FACTOR_FLAGS = (FAST_MATH, WITH_LIBM, SEPARATE, *CONTRACTED.values())
 """Flags that are factors by themselves."""
 
 
@@ -67,16 +67,16 @@ FACTORS = (
     Factor("constants folded", "folded", True, False),
     Factor("A^-1 instead of the recursion", "way", BY_MATRIX, RECURSION),
     Factor("angles summed", "merged", True, False),
-    Factor("libm's sine and cosine", LIBM, True, False, {FAST: False}),
-    Factor("products and sums apart (no FMA)", SEPARATE, True, False, {FAST: False}),
-    Factor("-ffast-math, libm's sine and cosine", FAST, True, False, {LIBM: True}),
-    Factor("-ffast-math, inline sine and cosine", FAST, True, False, {LIBM: False}),
+    Factor("libm's sine and cosine", WITH_LIBM, True, False, {FAST_MATH: False}),
+    Factor("products and sums apart (no FMA)", SEPARATE, True, False, {FAST_MATH: False}),
+    Factor("-ffast-math, libm's sine and cosine", FAST_MATH, True, False, {WITH_LIBM: True}),
+    Factor("-ffast-math, inline sine and cosine", FAST_MATH, True, False, {WITH_LIBM: False}),
     Factor(
         "-O2 instead of what the source recommends",
         "optimisation",
         PLAIN,
         None,
-        {FAST: False, LIBM: False, SEPARATE: False},
+        {FAST_MATH: False, WITH_LIBM: False, SEPARATE: False},
     ),
 )
 
@@ -104,9 +104,9 @@ def levels_of(configuration: Configuration) -> Levels:
         "folded": form.folded,
         "merged": form.merged,
         "compiler": build.compiler[0] if build else None,
-        "optimisation": tuple(flag for flag in flags if flag not in OPTIONS),
-        FAST: FAST in flags,
-        LIBM: LIBM in flags,
+        "optimisation": tuple(flag for flag in flags if flag not in FACTOR_FLAGS),
+        FAST_MATH: FAST_MATH in flags,
+        WITH_LIBM: WITH_LIBM in flags,
         SEPARATE: SEPARATE in flags,
         "precision": configuration.precision.name,
         "call": configuration.call,

@@ -12,8 +12,8 @@ from symoro_elastic.trade.configurations import BATCH, Measurement
 from symoro_elastic.trade.front import front
 from symoro_elastic.trade.trade import Trade
 
-COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
-UNSAFE, LINE = "#c0392b", "#9aa5b1"
+PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
+UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
 
 
 def plot(trade: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
@@ -33,8 +33,8 @@ def picture(title: str, measurements: Sequence[Measurement], with_fast_math: boo
     figure = new_figure(8.0, 5.0)
     axis = figure.add_subplot()
     on_front = front(measurements, with_fast_math)
-    axis.step([f.ns for f in on_front], [f.error for f in on_front], where="post", color=LINE, zorder=1)
-    for precision, colour in COLOURS.items():
+    axis.step([f.ns for f in on_front], [f.error for f in on_front], where="post", color=FRONT_COLOUR, zorder=1)
+    for precision, colour in PRECISION_COLOURS.items():
         some = [f for f in measurements if f.configuration.precision.name == precision and math.isfinite(f.error)]
         for k, one in enumerate(some):
             axis.scatter(one.ns, one.error, label=precision if k == 0 else None, zorder=2, **_style(one, colour))

@@ -31,7 +31,7 @@ from symoro_elastic.trade.configurations import BATCH, CALLS, SINGLE_CALL, Confi
 from symoro_elastic.trade.formulations import Formulation
 from symoro_elastic.trade.timing import Run
 
-TIMED_STATES, NUMBERS = 240, 1_000_000
+TIMED_STATES, CACHED_NUMBERS = 240, 1_000_000
 NUMPY_STATES = 4096
 
 
@@ -156,7 +156,7 @@ def _c_run(
 def _timed_states(function: Function) -> int:
     """Return how many states fit into the caches of a processor."""
     numbers = sum(a.size for a in function.arguments) + sum(math.prod(r.shape) for r in function.results)
-    return max(1, min(TIMED_STATES, NUMBERS // max(1, numbers)))
+    return max(1, min(TIMED_STATES, CACHED_NUMBERS // max(1, numbers)))
 
 
 def numpy_configurations(form: Formulation, states: States, folder: Path) -> list[Ready]:

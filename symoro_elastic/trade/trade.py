@@ -19,14 +19,14 @@ from symoro_elastic.numerics.states import States, extreme_states, moderate_stat
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
 from symoro_elastic.progress import Progress, StepProgress, no_step_progress
-from symoro_elastic.trade.builds import ALL, QUICK, USUAL, Build, builds, compilers, flag_sets
+from symoro_elastic.trade.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
 from symoro_elastic.trade.configurations import Measurement, judged_in
 from symoro_elastic.trade.drift import Drift, drifts
 from symoro_elastic.trade.formulations import BY_MATRIX, Formulation, asked_models, formulations, refuse_stateless
 from symoro_elastic.trade.running import Ready, compiled_configurations, judged_states, numpy_configurations
 from symoro_elastic.trade.timing import ROUNDS, timed
 
-STATES = 400
+MEASURED_STATES = 400
 PATIENCE = 60.0  # s of compiling, unless every combination is tried
 
 
@@ -35,7 +35,7 @@ class Request:
     """The extent of a comparison: `effort` quick, usual or all; states to measure errors at; rounds of timing."""
 
     effort: str = USUAL
-    states: int = STATES
+    states: int = MEASURED_STATES
     extreme: bool = False
     rounds: int = ROUNDS
     seed: int = 0
@@ -102,7 +102,7 @@ def _made(
     progress: Progress,
 ) -> list[Ready]:
     jobs = _jobs(written, request.effort, notes)
-    patience = float("inf") if request.effort == ALL else PATIENCE
+    patience = float("inf") if request.effort == EXHAUSTIVE else PATIENCE
     try:
         compiled, failed = compiled_configurations(jobs, states, folder, patience, progress)
         notes += failed

@@ -15,7 +15,7 @@ NEWTON_STEPS = 5
 MOST_STEPS = 200
 POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, of order 1 rad or 1 m
 NUDGE = 0.01  # rad or m, off a place where the energy curves downwards
-FARTHEST = 10.0  # m, that a slide may be from where the search began
+FARTHEST_SLIDE = 10.0  # m, that a slide may be from where the search began
 SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
 
 
@@ -140,7 +140,7 @@ def _refuse_far(motion: EquationsOfMotion, q: Array, start: Array) -> None:
 
 
 def _far(motion: EquationsOfMotion, q: Array, start: Array) -> list[int]:
-    return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > FARTHEST]
+    return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > FARTHEST_SLIDE]
 
 
 def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> InputError:

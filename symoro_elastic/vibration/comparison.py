@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -19,15 +20,22 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, modes
+from symoro_elastic.vibration.reference_trajectory import STROKE
 from symoro_elastic.vibration.tracking import pair
 
 PERIODS = 5.0  # of the first vibration, for a move
-STROKE, FARTHEST = 0.1, 100.0  # rad or m
+LARGEST_STROKE = 100.0  # rad or m
 MOST_SWINGS = 20_000
-SAMPLES = 501
-TORQUE, ACCELERATION = "torque", "acceleration"
+MOVE_SAMPLES = 501
 COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 """s = 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both ends."""
+
+
+class Compared(StrEnum):
+    """The quantities that models are compared by: of motors and of springs."""
+
+    TORQUE = "torque"
+    ACCELERATION = "acceleration"
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class Loss:
     """A quantity over a motion (N,) by the full, the reduced and the rigid model; N m, N, rad/s2 or m/s2."""
 
     joint: str
-    quantity: str
+    quantity: Compared
     unit: str
     by_full: Array
     by_reduced: Array
@@ -157,8 +165,8 @@ def move(
         raise InputError(motion.source, "--duration", what)
     if not 0 < duration < np.inf:
         raise InputError(motion.source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
-    if not abs(stroke) <= FARTHEST:
-        raise InputError(motion.source, "--stroke", f"{stroke:g}: give rad or m up to {FARTHEST:g}")
+    if not abs(stroke) <= LARGEST_STROKE:
+        raise InputError(motion.source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
     n, motors = len(motion.joints), motion.motors
     others = [k for k in range(n) if k not in motors]
     model = numpy_model(machine, ("inverse_dynamics",))
@@ -175,11 +183,13 @@ def move(
     def rate(t: float, y: Array) -> Array:
         return np.concatenate([y[len(others) :], placed(t, y)[2][others]])
 
-    times = np.linspace(0.0, duration, SAMPLES)
+    times = np.linspace(0.0, duration, MOVE_SAMPLES)
     rest = np.concatenate([start.q[others], np.zeros(len(others))])
     solve = for_vibrations("scipy.integrate").solve_ivp
     states = (
-        solve(rate, (0.0, duration), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T if others else [rest] * SAMPLES
+        solve(rate, (0.0, duration), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T
+        if others
+        else [rest] * MOVE_SAMPLES
     )
     q, qd, qdd = (np.array(block) for block in zip(*map(placed, times, states), strict=True))
     return Course(times, q, qd, qdd, f"{stroke:g} (rad or m) in {duration:.4g} s")
@@ -205,13 +215,20 @@ def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> lis
     rows = [whole.moving.index(j) for j in stiff.moving]
     tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
     compared = [
-        Loss(joint.name, TORQUE, joint.force_unit, tau[:, k], tau_less[:, k], tau_stiff[:, k])
+        Loss(joint.name, Compared.TORQUE, joint.force_unit, tau[:, k], tau_less[:, k], tau_stiff[:, k])
         for k, joint in enumerate(whole.motor_joints)
     ]
     for k, joint in enumerate(whole.moving_joints):
         if joint.kind is Kind.ELASTIC:
             compared.append(
-                Loss(joint.name, ACCELERATION, f"{joint.unit}/s2", qdd[:, k], qdd_less[:, k], np.zeros_like(qdd[:, k]))
+                Loss(
+                    joint.name,
+                    Compared.ACCELERATION,
+                    f"{joint.unit}/s2",
+                    qdd[:, k],
+                    qdd_less[:, k],
+                    np.zeros_like(qdd[:, k]),
+                )
             )
     return compared
 

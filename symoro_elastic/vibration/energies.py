@@ -13,7 +13,7 @@ from symoro_elastic.scalar import Scalar
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
 
-GRAVITY = "gravity and loads"
+GRAVITY_AND_LOADS = "gravity and loads"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def strain_shares(modal: Modes) -> Shares:
     rest = total - springs.sum(axis=0) - controllers.sum(axis=0)
     names = [motion.names[kept[k]] for k in elastic] + [f"{motion.names[kept[k]]} (controller)" for k in driven]
     energies = np.vstack([springs[elastic], controllers[driven], rest])
-    return _shares([*names, GRAVITY], np.where(modal.eigenvalues > 0, energies, 0.0))
+    return _shares([*names, GRAVITY_AND_LOADS], np.where(modal.eigenvalues > 0, energies, 0.0))
 
 
 def _shares(names: list[str], energies: Array) -> Shares:

@@ -37,7 +37,7 @@ from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
 
 DUALS = differentiating(FLOATS)
-LARGEST = 1e9
+LARGEST_INPUT = 1e9
 """Of a position, a velocity or a torque that is given, SI units."""
 
 
@@ -89,8 +89,10 @@ class EquationsOfMotion:
         """Return numbers by index in q; raises `InputError` for joints that do not move and numbers out of range."""
         numbers = {self.index(name, place): float(x) for name, x in named.items()}
         for name, x in named.items():
-            if not abs(x) <= LARGEST:
-                raise InputError(self.source, place, f"{name}={x:g} is out of range: give a number up to {LARGEST:g}")
+            if not abs(x) <= LARGEST_INPUT:
+                raise InputError(
+                    self.source, place, f"{name}={x:g} is out of range: give a number up to {LARGEST_INPUT:g}"
+                )
         return numbers
 
     @cached_property

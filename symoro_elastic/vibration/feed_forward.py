@@ -21,7 +21,7 @@ from symoro_elastic.time_series.writing import columns_of, write_columns
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
-MODEL = "feed_forward"
+FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
 
 
@@ -57,7 +57,7 @@ class FeedForward:
 
 def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
-    program = trace(machine, MODEL).program
+    program = trace(machine, FEED_FORWARD).program
     nodes = reachable(x for output in program.outputs for x in output.entries)
     used, motors = {x.operands[0] for x in nodes if x.operation == SYMBOL}, machine.motor_joints
     return {
@@ -77,7 +77,7 @@ def feed_forward(
     needed = orders(valued)
     refuse_few(reference, needed, machine)
     parameters = EquationsOfMotion(valued).parameters
-    model = numpy_model(valued, (MODEL,))
+    model = numpy_model(valued, (FEED_FORWARD,))
     highest = max(needed.values(), default=0)
     arguments = np.zeros((highest + 1, len(reference.t), len(needed)))
     for m, (name, order) in enumerate(needed.items()):
@@ -97,7 +97,7 @@ def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machin
             smooth = f"a spline of degree {order} or more (--degree {order + 1}: smooth torques)"
             lacking = f"columns up to {reference.columns}{'d' * order}_{name}, or positions alone and {smooth}"
             why = f" ({reference.doubts[name][1]})" if reference.columns and name in reference.doubts else ""
-            what = f"{given} derivatives of its motion are given{why}, {MODEL} needs {order}"
+            what = f"{given} derivatives of its motion are given{why}, {FEED_FORWARD} needs {order}"
             raise InputError(reference.source, name, f"{what}: give {lacking if reference.columns else smooth}")
 
 

@@ -12,7 +12,7 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
 MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""
-MOVES = 0.1
+MOVING_COMPONENT = 0.1
 """Component of a joint in a motion, of the largest one, above which the joint moves; scaled as M is."""
 
 
@@ -21,12 +21,12 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
 
     The message names the joints that move without inertia and those that need some; `can_hold` offers --hold too.
     """
-    idle, least = without_inertia(M)
+    idle, least = massless_rows(M)
     if not idle:
         return
     names = [motion.names[k] for k in kept]
     motors = {row for row, k in enumerate(kept) if k in motion.motors}
-    culprits = needing(M, motors)
+    culprits = rows_to_remove(M, motors)
     ways = [f"give {_listed([names[row] for row in culprits])} an inertia"]
     if can_hold and motors.issuperset(culprits):
         ways.append(" ".join(f"--hold {names[row]}" for row in culprits))
@@ -39,18 +39,20 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
     raise InputError(motion.source, "inertia matrix", what)
 
 
-def without_inertia(M: Array) -> tuple[list[int], float]:
+def massless_rows(M: Array) -> tuple[list[int], float]:
     """Return the rows with a share in motions of no or negative inertia, and the least eigenvalue of scaled M."""
     values, vectors = _scaled(M)
     null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
-    return [int(row) for row in np.flatnonzero(part > MOVES * part.max(initial=0.0))], float(values.min(initial=1.0))
+    return [int(row) for row in np.flatnonzero(part > MOVING_COMPONENT * part.max(initial=0.0))], float(
+        values.min(initial=1.0)
+    )
 
 
-def needing(M: Array, preferred: Collection[int]) -> list[int]:
+def rows_to_remove(M: Array, preferred: Collection[int]) -> list[int]:
     """Return the fewest rows to remove for a positive definite M, `preferred` ones first."""
     rows, removed = list(range(len(M))), []
-    while idle := [rows[k] for k in without_inertia(M[np.ix_(rows, rows)])[0]]:
+    while idle := [rows[k] for k in massless_rows(M[np.ix_(rows, rows)])[0]]:
         removed.append(next((row for row in idle if row in preferred), idle[0]))
         rows.remove(removed[-1])
     return removed

@@ -31,7 +31,7 @@ from symoro_elastic.vibration.signals import (
     points_of,
 )
 
-AT_REST = 1e-9
+REST_TOLERANCE = 1e-9
 """A velocity or an acceleration up to here is rounding, SI units."""
 Maps = tuple[tuple[Array, Array, Array], ...]
 
@@ -81,7 +81,7 @@ class Linearization:
         moving = []
         for name, values, per in (("qd", self.state.qd, "s"), ("qdd", self.state.qdd, "s2")):
             k = int(np.argmax(np.abs(values))) if len(values) else 0
-            if np.abs(values).max(initial=0.0) > AT_REST:
+            if np.abs(values).max(initial=0.0) > REST_TOLERANCE:
                 unit = self.motion.joints[k].unit
                 moving.append(f"{name} up to {abs(values[k]):.4g} {unit}/{per} at joint {self.motion.names[k]}")
         return (f"not at rest: {', '.join(moving)}",) if moving else ()

@@ -10,7 +10,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.vibration.comparison import ACCELERATION, TORQUE, Comparison, Loss
+from symoro_elastic.vibration.comparison import Compared, Comparison, Loss
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import labels
 from symoro_elastic.vibration.feed_forward import FeedForward
@@ -51,7 +51,7 @@ def plot_feed_forward(command: FeedForward, folder: str | Path, form: str = "png
 
 def plot_comparison(comparison: Comparison, folder: str | Path, form: str = "png") -> list[Path]:
     """Write torques.<form> of motors and accelerations.<form> of springs; returns their paths. Raises `InputError`."""
-    by_quantity = {name: [x for x in comparison.losses if x.quantity == name] for name in (TORQUE, ACCELERATION)}
+    by_quantity = {name: [x for x in comparison.losses if x.quantity == name] for name in Compared}
     pictures = {f"{name}s": losses(some, comparison.course.t) for name, some in by_quantity.items() if some}
     return save_figures(pictures, folder, form)
 

@@ -21,12 +21,12 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
-from symoro_elastic.vibration.equations_of_motion import LARGEST
+from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT
 
 RATE = 1000.0  # samples/s
 STROKE = 0.1  # rad or m
 JUMP = 1e-6  # of the largest value of a derivative
-DOUBTFUL = 0.1  # of a derivative
+DOUBTFUL_CHANGE = 0.1  # of a derivative
 ROUNDED = 1e-5  # of the largest value, in a file with few digits
 
 
@@ -99,8 +99,8 @@ def _doubts(fine: ReferenceTrajectory, coarse: ReferenceTrajectory) -> Iterator[
     inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
     for name, rows in fine.y.items():
         change, size = (np.abs(x[:-1, inside]).max(axis=1) for x in (rows - coarse.y[name], rows))
-        if (change > DOUBTFUL * size).any():
-            k = int(np.argmax(change > DOUBTFUL * size))
+        if (change > DOUBTFUL_CHANGE * size).any():
+            k = int(np.argmax(change > DOUBTFUL_CHANGE * size))
             what = f"derivative {k} of its spline changes by {change[k] / size[k]:.0%} with half the points"
             yield name, (k, f"{what}: they are too few, or too many for their digits")
 
@@ -181,8 +181,8 @@ def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict
     for name, x in given.items():
         if name and name not in known:
             raise InputError(machine.label, place, f"no motor {quoted(name)}{did_you_mean(name, known)}")
-        if not abs(x) <= LARGEST:
-            raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST:g}")
+        if not abs(x) <= LARGEST_INPUT:
+            raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST_INPUT:g}")
     named = {known[name]: x for name, x in given.items() if name}
     return {joint.name: named.get(joint.name, given.get("", 0.0)) for joint in motors}
 

@@ -15,10 +15,10 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.scene import Asked, Point
 from symoro_elastic.models.bind import Points
 
-TORQUE = "tau"
+MOTOR_TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-WRENCH = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
+WRENCH_INPUTS = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
 FRAME_OUTPUTS = {
     **{name: (0, k) for k, name in enumerate(DIRECTIONS)},
     **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},
@@ -64,7 +64,7 @@ def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
 
 def default_inputs(machine: Machine) -> list[str]:
     """Return the torques of all motors."""
-    return [f"{joint.name}.{TORQUE}" for joint in machine.motor_joints]
+    return [f"{joint.name}.{MOTOR_TORQUE}" for joint in machine.motor_joints]
 
 
 def default_outputs(machine: Machine) -> list[str]:
@@ -74,7 +74,7 @@ def default_outputs(machine: Machine) -> list[str]:
 
 def joint_signals(names: Iterable[str]) -> set[str]:
     """Return the torques, positions, velocities and accelerations of joints."""
-    return {f"{name}.{quantity}" for name in names for quantity in (TORQUE, *JOINT_OUTPUTS)}
+    return {f"{name}.{quantity}" for name in names for quantity in (MOTOR_TORQUE, *JOINT_OUTPUTS)}
 
 
 def points_of(signals: Sequence[Signal]) -> Points:
@@ -83,15 +83,17 @@ def points_of(signals: Sequence[Signal]) -> Points:
 
 
 def _input(machine: Machine, name: str) -> Signal:
-    owner, quantity = _split(machine, name, {TORQUE, *WRENCH}, TORQUE)
-    if quantity in WRENCH:
-        return _frame(machine, name, owner, WRENCH[quantity], 0, "input")
+    owner, quantity = _split(machine, name, {MOTOR_TORQUE, *WRENCH_INPUTS}, MOTOR_TORQUE)
+    if quantity in WRENCH_INPUTS:
+        return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, "input")
     k, kind = _joint(machine, name, owner, "input")
     if kind is not Kind.MOTOR:
         motors = ", ".join(default_inputs(machine)) or "this machine has none"
-        what = f"{quoted(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH)}"
+        what = (
+            f"{quoted(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
+        )
         raise _error(machine, "input", what)
-    return JointSignal(f"{owner}.{TORQUE}", k)
+    return JointSignal(f"{owner}.{MOTOR_TORQUE}", k)
 
 
 def _output(machine: Machine, name: str) -> Signal:

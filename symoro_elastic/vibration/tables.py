@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.vibration.comparison import TORQUE, Comparison, Loss
-from symoro_elastic.vibration.energies import GRAVITY, Shares, frame_shapes, kinetic_shares, strain_shares
+from symoro_elastic.vibration.comparison import Compared, Comparison, Loss
+from symoro_elastic.vibration.energies import GRAVITY_AND_LOADS, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
 from symoro_elastic.vibration.feed_forward import FeedForward, figures
 from symoro_elastic.vibration.linearization import Linearization
@@ -20,7 +20,7 @@ from symoro_elastic.vibration.tracking import Tracked
 from symoro_elastic.vibration.zeros import PolesAndZeros
 
 LEAST_SHARE = 0.1
-MOST_NAMED = 3
+MOST_LISTED = 3
 LEAST_LOSS = 1e-12
 """Of a quantity of the full model, for a difference to be more than rounding."""
 
@@ -73,7 +73,7 @@ def _by(slopes: Sensitivity, mode: int) -> str:
     first = slopes.sharing(mode)[0]
     if first != mode:
         return f"see mode {first + 1}"
-    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in slopes.strongest(mode, MOST_NAMED)]
+    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in slopes.strongest(mode, MOST_LISTED)]
     return ", ".join(f"{name} {low if low == high else f'{low} to {high}'}" for name, low, high in shown) or "-"
 
 
@@ -84,7 +84,7 @@ def _hertz(frequency: float, growth: float, digits: int) -> str:
 
 def _most(shares: Shares, mode: int) -> str:
     """Return the names with the largest shares."""
-    order = np.argsort(-shares.shares[:, mode], kind="stable")[:MOST_NAMED]
+    order = np.argsort(-shares.shares[:, mode], kind="stable")[:MOST_LISTED]
     named = [k for k in order if shares.shares[k, mode] >= LEAST_SHARE]
     return ", ".join(f"{shares.names[k]} {shares.shares[k, mode]:.0%}" for k in named) or "-"
 
@@ -132,7 +132,7 @@ def _limit(modal: Modes, slopes: Sensitivity, first: int) -> list[str]:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)
     springs = [x for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p == f"{name}.stiffness" and x > 0]
-    gain = [f"1 % more {name}.stiffness raises it by {x:.2g} %" for x in springs if name != GRAVITY]
+    gain = [f"1 % more {name}.stiffness raises it by {x:.2g} %" for x in springs if name != GRAVITY_AND_LOADS]
     return [f"{said} {name} ({share:.0%} of its strain energy)", *gain]
 
 
@@ -285,7 +285,7 @@ def _models(comparison: Comparison) -> dict[str, Modes | None]:
 
 def comparison_conclusion(comparison: Comparison) -> str:
     """Return the size of the losses in one sentence."""
-    torques = [loss for loss in comparison.losses if loss.quantity == TORQUE]
+    torques = [loss for loss in comparison.losses if loss.quantity is Compared.TORQUE]
     most = max((loss.full[1] for loss in torques), default=0.0)
     torques = [loss for loss in torques if loss.full[1] > LEAST_LOSS * most]
     parts = []

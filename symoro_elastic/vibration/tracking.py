@@ -23,7 +23,7 @@ from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, clusters, modes
 
-DOUBTFUL = 0.5
+DOUBTFUL_MAC = 0.5
 MOST_POSITIONS = 10_000
 Grid = Mapping[str, Sequence[float]]
 
@@ -56,7 +56,7 @@ class Tracked:
     @property
     def doubtful(self) -> list[tuple[int, int]]:
         """(point, mode) of pairs with a MAC below one half: the grid is too coarse there."""
-        return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL)]
+        return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL_MAC)]
 
 
 def over_grid(

@@ -17,7 +17,7 @@ from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped
 
 VANISHING_PARAMETER = 1e-10
-SAME = 1e-6
+CANCELLING = 1e-6
 NO_RESPONSE = 1e-12
 """Of the largest response that a motion of this size can have."""
 PLACES, OFF_POLES = 12, 1j * np.pi / 3
@@ -63,7 +63,7 @@ def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros
         return PolesAndZeros(linear.inputs[j], linear.outputs[i], none, none, is_zero=True)
     zeros = _zeros(linear, i, j)
     rate = float(np.abs(poles).max(initial=1.0))
-    left_poles, left_zeros = _cancelled(poles, zeros, SAME * rate)
+    left_poles, left_zeros = _cancelled(poles, zeros, CANCELLING * rate)
     return PolesAndZeros(linear.inputs[j], linear.outputs[i], left_poles, left_zeros)
 
 

@@ -16,7 +16,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.rounding import ULP, RoundingModes
+from symoro_elastic.numerics.rounding import DOUBLE_ULP, RoundingModes
 from symoro_elastic.numerics.self_check import self_check
 from symoro_elastic.packaging import package
 from tests.extremes import states as at
@@ -43,7 +43,7 @@ def test_results_are_those_of_the_generated_code_and_the_mode_is_put_back(tmp_pa
     found = RoundingModes(described, tmp_path / "modes").run("direct_dynamics", 50, arguments)["qdd"]
     plain = compile_package(described, tmp_path / "plain").call("direct_dynamics", **arguments)["qdd"]
     assert np.abs(found.results - plain).max() <= 1e-14 * np.abs(plain).max()
-    assert (found.spread >= ULP).all() and (found.spread > ULP).any()
+    assert (found.spread >= DOUBLE_ULP).all() and (found.spread > DOUBLE_ULP).any()
     assert ctypes.CDLL(None).fegetround() == 0 and 1.0 + 2.0**-53 == 1.0 and -1.0 - 2.0**-53 == -1.0
 
 
@@ -64,7 +64,7 @@ def test_machines_without_motors_parameters_or_any_result() -> None:
         ("inverse_dynamics", "qdd"),
         ("geometric_model", "T"),
     ]
-    assert all(check.moderate.worst < 1e-10 for check in checks) and checks[0].moderate.worst == ULP
+    assert all(check.moderate.worst < 1e-10 for check in checks) and checks[0].moderate.worst == DOUBLE_ULP
 
 
 def test_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -173,7 +173,7 @@ def test_wrong_models_are_found(changed: dict[str, Any], wrong: set[str], monkey
 
 
 def test_wrong_inertia_matrix_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A is compared with itself in more digits, and with Newton and Euler's recursion."""
+    """A is compared with itself in more digits, and with the recursive Newton-Euler algorithm."""
     right = catalogue.MODELS["inertia_matrix"]
 
     def without_coupling(bound: Any, asked: Any) -> Any:

@@ -35,7 +35,7 @@ from symoro_elastic.trade import formulations as formulations_of_trade
 from symoro_elastic.trade import running
 from symoro_elastic.trade import trade as trade_module
 from symoro_elastic.trade.advice import advice, sentence
-from symoro_elastic.trade.builds import FAST, LIBM, NATIVE, PLAIN, Build, flag_sets
+from symoro_elastic.trade.builds import FAST_MATH, NATIVE, PLAIN, WITH_LIBM, Build, flag_sets
 from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.drift import drifts
 from symoro_elastic.trade.factors import effects
@@ -110,7 +110,7 @@ def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Formu
 
 
 def test_fast_math_is_advised_only_where_it_is_allowed(two_r: Machine, form: Formulation) -> None:
-    known = found(two_r, figures(form, 20, 1e-16), figures(form, 1, 2e-16, (*NATIVE, FAST)))
+    known = found(two_r, figures(form, 20, 1e-16), figures(form, 1, 2e-16, (*NATIVE, FAST_MATH)))
     assert advice(known, 1e-12).fastest[0].ns == 20
     assert advice(known, 1e-12, with_fast_math=True).fastest[0].ns == 1
     assert [one.ns for one in front(known.measurements["inverse_dynamics"])] == [20]
@@ -125,7 +125,7 @@ def test_a_tolerance_that_no_point_reaches_names_the_nearest(two_r: Machine, for
 def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulation) -> None:
     best, libm, plain = (
         figures(form, 10, 1e-16),
-        figures(form, 30, 2e-16, (*NATIVE, LIBM)),
+        figures(form, 30, 2e-16, (*NATIVE, WITH_LIBM)),
         figures(form, 20, 1e-16, PLAIN),
     )
     told = {one.words: (one.time, one.error) for one in effects([best, libm, plain])}
@@ -137,7 +137,9 @@ def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulat
 
 def test_a_choice_is_told_only_where_all_other_factors_agree(form: Formulation) -> None:
     """Fast-math with libm against fast-math without is no effect of libm; compilers compare at equal flags."""
-    gcc, fast_libm, fast = (measured(form, flags) for flags in (NATIVE, (*NATIVE, FAST, LIBM), (*NATIVE, FAST)))
+    gcc, fast_libm, fast = (
+        measured(form, flags) for flags in (NATIVE, (*NATIVE, FAST_MATH, WITH_LIBM), (*NATIVE, FAST_MATH))
+    )
     clang, numpy = measured(form, NATIVE, "clang", ns=5), measured(form, None)
     told = {one.words: one.time for one in effects([gcc, fast_libm, fast, clang, numpy])}
     assert told == {"-ffast-math, inline sine and cosine": 1.0, "clang instead of gcc": 0.5}
@@ -255,7 +257,7 @@ def test_a_flag_that_the_compiler_lacks_is_noted(tmp_path: Path) -> None:
     compiler.chmod(0o755)
     sets, notes = flag_sets((str(compiler),))
     assert notes == [f"{compiler} has no -ffast-math: builds without it only"]
-    assert not any(FAST in flags for flags in (sets.best, *sets.others, *sets.every))
+    assert not any(FAST_MATH in flags for flags in (sets.best, *sets.others, *sets.every))
 
 
 def test_a_build_that_fails_is_noted(
@@ -300,7 +302,7 @@ def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     points = [
         figures(form, 20, 1e-16),
         figures(form, 5, 1e-7, precision=SINGLE),
-        figures(form, 4, 1.0, (*NATIVE, FAST)),
+        figures(form, 4, 1.0, (*NATIVE, FAST_MATH)),
     ]
     known = found(two_r, *points, replace(points[0], errors=replace(points[0].errors, worst=math.inf)))
     (path,) = plot(known, tmp_path)

@@ -12,7 +12,7 @@ import scipy.linalg
 
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Base, Kind, Machine
-from symoro_elastic.vibration.energies import GRAVITY, frame_shapes, kinetic_shares, strain_shares
+from symoro_elastic.vibration.energies import GRAVITY_AND_LOADS, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium, given_state
 from symoro_elastic.vibration.linearization import linearize, motion_of
@@ -82,7 +82,7 @@ def test_a_position_controller_is_a_spring() -> None:
     pairs = sorted(poles[poles.imag > 0], key=abs)
     np.testing.assert_allclose(found.damping_ratios, [-p.real / abs(p) for p in pairs], rtol=1e-10)
     shares = strain_shares(found)
-    assert shares.names == ("load", "motor (controller)", GRAVITY)
+    assert shares.names == ("load", "motor (controller)", GRAVITY_AND_LOADS)
     np.testing.assert_allclose(shares.shares.sum(axis=0), 1.0, rtol=1e-14)
 
 
@@ -190,7 +190,7 @@ def test_a_pendulum_swings_by_gravity_alone() -> None:
     """A passive joint: sqrt(g / l), all strain energy that of gravity, whatever the mass."""
     found = modes_of(pendulum())
     assert found.frequencies[0] == pytest.approx(np.sqrt(9.81 / 0.7) / (2 * np.pi), rel=1e-12)
-    assert strain_shares(found).largest(0) == (GRAVITY, pytest.approx(1.0, rel=1e-14))
+    assert strain_shares(found).largest(0) == (GRAVITY_AND_LOADS, pytest.approx(1.0, rel=1e-14))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -15,7 +15,7 @@ from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import given_state
-from symoro_elastic.vibration.inertia import needing, without_inertia
+from symoro_elastic.vibration.inertia import massless_rows, rows_to_remove
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response
@@ -76,10 +76,10 @@ def test_a_small_inertia_is_one(ratio: float) -> None:
 def test_the_fewest_joints_that_mend_it() -> None:
     """Three rows in one direction, a fourth without any inertia; rows that are preferred come first."""
     M = np.array([[1.0, 1, 1, 0], [1, 1, 1, 0], [1, 1, 2, 0], [0, 0, 0, 0]])
-    rows, least = without_inertia(M)
+    rows, least = massless_rows(M)
     assert rows == [0, 1, 3] and abs(least) < 1e-15
-    assert needing(M, ()) == [0, 3] and needing(M, (1,)) == [1, 3] and needing(M, (3,)) == [3, 0]
-    assert without_inertia(np.eye(3))[0] == [] == needing(np.zeros((0, 0)), ())
+    assert rows_to_remove(M, ()) == [0, 3] and rows_to_remove(M, (1,)) == [1, 3] and rows_to_remove(M, (3,)) == [3, 0]
+    assert massless_rows(np.eye(3))[0] == [] == rows_to_remove(np.zeros((0, 0)), ())
 
 
 def test_positions_of_a_grid_are_named() -> None:
