@@ -27,6 +27,7 @@ from symoro_elastic.symbolic.operations import (
     SUBTRACT,
     SYMBOL,
     Functions,
+    Value,
 )
 
 RATIONAL: Functions = {
@@ -43,14 +44,14 @@ EXACT: Functions = {**RATIONAL, DIVIDE: quotient}
 """The same for expressions and exact constants: the quotient of two integers is no float."""
 
 
-class Library(dict[str, Callable[..., Any]]):
+class Library(dict[str, Callable[..., Value]]):
     """What each operation does: the operators of Python, its `own` functions, and those that `find` gives by name."""
 
-    def __init__(self, find: Callable[[str], Callable[..., Any]], own: Functions | None = None) -> None:
+    def __init__(self, find: Callable[[str], Callable[..., Value]], own: Functions | None = None) -> None:
         super().__init__({**RATIONAL, **(own or {})})
         self._find = find
 
-    def __missing__(self, operation: str) -> Callable[..., Any]:
+    def __missing__(self, operation: str) -> Callable[..., Value]:
         self[operation] = found = self._find(operation)
         return found
 
@@ -83,7 +84,7 @@ def evaluate(
     """
     values = dict(known or {})
 
-    def value(x: Any) -> Number:
+    def value(x: Value) -> Number:
         return values[x.id] if type(x) is Expression else arithmetic.number(x)
 
     for node in reachable(roots):
@@ -96,7 +97,7 @@ def evaluate(
     return value
 
 
-def sign(x: Any) -> Any:
+def sign(x: Value) -> Value:
     """-1, 0 or 1, and NaN for NaN."""
     return 1 if x > 0 else -1 if x < 0 else x
 
@@ -107,14 +108,14 @@ FLOATS: Arithmetic[float] = Arithmetic(
 
 
 @cache
-def multiprecision(digits: int = 50) -> Arithmetic[Any]:
+def multiprecision(digits: int = 50) -> Arithmetic[Value]:
     """Arithmetic with this many decimal digits."""
     import mpmath
 
     context = mpmath.MPContext()
     context.dps = digits
 
-    def number(x: Constant | float) -> Any:
+    def number(x: Constant | float) -> Value:
         if isinstance(x, float):
             return context.mpf(x)
         return context.mpf(Fraction(x).numerator) / Fraction(x).denominator
@@ -144,7 +145,7 @@ class ModularAngles:
         """A function giving the residue of each root."""
         values: dict[int, Residue] = {}
 
-        def value(x: Any) -> Residue:
+        def value(x: Value) -> Residue:
             return values[x.id] if type(x) is Expression else Residue(x)
 
         for node in reachable(roots):

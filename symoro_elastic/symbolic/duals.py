@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from numbers import Number
-from typing import Any
 
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, Library
 from symoro_elastic.symbolic.operations import (
@@ -19,6 +18,7 @@ from symoro_elastic.symbolic.operations import (
     OPERATIONS,
     SUBTRACT,
     Functions,
+    Value,
 )
 
 
@@ -28,31 +28,31 @@ class Dual:
     __slots__ = ("tangent", "value")
     __array_ufunc__ = None  # an array beside a dual is a constant, and no array of duals
 
-    def __init__(self, value: Any, tangent: Any) -> None:
+    def __init__(self, value: Value, tangent: Value) -> None:
         self.value, self.tangent = value, tangent
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Value) -> Dual:
         return _operator(ADD, self, other) if self._may_meet(other) else NotImplemented
 
-    def __radd__(self, other: Any) -> Dual:
+    def __radd__(self, other: Value) -> Dual:
         return _operator(ADD, other, self) if self._may_meet(other) else NotImplemented
 
-    def __sub__(self, other: Any) -> Dual:
+    def __sub__(self, other: Value) -> Dual:
         return _operator(SUBTRACT, self, other) if self._may_meet(other) else NotImplemented
 
-    def __rsub__(self, other: Any) -> Dual:
+    def __rsub__(self, other: Value) -> Dual:
         return _operator(SUBTRACT, other, self) if self._may_meet(other) else NotImplemented
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Value) -> Dual:
         return _operator(MULTIPLY, self, other) if self._may_meet(other) else NotImplemented
 
-    def __rmul__(self, other: Any) -> Dual:
+    def __rmul__(self, other: Value) -> Dual:
         return _operator(MULTIPLY, other, self) if self._may_meet(other) else NotImplemented
 
-    def __truediv__(self, other: Any) -> Dual:
+    def __truediv__(self, other: Value) -> Dual:
         return _operator(DIVIDE, self, other) if self._may_meet(other) else NotImplemented
 
-    def __rtruediv__(self, other: Any) -> Dual:
+    def __rtruediv__(self, other: Value) -> Dual:
         return _operator(DIVIDE, other, self) if self._may_meet(other) else NotImplemented
 
     def __neg__(self) -> Dual:
@@ -61,13 +61,13 @@ class Dual:
     def __repr__(self) -> str:
         return f"Dual({self.value!r}, {self.tangent!r})"
 
-    def _may_meet(self, other: Any) -> bool:
+    def _may_meet(self, other: Value) -> bool:
         """Whether another operand is a dual or a constant: a number, an array, or what the value is made of."""
         known = isinstance(other, Dual | Number) or hasattr(other, "__array_ufunc__")
         return known or type(other) is type(innermost(self))
 
 
-def differentiating(arithmetic: Arithmetic[Any]) -> Arithmetic[Any]:
+def differentiating(arithmetic: Arithmetic[Value]) -> Arithmetic[Value]:
     """An arithmetic of duals over another one; steps such as `sign` have tangent zero, at a jump too.
 
     Constants stay numbers of the other arithmetic. Symbols may be given as numbers, or as duals, all of
@@ -77,11 +77,11 @@ def differentiating(arithmetic: Arithmetic[Any]) -> Arithmetic[Any]:
     return Arithmetic(arithmetic.number, functions)
 
 
-def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable[..., Any]:
+def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable[..., Value]:
     """A function of numbers as one of numbers and duals."""
     function, is_step = base[operation], OPERATIONS[operation].partials is None
 
-    def of(*operands: Any) -> Any:
+    def of(*operands: Value) -> Value:
         if is_step:
             return function(*map(innermost, operands))
         if not any(type(x) is Dual for x in operands):
@@ -91,11 +91,11 @@ def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable
     return of
 
 
-def _operator(operation: str, *operands: Any) -> Dual:
+def _operator(operation: str, *operands: Value) -> Dual:
     return _applied(operation, RATIONAL, operands)
 
 
-def _applied(operation: str, functions: Functions, operands: tuple[Any, ...]) -> Dual:
+def _applied(operation: str, functions: Functions, operands: tuple[Value, ...]) -> Dual:
     """Value and tangent of an operation, by its partial derivatives."""
     values = [x.value if type(x) is Dual else x for x in operands]
     tangents = [x.tangent if type(x) is Dual else 0 for x in operands]
@@ -103,7 +103,7 @@ def _applied(operation: str, functions: Functions, operands: tuple[Any, ...]) ->
     return Dual(value, partials(functions, value, values).along(tangents) if partials else 0)
 
 
-def innermost(x: Any) -> Any:
+def innermost(x: Value) -> Value:
     """The value of a dual, of duals the value of their value."""
     while type(x) is Dual:
         x = x.value

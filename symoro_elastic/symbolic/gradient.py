@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, reachable
-from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL
+from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL, Value
 
 
 def gradient(
-    roots: Sequence[Scalar], weights: Sequence[Any], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]
-) -> dict[str, Any]:
+    roots: Sequence[Scalar], weights: Sequence[Value], symbols: Mapping[str, Value], arithmetic: Arithmetic[Value]
+) -> dict[str, Value]:
     """d(sum of weights roots)/d(symbol), by symbol, in any arithmetic; symbols without influence are left out.
 
     Over duals the tangent of a derivative is that of its change along their direction. The derivative of `sign` is
     zero. The values of all nodes are computed first; then each node hands its derivative on to its operands.
     """
     value = evaluate(roots, symbols, arithmetic)
-    found: dict[int, Any] = {}
+    found: dict[int, Value] = {}
     for root, weight in zip(roots, weights, strict=True):
         _add(found, root, weight)
     by_symbol = {}
@@ -40,6 +39,6 @@ def gradient(
     return by_symbol
 
 
-def _add(found: dict[int, Any], x: Scalar, weight: Any) -> None:
+def _add(found: dict[int, Value], x: Scalar, weight: Value) -> None:
     if isinstance(x, Expression):
         found[x.id] = found[x.id] + weight if x.id in found else weight

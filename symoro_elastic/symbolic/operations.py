@@ -17,30 +17,32 @@ ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = "+", "-", "*", "/", "neg"
 SYMBOL, PI, COSPI = "symbol", "pi", "cospi"
 SIN, COS, SQRT, SIGN, ATAN2 = "sin", "cos", "sqrt", "sign", "atan2"
 
-Functions: TypeAlias = Mapping[str, Callable[..., Any]]
+Value: TypeAlias = Any
+"""A number of any arithmetic: of Python, numpy, mpmath or flint, an array, a residue, a dual, an expression."""
+Functions: TypeAlias = Mapping[str, Callable[..., Value]]
 """What each operation does to the numbers of an arithmetic, by its name."""
 
 
 class Partials(NamedTuple):
     """Partial derivatives of an operation by its operands, over a denominator where they share one."""
 
-    numerators: tuple[Any, ...]
-    denominator: Any = None
+    numerators: tuple[Value, ...]
+    denominator: Value = None
 
-    def along(self, tangents: Sequence[Any]) -> Any:
+    def along(self, tangents: Sequence[Value]) -> Value:
         """The derivative along a direction, given that of each operand; the exact 0 stands for a constant operand."""
         pairs = zip(self.numerators, tangents, strict=True)
         terms = [partial * tangent for partial, tangent in pairs if type(tangent) is not int or tangent]
         total = reduce(operator.add, terms) if terms else 0
         return total if self.denominator is None else total / self.denominator
 
-    def back(self, weight: Any) -> tuple[Any, ...]:
+    def back(self, weight: Value) -> tuple[Value, ...]:
         """The derivatives by all operands of what has the derivative `weight` by the result."""
         over = weight if self.denominator is None else weight / self.denominator
         return tuple(partial * over for partial in self.numerators)
 
 
-PartialsRule: TypeAlias = Callable[[Functions, Any, Sequence[Any]], Partials]
+PartialsRule: TypeAlias = Callable[[Functions, Value, Sequence[Value]], Partials]
 """Partial derivatives of an operation from the functions of an arithmetic, its value z and its operands x."""
 
 
@@ -58,7 +60,7 @@ class Operation:
     partials: PartialsRule | None = None
 
 
-def _arc_tangent(functions: Functions, z: Any, x: Sequence[Any]) -> Partials:
+def _arc_tangent(functions: Functions, z: Value, x: Sequence[Value]) -> Partials:
     return Partials((x[1], -x[0]), x[1] * x[1] + x[0] * x[0])
 
 

@@ -113,9 +113,9 @@ def test_sums_are_a_point_of_the_trade_where_they_pay(monkeypatch: pytest.Monkey
     monkeypatch.setenv("CC", "no-such-compiler")
     asked = Scene(models=("geometric_model",), merge_angles=10.0)
     known = trade(machine("planar_2r.toml"), asked, Request("quick", states=4, rounds=1))
-    assert {one.point.form.merged for one in known.figures["geometric_model"]} == {False, True}
+    assert {one.configuration.form.merged for one in known.measurements["geometric_model"]} == {False, True}
     known = trade(machine("rx90.par"), asked, Request("quick", states=4, rounds=1))
-    assert {one.point.form.merged for one in known.figures["geometric_model"]} == {False}
+    assert {one.configuration.form.merged for one in known.measurements["geometric_model"]} == {False}
     far = trade(machine("planar_2r.toml"), asked, Request("quick", states=4, rounds=1, extreme=True))
     assert any("beyond any bound" in note for note in far.notes)
     with pytest.raises(InputError, match=r"needs 3\.15 or more"):

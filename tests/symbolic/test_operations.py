@@ -14,7 +14,6 @@ import pytest
 
 from symoro_elastic.codegen.body import PYTHON
 from symoro_elastic.codegen.printers import OPERATORS, Printer
-from symoro_elastic.identification.regression import ARRAYS
 from symoro_elastic.models.polynomial import POLYNOMIALS
 from symoro_elastic.numerics.arrays import EXTENDED, arithmetic
 from symoro_elastic.symbolic.arithmetic import (
@@ -40,7 +39,6 @@ def arithmetics() -> Iterator[tuple[str, Arithmetic[Any]]]:
     yield "50 digits", multiprecision(50)
     yield "numpy, double", arithmetic(np.float64)
     yield "numpy, extended", arithmetic(EXTENDED)
-    yield "numpy, regression", ARRAYS
     yield "polynomials", POLYNOMIALS
     yield "expressions", nodes(Graph())
     yield "duals of floats", differentiating(FLOATS)
@@ -110,7 +108,7 @@ def tanh(monkeypatch: pytest.MonkeyPatch) -> Operation:
     """All that it takes: a row, and how Python spells it; C spells it so too."""
     row = Operation("tanh", 1, "sincos", lambda functions, z, x: Partials((1 - z * z,)))
     monkeypatch.setitem(OPERATIONS, row.name, row)
-    monkeypatch.setitem(PYTHON.functions, row.name, f"_f.{row.name}")  # type: ignore[arg-type]
+    monkeypatch.setitem(PYTHON.functions, row.name, f"_f.{row.name}")
     return row
 
 

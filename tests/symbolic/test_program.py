@@ -342,7 +342,7 @@ def test_the_same_bytes_whatever_the_hash_seed() -> None:
         run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
         found.append(run.stdout.splitlines())
     assert found[0] == found[1]
-    assert len(found[0]) == 2 * (len(paths) + 1) * (2 + 4 + len(ALL_MODELS))
+    assert len(found[0]) == 2 * (len(paths) + 1) * (2 + 2 + len(ALL_MODELS))
 
 
 # Linear in the number of joints

@@ -16,7 +16,6 @@ from symoro_elastic.symbolic.expression import Expression, Graph, operand
 from symoro_elastic.symbolic.finite_field import Residue
 
 GRAPH = Graph()
-# The annotation is for mypy, too: each class has the operators of an element of a field.
 SCALARS: dict[str, Element] = {
     "expression": GRAPH.symbol("x"),
     "negative expression": -GRAPH.symbol("x"),
@@ -82,13 +81,13 @@ def test_floats_become_the_rational_numbers_that_they_are() -> None:
         with pytest.raises((ValueError, OverflowError)):
             x + wrong
     with pytest.raises(TypeError):
-        Residue(2) * 0.5  # type: ignore[operator]
+        Residue(2) * 0.5
 
 
 def test_what_is_no_operand_of_a_graph_is_refused() -> None:
     for wrong in (Residue(1), Polynomial.factor("m"), "x"):
         with pytest.raises(TypeError, match="no expression and no exact constant"):
-            operand(wrong)  # type: ignore[arg-type]
+            operand(wrong)
 
 
 def test_expressions_are_shown_as_written() -> None:
