@@ -214,7 +214,7 @@ def identify(
 
 def neutral_positions(result: Identification) -> list[str]:
     """Return a line for each spring with an identified neutral position."""
-    units = {joint.name: "m" if joint.sigma == 1 else "rad" for joint in result.machine.joints}
+    units = {joint.name: joint.unit for joint in result.machine.joints}
     return [
         f"neutral position of {name}: {q0:.5g} {units[name]}, std {std:.2g}"
         for name, (q0, std) in result.neutral.items()

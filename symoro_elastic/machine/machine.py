@@ -14,6 +14,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.quantities.units import FORCE, POSITION
 
 Vector3 = tuple[Formula, Formula, Formula]
 Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
@@ -116,12 +117,12 @@ class Joint:
     @property
     def unit(self) -> str:
         """Unit of the joint variable: m where the joint is prismatic, else rad."""
-        return "m" if self.sigma == 1 else "rad"
+        return POSITION.of(int(self.sigma == 1))
 
     @property
     def force_unit(self) -> str:
         """Unit of the generalized force: N where the joint is prismatic, else N m."""
-        return "N" if self.sigma == 1 else "N m"
+        return FORCE.of(int(self.sigma == 1))
 
 
 @dataclass(frozen=True)
