@@ -79,28 +79,17 @@ def identify(
     kept = [sought[c] for c in structure.kept]
     step("filter")
     chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
-    stacks = [_stack(Y, machine, record, chosen, kept, fixed, step) for record in records]
+    stack = _joined([_stack(Y, machine, record, chosen, kept, fixed, step) for record in records])
     step("solve")
-    stacked = [np.concatenate(part) for part in zip(*((s.Y, s.tau, s.t) for s in stacks), strict=True)]
-    still = sorted(set.intersection(*(set(s.still) for s in stacks)))
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
-    disturbed = [np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True)]
-    estimation = estimate(stacked[0], stacked[1], unknowns, names, still, disturbed=disturbed, source=records[0].source)
+    source = records[0].source
+    estimation = estimate(stack.Y, stack.tau, unknowns, names, stack.still, disturbed=stack.disturbed, source=source)
     notes = [line for record in records for line in record.warnings]
-    notes += chosen.described() if chosen else []
-    notes += _without_effect(Y.columns, sought, structure)
-    springs = _springs(estimation, stacked[0], unknowns)
-    return Identification(
-        machine,
-        estimation,
-        stacked[2],
-        stacked[1],
-        chosen,
-        (*notes, *estimation.notes),
-        springs,
-        _neutral(estimation, machine),
-    )
+    notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
+    springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
+    all_notes = (*notes, *estimation.notes)
+    return Identification(machine, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
@@ -111,11 +100,21 @@ def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> A
 
 @dataclass(frozen=True)
 class _Stack:
+    """Samples of both sides of tau = Y X, joints that stand still, and Y with more noise."""
+
     t: Array
     Y: Array
     tau: Array
     still: tuple[int, ...]
     disturbed: tuple[Array, ...] = ()
+
+
+def _joined(stacks: Sequence[_Stack]) -> _Stack:
+    """Return all samples as one stack; joints stand still that do so in every record."""
+    t, Y, tau = (np.concatenate(part) for part in zip(*((s.t, s.Y, s.tau) for s in stacks), strict=True))
+    still = sorted(set.intersection(*(set(s.still) for s in stacks)))
+    disturbed = (np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True))
+    return _Stack(t, Y, tau, tuple(still), tuple(disturbed))
 
 
 def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:

@@ -160,13 +160,7 @@ def move(
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
     fastest = float(_modes(machine, at, [motion.names[k] for k in motion.motors]).frequencies.max(initial=0.0))
-    if duration * fastest > MOST_SWINGS:
-        what = f"{duration:g} s at {fastest:.4g} Hz is too long to follow: at most {MOST_SWINGS / fastest:.3g} s"
-        raise InputError(motion.source, "--duration", what)
-    if not 0 < duration < np.inf:
-        raise InputError(motion.source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
-    if not abs(stroke) <= LARGEST_STROKE:
-        raise InputError(motion.source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
+    _refuse_move(motion.source, duration, stroke, fastest)
     n, motors = len(motion.joints), motion.motors
     others = [k for k in range(n) if k not in motors]
     model = numpy_model(machine, ("inverse_dynamics",))
@@ -193,6 +187,17 @@ def move(
     )
     q, qd, qdd = (np.array(block) for block in zip(*map(placed, times, states), strict=True))
     return Course(times, q, qd, qdd, f"{stroke:g} (rad or m) in {duration:.4g} s")
+
+
+def _refuse_move(source: str, duration: float, stroke: float, fastest: float) -> None:
+    """Raise `InputError` for a move that takes no time or too many periods of the fastest mode, or goes too far."""
+    if duration * fastest > MOST_SWINGS:
+        what = f"{duration:g} s at {fastest:.4g} Hz is too long to follow: at most {MOST_SWINGS / fastest:.3g} s"
+        raise InputError(source, "--duration", what)
+    if not 0 < duration < np.inf:
+        raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+    if not abs(stroke) <= LARGEST_STROKE:
+        raise InputError(source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
 
 
 def _shape(x: float, derivative: int) -> float:
