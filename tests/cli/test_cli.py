@@ -490,14 +490,10 @@ def test_check_prints_a_table(run: Run) -> None:
 @needs_compiler
 def test_check_exits_with_1_where_numbers_are_wrong(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sign changed in the printer is noticed in every language."""
-    from symoro_elastic.codegen import printers
+    from symoro_elastic.codegen.printers import OPERATORS
+    from symoro_elastic.symbolic.operations import ADD, SUBTRACT
 
-    right = printers._sum
-
-    def wrong(first: Any, second: Any, subtracted: bool, flipped: bool) -> Any:
-        return right(first, second, not subtracted, flipped)
-
-    monkeypatch.setattr(printers, "_sum", wrong)
+    monkeypatch.setitem(OPERATORS, ADD, OPERATORS[SUBTRACT])  # type: ignore[misc]
     ran = run("check", TWO_R, "--json")
     assert ran.code == 1 and json.loads(ran.out)["ok"] is False and ran.err == ""
 

@@ -7,29 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
-from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.program import Names, Output, Section, build
+from tests.command_line import EXAMPLES, refused, run
 from tests.generated_code import imported
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 RX90, TWO_R = EXAMPLES / "rx90.par", EXAMPLES / "planar_2r.toml"
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
-
-
-def refused(*arguments: object) -> str:
-    with pytest.raises(InputError) as error:
-        run(*arguments)
-    return str(error.value)
 
 
 @pytest.mark.parametrize("suffix", ["toml", "par"])

@@ -14,7 +14,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.quantities import MOTION
-from tests.cli.test_commands import run
+from tests.command_line import run
 from tests.generated_code import imported, rendered
 from tests.references.random_machines import planar_2r, two_children
 from tests.vibration.machines import drive

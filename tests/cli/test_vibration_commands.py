@@ -21,7 +21,7 @@ from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.plots import losses, over_two
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.tracking import over_grid
-from tests.cli.test_commands import EXAMPLES, refused, run
+from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
 from tests.references.random_machines import random_machine
 from tests.vibration.machines import drive, linearized, machine_of, slide, spring

@@ -41,7 +41,7 @@ from symoro_elastic.quantities import (
 from symoro_elastic.quantities.units import FORCE, POSITION, VELOCITY, Unit, quotient, same
 from symoro_elastic.report.page import html_page, latex_document
 from symoro_elastic.symbolic.program import Section
-from tests.cli.test_commands import run
+from tests.command_line import run
 from tests.generated_code import rendered
 from tests.models.test_feed_forward import with_springs
 from tests.models.test_floating_base import on

@@ -25,7 +25,7 @@ from symoro_elastic.simulation.tableaus import RK4
 from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
-from tests.cli.test_commands import EXAMPLES, refused, run
+from tests.command_line import EXAMPLES, refused, run
 from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
 from tests.vibration.machines import drive

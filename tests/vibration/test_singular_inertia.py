@@ -21,7 +21,7 @@ from symoro_elastic.vibration.modes import damped, modes
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response
 from symoro_elastic.vibration.tracking import over_grid
 from symoro_elastic.vibration.zeros import poles_and_zeros
-from tests.cli.test_commands import refused, run
+from tests.command_line import refused, run
 from tests.compiled_models import cell
 from tests.vibration.machines import ZERO, drive, linearized, machine_of, slide, spring
 

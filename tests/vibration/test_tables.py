@@ -33,8 +33,8 @@ from symoro_elastic.vibration.tables import (
     tracked_table,
 )
 from symoro_elastic.vibration.tracking import over_grid
-from tests.cli.test_commands import run
 from tests.cli.test_vibration_commands import figures
+from tests.command_line import run
 from tests.compiled_models import cell, vector
 from tests.vibration.machines import WEIGHT, drive, linearized, machine_of, modes_of, slide, spring, twins
 from tests.vibration.test_reduced import arm
