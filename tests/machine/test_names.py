@@ -19,7 +19,7 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.names import reserved as reserved_beside
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.packaging import reserved_words
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from symoro_elastic.quantities import INTERMEDIATES, Intermediate
 from symoro_elastic.quantities.units import NUMBER
 from tests.machine.samples import TOML
@@ -101,7 +101,7 @@ def test_words_of_models_and_targets_are_handed_in() -> None:
     with pytest.raises(InputError, match=r"the name 'direct_dynamics' cannot be used: generated code uses this name"):
         check(machine, reserved_words())
     with pytest.raises(InputError, match=r"direct_dynamics: generated code uses this name"):
-        described(machine, Scene())
+        _ = programs(machine, Scene()).package
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")

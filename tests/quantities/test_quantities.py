@@ -25,7 +25,7 @@ from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.packaging import reserved_words
-from symoro_elastic.pipeline import described
+from symoro_elastic.pipeline import programs
 from symoro_elastic.quantities import (
     INTERMEDIATES,
     PREFIXES,
@@ -103,7 +103,7 @@ def test_a_new_quantity_is_in_docstrings_and_header(momenta: str) -> None:
 
 
 def test_a_new_quantity_has_a_symbol(momenta: str) -> None:
-    package = described(planar_2r(), Scene((momenta,)))
+    package = programs(planar_2r(), Scene((momenta,))).package
     text = latex_document(package, package.functions[0])
     assert r"\mathcal{L}_{2}" in text and r"\mu_{2,1}" in text and SHARE.meaning in text
     assert html_page(package, package.functions[0]).count("generalised momenta") >= 2
@@ -114,7 +114,7 @@ def test_names_of_a_new_quantity_are_refused(momenta: str) -> None:
     machine = planar_2r()
     renamed = replace(machine, joints=(replace(machine.joints[0], variable="L"), *machine.joints[1:]))
     with pytest.raises(InputError, match="L: generated code uses this name"):
-        described(renamed, Scene((momenta,)))
+        _ = programs(renamed, Scene((momenta,))).package
 
 
 def test_a_new_model_is_verified(momenta: str) -> None:
@@ -223,7 +223,7 @@ def test_intermediate_rows_have_symbol_and_meaning() -> None:
 
 def test_names_of_a_linearization_have_symbols() -> None:
     """M, D and K, and the entries of the inertia matrix that they are made of."""
-    package = described(planar_2r(), Scene(("linearization",)))
+    package = programs(planar_2r(), Scene(("linearization",))).package
     (function,) = package.functions
     assert [array.entries[1] for array in arrays(package, function)] == [f"{letter}_{{1,2}}" for letter in "MDK"]
     notation = Notation(function.program)
@@ -232,7 +232,7 @@ def test_names_of_a_linearization_have_symbols() -> None:
 
 
 def test_rows_of_a_floating_base_are_numbered_apart() -> None:
-    package = described(on(planar_2r()), Scene(("inertia_matrix", "bias_forces", "direct_dynamics")))
+    package = programs(on(planar_2r()), Scene(("inertia_matrix", "bias_forces", "direct_dynamics"))).package
     for function in package.functions:
         symbols = [symbol for array in arrays(package, function) for symbol in array.entries]
         assert len(set(symbols)) == len(symbols), function.name
