@@ -129,7 +129,7 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     from symoro_elastic.pipeline import refuse_degenerate
     from symoro_elastic.report.self_check import least_digits, self_check_json, self_check_table
 
-    source = machine.source or machine.name
+    source = machine.label
     refuse_degenerate(machine, scene)
     refuse_unverifiable(machine, scene)
     try:

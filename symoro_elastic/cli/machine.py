@@ -48,7 +48,7 @@ def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) 
     by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
     return {
         "name": machine.name,
-        "joints": [machine.joints[j - 1].name for j in machine.moving],
+        "joints": [joint.name for joint in machine.moving_joints],
         "motors": by_kind[Kind.MOTOR],
         "elastic": by_kind[Kind.ELASTIC],
         "parameters": [p.name for p in machine.parameters],

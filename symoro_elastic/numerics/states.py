@@ -161,7 +161,7 @@ def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
-    return [_variable(machine.joints[j - 1], values) for j in machine.moving]
+    return [_variable(joint, values) for joint in machine.moving_joints]
 
 
 def _variable(joint: Joint, values: ParameterValues) -> _Variable:
