@@ -162,8 +162,8 @@ def refuse_degenerate(machine: Machine, scene: Scene) -> None:
     found = found_degeneracies(machine, scene)
     if found:
         message, joints = found[0]
-        likewise = "".join(f"; likewise {others}" for _, others in found[1:])
-        raise machine.error(joints, message + likewise)
+        others = "".join(f"; the same holds for {joints}" for _, joints in found[1:])
+        raise machine.error(joints, message + others)
 
 
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:

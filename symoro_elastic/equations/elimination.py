@@ -1,4 +1,4 @@
-"""One joint of the backward recursion: what its antecedent feels of it.
+"""Elimination of one joint in the backward recursion.
 
 f_j = J*_j V'_j - beta*_j with V'_j = V + qdd_j a_j + gamma_j and V = jTi V'_i becomes
 
@@ -35,7 +35,7 @@ Rule: TypeAlias = TorqueKnown | AccelerationKnown
 
 
 class SingularPivot(ZeroDivisionError):
-    """H_j of a joint is exactly zero: nothing gives it an acceleration; joint 0 is a floating base."""
+    """H_j of a joint is exactly zero, so that its acceleration is undetermined; joint 0 is a floating base."""
 
     def __init__(self, joint: int) -> None:
         super().__init__(f"H{joint} is zero")

@@ -1,4 +1,4 @@
-"""Kinetic, gravity and elastic energy; their sum changes only by what motors, friction, dampers and wrenches do.
+"""Kinetic, gravity and elastic energy; their sum changes only by the work of motors, friction, dampers and wrenches.
 
 So it is for a base at rest: the motion of another base takes part too.
 """

@@ -1,17 +1,17 @@
-"""Feed-forward through elastic joints: the chain as its outboard side sees it.
+"""Feed-forward through elastic joints: the chain as seen from its load side.
 
-Where springs follow a motor about (or along) one axis, the place of the body beyond them depends on the
-sum y = q_motor + q_springs only. Each of these bodies is hung on the antecedent of the motor, side by
-side, with a coordinate of its own:
+Where springs follow a motor about (or along) one axis, the pose of the body beyond them depends on the sum
+y = q_motor + q_springs only. Each of these bodies is mounted on the antecedent of the motor, in parallel, with a
+coordinate of its own:
 
     z_0 = q_motor,  z_i = z_(i-1) + s_i q_i,  y = z_last,
 
-s_i being the sense of axis i. Newton and Euler's torques Gamma'_i of this tree give, from the tip,
+s_i being the sense of axis i. The inverse model of this tree gives torques Gamma'_i, and from the tip
 
     s_i Gamma_i = s_i Gamma'_i + s_(i+1) Gamma_(i+1),   Gamma_motor = Gamma'_0 + s_1 Gamma_1,
 
-and a spring without damping gives its deflection, Gamma_i = -k_i (q_i - q0_i) [9]. So y fixes z_(last-1)
-with two more derivatives, that one the next, down to the motor (Buondonno and De Luca, 2015).
+and a spring without damping gives its deflection, Gamma_i = -k_i (q_i - q0_i) [9]. So y determines z_(last-1) with two
+more derivatives, that one the next, down to the motor (Buondonno and De Luca, 2015).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a joint itself exerts: elasticity [9] and friction."""
+"""Torques of a joint itself: elasticity [9] and friction."""
 
 from __future__ import annotations
 

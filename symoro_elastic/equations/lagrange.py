@@ -67,7 +67,7 @@ class Factorization:
 
 
 def factorization(mechanism: Mechanism, A: list[list[Scalar]]) -> Factorization:
-    """A = L^T D L from the tips to the base, where nothing fills in. Raises `SingularPivot`."""
+    """Factors of A = L^T D L from the tips to the base, without fill-in. Raises `SingularPivot`."""
     left = [list(row) for row in A]
     found = Factorization({}, {}, {})
     for j, link in mechanism.from_tips():
@@ -124,7 +124,7 @@ def _wrench(entries: tuple[Scalar, ...]) -> Wrench:
 
 
 def wrench_on_base(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
-    """A wrench on a floating base, and what the accelerations of the joints add to it."""
+    """Sum of a wrench on a floating base and of those that the accelerations of the joints require."""
     for j, x in qdd.items():
         force, moment = found.base[j]
         wrench = Wrench(wrench.force + x * force, wrench.moment + x * moment)

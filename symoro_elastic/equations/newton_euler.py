@@ -38,7 +38,7 @@ def newton_euler_as_printed(body: RigidInertia, w: Vector, Vd: Twist) -> Wrench:
 
 
 def bias_wrench(body: RigidInertia, w: Vector, bias: Twist) -> Wrench:
-    """beta = -[w x (w x MS); w x (J w)] - JJ bias: [14], and what the bias of V' leaves of [12].
+    """Wrench beta = -[w x (w x MS); w x (J w)] - JJ bias [14], for a V' whose bias is taken apart.
 
     With a bias of zero it is the printed form.
     """

@@ -50,7 +50,7 @@ def parameters_of(body: RigidInertia) -> dict[str, Scalar]:
 
 
 def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> Iterator[tuple[int, str, Column]]:
-    """(j, parameter, column of Y): the torques that a unit of one inertial parameter of link j asks for.
+    """(j, parameter, column of Y): the torques for a unit of one inertial parameter of link j.
 
     `found` are the velocities and accelerations [3], [6] of every link, all accelerations known.
     """
@@ -61,7 +61,7 @@ def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> I
 
 
 def wrench_columns(mechanism: Mechanism, wanted: Wanted) -> Iterator[tuple[int, str, Column]]:
-    """(j, component, column of Y): the torques that a unit wrench of link j on its surroundings asks for."""
+    """(j, component, column of Y): the torques for a unit wrench of link j on its surroundings."""
     for j, names in wanted.items():
         for name in names:
             unit = [int(name == component) for component in WRENCH]
@@ -69,7 +69,7 @@ def wrench_columns(mechanism: Mechanism, wanted: Wanted) -> Iterator[tuple[int, 
 
 
 def torques(mechanism: Mechanism, j: int, wrench: Wrench) -> Column:
-    """a_k^T jTk^T f of every joint k on the path to link j: what a wrench on it asks of them [15]."""
+    """Torques a_k^T jTk^T f of every joint k on the path to link j that balance a wrench on it [15]."""
     column: Column = {}
     while j:
         link = mechanism.link(j)

@@ -173,7 +173,7 @@ class ZeroPosition:
 
     @property
     def geometry(self) -> list[str]:
-        """Parameters of the geometry and, where the base stands still, of gravity: what the grouping depends on."""
+        """Parameters that the grouping depends on: of the geometry and, on a base at rest, of gravity."""
         found = [formula for joint in self.machine.joints for cell, formula in cells(joint) if _is_geometric(cell)]
         found += [] if self.free_base else self.machine.base.gravity
         used = {name for formula in found for name in formula.names}
@@ -216,7 +216,7 @@ def _held(joint: Joint) -> Joint:
 
 
 def _effects(zero: ZeroPosition, j: int, rules: Sequence[GroupingRule]) -> Iterator[tuple[str, str]]:
-    """What becomes of each parameter of body j; a rotor inertia counts where the machine has one."""
+    """Effect of the grouping on each parameter of body j; a rotor inertia counts where the machine has one."""
     gone = {x.eliminated: GROUPED if x.joins_antecedent or len(x.combination) > 1 else NO_EFFECT for x in rules}
     rotor = [] if is_zero(zero.mechanism.links[j - 1].rotor_inertia) else [ROTOR]
     return ((name, gone.get(name, KEPT)) for name in (*INERTIAL, *rotor))

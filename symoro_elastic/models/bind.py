@@ -27,7 +27,6 @@ from symoro_elastic.equations.spatial import (
     dot,
     translation,
 )
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
@@ -61,7 +60,7 @@ class Bound:
         self.machine, self.points, self.by = machine, points, by
         self.graph = Graph()
         self.names = Names()
-        self.motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
+        self.motors = machine.motors
         self._functions: dict[str, Callable[..., Any]] = {
             "sin": lambda x: _exact(cosine_sine(self.graph, x)[1]),
             "cos": lambda x: _exact(cosine_sine(self.graph, x)[0]),
@@ -103,8 +102,7 @@ class Bound:
             value = formula.evaluate(names or self._cells, self._functions, Fraction)
         except (ArithmeticError, ValueError) as error:
             reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
-            source = self.machine.source or self.machine.name
-            raise InputError(source, self._place(formula), f"{formula.text!r} has no value: {reason}") from None
+            raise self.machine.error(self._place(formula), f"{formula.text!r} has no value: {reason}") from None
         return 0 if not isinstance(value, Expression) and value == 0 else value
 
     def cells(self, written: Sequence[Formula]) -> Any:
@@ -174,19 +172,19 @@ class Bound:
 
     def friction(self, j: int) -> Scalar:
         """Friction of joint j, opposing motion."""
-        law = self.machine.joints[j - 1].friction
+        law = self.machine.joint(j).friction
         viscous, coulomb = self.cell(law.viscous), self.cell(law.coulomb)
         return friction(viscous, coulomb, self.qd[j], self.sign_of_velocity(j))
 
     def passive_torque(self, j: int) -> Scalar:
-        """What springs and dampers exert on joint j [9]; zero for joints without."""
+        """Torque of spring and damper on joint j [9]; zero for joints without."""
         stiffness, deflection = self.spring(j)
-        damping = self.cell(self.machine.joints[j - 1].spring.damping)
+        damping = self.cell(self.machine.joint(j).spring.damping)
         return elastic_torque(stiffness, deflection, damping, self.qd[j])
 
     def spring(self, j: int) -> tuple[Scalar, Scalar]:
         """Stiffness of joint j and deflection of its spring; zero for joints without."""
-        joint = self.machine.joints[j - 1]
+        joint = self.machine.joint(j)
         if joint.kind is not Kind.ELASTIC:
             return 0, 0
         return self.cell(joint.spring.stiffness), self.q[j] - self.cell(joint.spring.neutral)
@@ -230,7 +228,7 @@ class Bound:
 
     @property
     def held_base_acceleration(self) -> Twist:
-        """V'_0 without gravity where no coordinate accelerates: what the file gives, zero for a floating base."""
+        """V'_0 without gravity where no coordinate accelerates: that of the file, zero for a floating base."""
         return AT_REST if self.machine.floating else self.base_acceleration
 
     @property
@@ -255,7 +253,7 @@ class Bound:
         return rules
 
     def exerted(self, j: int) -> Scalar:
-        """What moves joint j: motor, spring and damper, less friction."""
+        """Sum of the torques on joint j: motor, spring and damper, less friction."""
         return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
 
     def direct_rules(self) -> list[Rule | None]:

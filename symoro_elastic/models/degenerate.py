@@ -29,7 +29,7 @@ class Degeneracy:
     moving_together: tuple[int, ...]
 
     def message(self, machine: Machine) -> str:
-        """What is wrong and how to mend it, naming the joints."""
+        """The fault and its remedies, naming the joints."""
         if not self.joint:
             return "with all that it carries it has a motion that meets no inertia: give it a body"
         names = [_name(machine, j) for j in self.moving_together]

@@ -123,7 +123,7 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
 
 
 def _linearization(bound: Bound, asked: Joints) -> Results:
-    """M dqdd + D dqd + K dq = dtau along any motion: derivatives of what it asks of motors, springs included."""
+    """M, D, K of M dqdd + D dqd + K dq = dtau along any motion, springs and friction included."""
     found, moving = dynamics(bound.mechanism, bound.rates(), bound.given_rules()), bound.machine.moving
     by_q, by_qd, by_qdd = _asked_torques(bound, found)
     return {
@@ -133,7 +133,7 @@ def _linearization(bound: Bound, asked: Joints) -> Results:
 
 
 def _variables(bound: Bound, driving: Variables) -> Variables:
-    """What the dynamic models are differentiated by."""
+    """Variables by which the dynamic models are differentiated."""
     on_base = {
         f"d{name}": dict(zip(DEGREES, map(bound.graph.symbol, arguments(bound.machine)[name]), strict=True))
         for name in columns_of_base(bound.machine)
@@ -159,7 +159,7 @@ def _by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables
 
 
 def _free(bound: Bound, A: Entries, found: Dynamics, joints: Joints) -> tuple[Joints, Solve]:
-    """Numbers of the accelerations that are to be found, and what solves for them."""
+    """Numbers of the unknown accelerations, and the solver for them."""
     solve: Solve = solving(found.mechanism, A, found) if joints else lambda right: {}
     if bound.base_rule is None:
         return joints, solve
@@ -235,7 +235,7 @@ def _asked_torques(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
 
 
 def _chosen(bound: Bound, by: Variables) -> Variables:
-    """Of what may be differentiated by, the part that a scene names: whole arguments or entries, in its order."""
+    """Variables that a scene names, whole arguments or entries, in its order; all where it names none."""
     if not bound.by:
         return by
     chosen = {}
@@ -247,7 +247,7 @@ def _chosen(bound: Bound, by: Variables) -> Variables:
 
 
 def _needed(bound: Bound, by: Variables) -> Variables:
-    """What a scene names, and what the rest of it is made of."""
+    """Variables that a scene names, and those of which the columns of the pose are made."""
     chosen = _chosen(bound, by)
     posed = "dpose" in chosen and "dV0d" in by
     whole = {"dqdd_motor"} | ({"dV0d"} if posed else set())
@@ -286,7 +286,7 @@ def _of_graph(outputs: Outputs, by: Variables) -> Derivatives:
 
 
 def _shorter(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables) -> Derivatives:
-    """What a recursion and linear systems gave or, on a machine with slides where this is less, that of the graph."""
+    """Derivatives by recursion and linear systems or, with slides, those of the graph if they are shorter."""
     if all(link.axis is not Axis.PRISMATIC for link in bound.mechanism.links):
         return solved
     return min(solved, _of_graph(outputs, by), key=lambda made: made.size)

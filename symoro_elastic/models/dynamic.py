@@ -76,7 +76,7 @@ def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
 
 
 def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
-    """H(q, qd) without gravity, friction and external wrenches; what the motion of the base adds is part of it."""
+    """H(q, qd) without gravity, friction and external wrenches; the effect of a moving base is part of it."""
     unloaded = without_loads(bound.mechanism)
     moved = replace(unloaded, velocity=bound.mechanism.velocity, acceleration=bound.held_base_acceleration)
     return _held(bound, asked, moved)
@@ -89,7 +89,7 @@ def _gravity_forces(bound: Bound, asked: Joints) -> Results:
 
 
 def _external_forces(bound: Bound, asked: Joints) -> Results:
-    """What the external wrenches ask of the joints."""
+    """Torques that balance the external wrenches."""
     bodiless = tuple(replace(link, body=RigidInertia()) for link in bound.mechanism.links)
     base = None if bound.mechanism.body is None else RigidInertia()
     return _held(bound, asked, replace(bound.mechanism, links=bodiless, body=base), at_rest=True)

@@ -1,4 +1,4 @@
-"""Models of a machine on a floating base: what its six degrees of freedom add to arguments and results."""
+"""Models of a machine on a floating base: arguments and results of its six degrees of freedom."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def found_of_base(bound: Bound, found: Dynamics) -> Results:
 def solved(
     bound: Bound, factors: Factorization, matrix: InertiaMatrix, held: Dynamics, right: Mapping[int, Scalar]
 ) -> tuple[dict[int, Scalar], Results]:
-    """qdd of A qdd = Gamma - H [8], and what is found of the base.
+    """Solution qdd of A qdd = Gamma - H [8], and the unknown of the base.
 
     `held` is without accelerations of the joints, and of a base on which the wrench is known.
     """

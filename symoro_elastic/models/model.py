@@ -1,4 +1,4 @@
-"""What a model is: a function from a bound machine to results, and its trace as a program."""
+"""Models: functions from a bound machine to results, with their facts."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Pivots(Enum):
 
 
 class CheckedBy(Enum):
-    """What results of a model are compared with, in many digits."""
+    """Reference in many digits with which results of a model are compared."""
 
     TRACE = "the traced equations themselves"
     FRAMES = "products of 4 x 4 matrices [2]"
@@ -79,7 +79,7 @@ Results = dict[str, Result]
 
 @dataclass(frozen=True)
 class Model:
-    """A model that can be generated: what it gives, by which equations, from which arguments."""
+    """A model that can be generated: its results, equations and arguments."""
 
     name: str
     title: str

@@ -62,7 +62,7 @@ def name_acceleration_derivatives(bound: Bound, found: Mapping[str, Entries]) ->
 
 
 def name_tangents(bound: Bound, tangents: Mapping[str, Tangents]) -> None:
-    """Name the derivatives of what has a name: `by_q2_f3_6` is that of `f3_6` by q2."""
+    """Name the derivatives of named quantities: `by_q2_f3_6` is that of `f3_6` by q2."""
     labels = list(bound.names.labels.items())
     for variable, found in tangents.items():
         for number, (label, negative) in labels:

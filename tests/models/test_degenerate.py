@@ -106,7 +106,7 @@ def test_the_printed_table_is_refused_by_the_joints() -> None:
     assert said.startswith(
         f"{PRINTED}: joint 2, joint 3: H2 is zero at every position: joint 2 (bed_y) and joint 3 (bed_x)"
     )
-    assert "parallel" in said and "k1 k2/(k1 + k2)" in said and said.endswith("likewise joint 7, joint 8")
+    assert "parallel" in said and "k1 k2/(k1 + k2)" in said and said.endswith("the same holds for joint 7, joint 8")
     assert blamed(machine) == [(7, (7, 8)), (2, (2, 3))]
     assert blamed(machine, known_motors=True) == [(7, (7, 8)), (2, (2, 3))]
     assert [joints for _, joints in found_degeneracies(machine, Scene())] == ["joint 2, joint 3", "joint 7, joint 8"]
@@ -280,7 +280,7 @@ def test_singularities_in_branches_are_all_found() -> None:
     ]
     machine = Machine("branches", tuple(rows), PARAMETERS)
     assert sorted(blamed(machine)) == [(2, (2, 3)), (4, (4, 5)), (6, (6,))]
-    with pytest.raises(InputError, match=r"likewise joint 4, joint 5; likewise joint 6$"):
+    with pytest.raises(InputError, match=r"the same holds for joint 4, joint 5; the same holds for joint 6$"):
         refuse_degenerate(machine, Scene())
 
 

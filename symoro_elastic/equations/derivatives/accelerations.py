@@ -1,4 +1,4 @@
-"""Linear systems in the inertia matrix: A x = right, where the torques of all joints are known, and what they give.
+"""Derivatives of accelerations by linear systems in the inertia matrix, A x = right.
 
 Where nothing else changes, a change `right` of the torques makes one of x of the accelerations. Short
 trees are solved by the factors of A, where nothing fills in; long chains by the articulated inertias
@@ -29,7 +29,7 @@ Solve: TypeAlias = Callable[[Mapping[int, Scalar]], dict[int, Scalar]]
 
 
 def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
-    """What solves A x = right, by joint number, in the way that needs fewer operations."""
+    """Solver of A x = right, by joint number: the one that needs fewer operations."""
     moving = {j for j, link in mechanism.from_base() if link.axis is not Axis.NONE}
     before = sum(len(moving.intersection(path(mechanism, j))) - 1 for j in moving)
     if before <= LONG * len(moving):
@@ -38,7 +38,7 @@ def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
 
 
 def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int], solve: Solve) -> Solve:
-    """What solves A x = right for a base and these joints, whose own system `solve` solves.
+    """Solver of A x = right for a base and these joints, given that of the joints alone.
 
     `Js` is the articulated inertia of the base where the accelerations of the other joints are known.
     """
@@ -55,9 +55,9 @@ def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int],
 
 
 def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
-    """Changes, column by column, of the accelerations of `free` and of what moves the others.
+    """Derivatives, column by column, of the accelerations of `free` and of the torques of the others.
 
-    `given` are those of what moves them all where no acceleration changes.
+    `given` are those of all torques at constant accelerations.
     """
     found: Entries = {}
     for c in dict.fromkeys(c for _, c in given):
@@ -67,7 +67,7 @@ def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[i
 
 
 def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
-    """The same, by what moves `free` and by the accelerations of the others."""
+    """The same derivatives, by the torques of `free` and by the accelerations of the others."""
     found = inverse(free, solve)
     for c in numbers:
         if c in free:
@@ -81,7 +81,7 @@ def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], so
 
 
 def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
-    """An entry of `given`, and what accelerations x add in its row."""
+    """Sum of an entry of `given` and of A x in its row."""
     return _sum((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
 
 

@@ -52,7 +52,7 @@ Steps = list[tuple[AxialTransform, Vector]]
 
 @dataclass(frozen=True)
 class Change:
-    """What a small motion of a joint changes beyond it: field of accelerations dA, and theta."""
+    """Change dA of the field of accelerations beyond a joint, and theta, for a small motion of it."""
 
     acceleration: Twist
     theta: Vector
@@ -122,7 +122,7 @@ class Composite:
 
 @dataclass(frozen=True)
 class TorqueDerivatives:
-    """Derivatives of Gamma by q, qd and qdd (the inertia matrix), and what they are made of, by joint.
+    """Derivatives of Gamma by q, qd and qdd (the inertia matrix), with their intermediate quantities, by joint.
 
     `rows` and `columns` belong to (joint j, link i on the path to it) and are taken at link i; a column
     holds the wrenches by q_j and by qd_j. Link 0 is a base that is part of the machine.
@@ -162,7 +162,7 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 
 
 def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
-    """What q_j and qd_j change."""
+    """Changes by q_j and by qd_j."""
     w, U = found.w[j], found.U.get(j) or hat_plus_hat_squared(found.w[j], found.wd[j])
     tilt, U_z = cross(w, EZ), U.T.z
     twice = tilt + tilt
