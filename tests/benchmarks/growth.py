@@ -19,11 +19,13 @@ import numpy as np
 
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.pipeline import programs
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code
 from tests.benchmarks.tables import print_table, progress, save_json
+from tests.references.random_machines import chain as general_chain
 
 T = TypeVar("T")
 
@@ -37,10 +39,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.growth", description=__doc__)
     parser.add_argument("--joints", type=int, nargs="+", default=[6, 12, 25, 50, 100, 200, 400])
     parser.add_argument("--most-compiled", type=int, default=100, help="longest chain that is compiled")
+    parser.add_argument("--general", action="store_true", help="alpha, d and r symbolic in place of quarter turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
     wanted = [(model, n) for model in MODELS for n in arguments.joints]
-    figures = [figures_of(model, n, n <= arguments.most_compiled) for model, n in progress(wanted, "generate, compile")]
+    build = general_chain if arguments.general else chain
+    figures = [
+        figures_of(model, build(n), n <= arguments.most_compiled) for model, n in progress(wanted, "generate, compile")
+    ]
     steps = ["trace", "render", *COMPILERS]
     for model in MODELS:
         chosen = [figure for figure in figures if figure["model"] == model]
@@ -54,9 +60,9 @@ def main() -> None:
         save_json(arguments.json, figures)
 
 
-def figures_of(model: str, n: int, compiles: bool) -> dict[str, str | float]:
+def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | float]:
     """Seconds of the processor for each step; generation is the better of two runs."""
-    machine, scene = chain(n), Scene(models=(model,))
+    scene, n = Scene(models=(model,)), len(machine.joints)
     package, traced = _timed(lambda: programs(machine, scene).package)
     made = Code(package, package.functions[0], DOUBLE)
     files, rendered = _timed(lambda: made.files)

@@ -365,6 +365,10 @@ def test_nodes_and_operations_are_linear_in_the_joints(model: str) -> None:
     assert first == second
 
 
+CALLS_PER_JOINT = 46_000
+"""A tenth above what it takes."""
+
+
 def calls(joints: int) -> int:
     """Function calls that it takes to print the direct model of a chain as C."""
     machine = chain(joints, elastic=range(2, joints, 2))
@@ -376,6 +380,7 @@ def test_work_of_generating_is_linear_in_the_joints() -> None:
     """Counted in calls, which no busy machine changes: those of 40 joints against twice those of 20."""
     small, large = calls(20), calls(40)
     assert large < 2.1 * small
+    assert (large - small) / 20 < CALLS_PER_JOINT
 
 
 def test_folding_everything_leaves_no_parameter_in_the_graph() -> None:
