@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
 from symoro_elastic.codegen.targets import RESERVED
 from symoro_elastic.machine.machine import Given, Machine
 from symoro_elastic.machine.scene import BASE, Asked
+from symoro_elastic.machine_constants import constants_of
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
@@ -30,11 +32,22 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
             for p in machine.parameters
             if p.name not in folded
         ),
-        functions=tuple(_function(machine, model) for model in traced),
+        functions=tuple(_function(machine, model, folded) for model in traced),
+        antecedents=tuple(joint.antecedent for joint in machine.joints),
+        source=PurePath(machine.source).name,
+        options=_options(machine, folded, scene),
     )
 
 
-def _function(machine: Machine, traced: TracedModel) -> Function:
+def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, ...]:
+    """Options that shaped the code: scene, base inertial parameters, folded parameters."""
+    found = [scene] if scene else []
+    found += ["base inertial parameters"] if machine.is_grouped else []
+    found += [f"constants: {', '.join(folded)}"] if folded else []
+    return tuple(found)
+
+
+def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> Function:
     model, program = traced.model, traced.program
     return Function(
         model.name,
@@ -54,6 +67,7 @@ def _function(machine: Machine, traced: TracedModel) -> Function:
         ),
         _divides(machine, model),
         model.least_bits,
+        constants_of(machine, traced, folded),
     )
 
 
@@ -95,7 +109,7 @@ def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
     macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
     own = {name for model in traced for name in (*model.results, *model.model.arguments)}
     words = reserved_words()
-    used = [p.name for p in machine.parameters] + [str(joint.variable) for joint in machine.joints]
+    used = [p.name for p in machine.parameters] + [joint.variable for joint in machine.joints if joint.variable]
     for name in used:
         if name in own or name.startswith(macros):
             what = "generated code uses this name: choose another for the parameter or joint variable"

@@ -12,8 +12,8 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Vector3

@@ -74,26 +74,25 @@ class Assignment:
 def c_functions(text: str) -> dict[str, list[Assignment]]:
     """Functions of a C text and their assignments, found without the printer's help; of one state, not of a batch."""
     plain = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
-    plain = re.sub(r"STORE\((\w+) \+ (\d+)\*stride, (.*)\);", r"\1[\2] = \3;", plain)
-    plain = re.sub(r"LOAD\((\w+) \+ (\d+)\*stride\)", r"\1[\2]", plain)
-    plain = re.sub(r"OF\((\w+)\)", r"\1", plain)
+    plain = re.sub(r"\b\w+_sign\(", "sign(", plain)
     found = {}
-    for name, body in re.findall(r"^\w+ void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
+    for name, body in re.findall(r"^(?:static )?void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
         statements = [" ".join(s.split()) for s in body.split(";")]
-        parts = [re.fullmatch(r"(const (?:double|NUMBER|ANGLE) )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
+        parts = [re.fullmatch(r"(const double )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
         found[name] = [Assignment(p[2], bool(p[1]), p[3]) for p in parts if p]
     return found
 
 
 def c_work(functions: dict[str, list[Assignment]], name: str) -> tuple[list[Assignment], list[Assignment]]:
     """Assignments of one model: on parameters only, then for each call; parts in a row, what they hand on left out."""
-    kinds = (rf"{name}_constants\d*", rf"{name}_state\d*")
+    kinds = (rf"{name}_prepare(_part\d+)?", rf"{name}(_prepared)?(_part\d+)?")
     once, each = ([a for n, found in functions.items() if re.fullmatch(kind, n) for a in found] for kind in kinds)
-    return _without_live(once), _without_live(each)
+    return _own(once), _own(each)
 
 
-def _without_live(assignments: list[Assignment]) -> list[Assignment]:
-    own = [a for a in assignments if "live[" not in a.target + a.right]
+def _own(assignments: list[Assignment]) -> list[Assignment]:
+    """Without the spill array and the angles."""
+    own = [a for a in assignments if "spill[" not in a.target + a.right and not a.target.startswith("angle[")]
     return list(dict.fromkeys(own))  # each part unpacks the arguments it needs
 
 
@@ -152,7 +151,7 @@ def compiled(folder: Path, build: Path, compiler: str, name: str = "") -> ctypes
         *STRICT,
         "-O1",
         "-ffp-contract=off",
-        "-DLARGEST_ANGLE=0",
+        f"-D{name.upper()}_LIBM",
         "-shared",
         "-fPIC",
         "-o",

@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from symoro_elastic.codegen.targets import DEFAULT_TARGETS
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.pipeline import generate
@@ -27,6 +28,7 @@ class Golden(NamedTuple):
     example: str
     folder: str
     models: tuple[str, ...] = ()
+    targets: tuple[str, ...] = DEFAULT_TARGETS
 
 
 # Directly under generated/ stands what `symoro-elastic generate examples/...` writes without an option.
@@ -36,7 +38,7 @@ GOLDEN = (
     Golden("puma560.par", "."),
     Golden("flex4.par", "."),
     Golden("planar_2r.toml", "."),
-    Golden("planar_2r.toml", "all_models", FIVE),
+    Golden("planar_2r.toml", "all_models", FIVE, ("numpy", "c-batch")),
 )
 
 
@@ -44,7 +46,7 @@ def make(golden: Golden, out: Path) -> list[Path]:
     """Write what an example generates to `out` in place of generated/; the files, relative to it."""
     machine, _ = read_machine(ROOT / "examples" / golden.example)
     scene = Scene(golden.models) if golden.models else machine.scene or Scene()
-    written = generate(machine, scene, ("numpy", "c"), out / golden.folder).written
+    written = generate(machine, scene, golden.targets, out / golden.folder).written
     return sorted(path.relative_to(out) for path in written)
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @MACHINE
 @gather("selection", Selection)
 @MODEL
-@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy or c (default: both); may be repeated.")
+@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch.")
 @click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
 @click.option(
     "--precision",
@@ -51,12 +51,12 @@ def generate(
     The files go to OUT/<machine name>/.
     """
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
-    from symoro_elastic.codegen.targets import TARGETS
+    from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
     from symoro_elastic.pipeline import generate
     from symoro_elastic.report.tables import models_json, models_table
 
-    chosen = among(targets, TARGETS, "--target") or TARGETS
-    if precisions and "c" not in chosen:
+    chosen = among(targets, TARGETS, "--target") or DEFAULT_TARGETS
+    if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen):
         raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
     written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
     with steps() as announce:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from symoro_elastic.codegen.c_constants import Literal, Literals
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.codegen.printers import ATOM, Printer, Text
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Printer, Text
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import (
@@ -23,20 +25,43 @@ from symoro_elastic.symbolic.operations import (
     SUBTRACT,
     SYMBOL,
 )
-from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.program import Program, Statement
 
 FUNCTIONS = (SIN, COS, SQRT, SIGN, ATAN2)
-PAIR_FUNCTIONS = {
-    ADD: "pair_sum",
-    SUBTRACT: "pair_difference",
-    MULTIPLY: "pair_product",
-    DIVIDE: "pair_quotient",
-    SIN: "pair_sine",
-    COS: "pair_cosine",
-    SQRT: "pair_square_root",
-    SIGN: "pair_sign",
-    ATAN2: "pair_arc_tangent",
+OF_PAIRS = {
+    ADD: "sum",
+    SUBTRACT: "difference",
+    MULTIPLY: "product",
+    DIVIDE: "quotient",
+    NEGATE: "negative",
+    SIN: "sin",
+    COS: "cos",
+    SQRT: "sqrt",
+    SIGN: "sign",
+    ATAN2: "atan2",
 }
+
+
+@dataclass(frozen=True)
+class Form:
+    """How C writes the numbers of a call: their types, entries of arrays read and written, names of functions.
+
+    `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
+    `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
+    """
+
+    number: str
+    angle: str
+    real: str
+    load: str
+    load_angle: str
+    store: str
+    narrow: str
+    functions: Mapping[str, str]
+    load_parameter: str
+    sincos: tuple[str, ...]
+    pair: str = ""
+    states: str = ""
 
 
 def angles_of(program: Program) -> list[Expression]:
@@ -59,70 +84,127 @@ def _is_linear(node: Expression) -> bool:
 
 
 class CPrinter(Printer):
-    """Numbers of the language and their operators."""
+    """Numbers of the language and their operators.
 
-    def __init__(self, program: Program, precision: Precision, angles: Sequence[Expression]) -> None:
-        of_numbers = {name: f"OF({precision.functions.get(name, name)})" for name in FUNCTIONS}
-        super().__init__(program, precision.literal_suffix, of_numbers)
-        self.read_circle = "NARROW({})" if precision.is_mixed else "{}"
-        self.circles = {angle.id: k for k, angle in enumerate(angles)}
+    `called` holds the functions that were printed. Numbers in statements appear by their names in `literals`.
+    """
+
+    def __init__(self, program: Program, precision: Precision, angles: Sequence[Expression], form: Form) -> None:
+        super().__init__(program, precision.literal_suffix, form.functions)
+        self.form = form
+        self.angles = {angle.id: k for k, angle in enumerate(angles)}
+        self.called: dict[str, None] = {}
+        self.literals: Literals | None = None
+        self._statement: Statement | None = None
+        self._named: dict[int, dict[str, Literal]] = {}
+
+    def printed(self, statement: Statement) -> Printed:
+        """The expression that a statement assigns, and the names in it; printed once."""
+        self._statement = statement
+        found = super().printed(statement)
+        self._statement = None
+        return found
+
+    def named(self, statement: Statement) -> Iterable[Literal]:
+        """The named numbers in a statement."""
+        return self._named.get(statement.node.id, {}).values()
+
+    def literal(self, value: float) -> Text:
+        """A number by its name where it has one."""
+        return self.by_name(super().literal(value))
+
+    def by_name(self, number: Text) -> Text:
+        """A number by its name; itself where it has none."""
+        if self.literals is None or self._statement is None:
+            return number
+        found = self.literals.find(self._statement.section.joint, number.text)
+        if found is None:
+            return number
+        self._named.setdefault(self._statement.node.id, {}).setdefault(found.name, found)
+        return Text(number.negative, found.name, ATOM)
+
+    def written(self, x: Operand) -> Text | None:
+        """A constant as a number; None for one that the program does not hold."""
+        if not isinstance(x, Expression):
+            return super().literal(float(x))
+        return super().literal(self.constants[x.id]) if x.id in self.constants else None
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out; the sine or cosine of a given angle is an entry of an array."""
-        if node.operation in (SIN, COS) and node.operands[0].id in self.circles:
+        if node.operation in (SIN, COS) and node.operands[0].id in self.angles:
             return Text(flipped, self.entry(node), ATOM)
+        if node.operation in FUNCTIONS:
+            self.called.setdefault(node.operation)
+        if node.operation == MULTIPLY and not isinstance(node.operands[1], Expression):
+            return self.multiple(self.text(node.operands[0]), self.text(node.operands[1]), flipped)
         return super().operation(node, flipped)
+
+    def multiple(self, x: Text, number: Text, flipped: bool) -> Text:
+        """A number times an expression, the number first unless the expression is in brackets."""
+        first, second = (number, x) if x.binding == ATOM else (x, number)
+        negative = (x.negative != number.negative) != flipped
+        return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
 
     def entry(self, node: Expression) -> str:
         """`sine[2]`, and the array counts as used."""
         array = "sine" if node.operation == SIN else "cosine"
         self.referenced.add(array)
-        return self.read_circle.format(f"{array}[{self.circles[node.operands[0].id]}]")
+        return self.form.narrow.format(f"{array}[{self.angles[node.operands[0].id]}]")
 
 
 class PairPrinter(CPrinter):
     """Sums of two doubles and the functions on them; signs are functions too."""
 
-    def literal(self, value: float) -> Text:
-        """A double as a pair."""
-        return Text(False, f"pair({value!r}, 0.0)", ATOM)
-
     def text(self, x: Operand) -> Text:
         """An expression, by name where it has one; constants with twice the digits of a double."""
         if not isinstance(x, Expression) or x.level == Level.CONSTANT:
-            return Text(False, _pair(x), ATOM)
+            named = self.by_name(self.written(x))
+            if named.text == self.written(x).text:
+                return Text(False, self.made(*_two_doubles(x)), ATOM)
+            return self.negated(named.text) if named.negative else named
         found = super().text(x)
-        return _negated(found.text) if found.negative else found
+        return self.negated(found.text) if found.negative else found
+
+    def made(self, high: float, low: float) -> str:
+        """A pair of two numbers."""
+        self.called.setdefault("make")
+        return f"{self.form.pair}make({high!r}, {low!r})"
+
+    def written(self, x: Operand) -> Text:
+        """A constant as a pair, its sign apart."""
+        high, low = _two_doubles(x)
+        negative = high < 0
+        return Text(negative, self.made(abs(high), -low if negative else low), ATOM)
+
+    def negated(self, text: str) -> Text:
+        """A pair with its sign reversed."""
+        self.called.setdefault(OF_PAIRS[NEGATE])
+        return Text(False, f"{self.form.pair}negative({text})", ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node as a call."""
         if node.operation == SYMBOL:
-            self.referenced.add(node.operands[0])
-            plain = Text(False, node.operands[0], ATOM)
+            plain = Printer.operation(self, node)
         elif node.operation == NEGATE:
-            plain = _negated(self.text(node.operands[0]).text)
-        elif node.operation in (SIN, COS) and node.operands[0].id in self.circles:
+            plain = self.negated(self.text(node.operands[0]).text)
+        elif node.operation in (SIN, COS) and node.operands[0].id in self.angles:
             plain = Text(False, self.entry(node), ATOM)
         else:
             inside = ", ".join(self.text(x).text for x in node.operands)
-            plain = Text(False, f"{PAIR_FUNCTIONS[node.operation]}({inside})", ATOM)
-        return _negated(plain.text) if flipped else plain
+            self.called.setdefault(OF_PAIRS[node.operation])
+            plain = Text(False, f"{self.form.pair}{OF_PAIRS[node.operation]}({inside})", ATOM)
+        return self.negated(plain.text) if flipped else plain
 
 
-def _negated(text: str) -> Text:
-    return Text(False, f"pair_negative({text})", ATOM)
-
-
-def _pair(x: Operand) -> str:
-    """A constant rounded to a sum of two doubles."""
+def _two_doubles(x: Operand) -> tuple[float, float]:
+    """A constant rounded to a sum of two doubles. Raises `OverflowError`."""
     exact: Any = evaluate([x], {}, multiprecision(60))(x) if isinstance(x, Expression) else Fraction(x)
     high = float(exact)
     if high in (float("inf"), float("-inf")):
         raise OverflowError(f"{exact} is out of the range of doubles")
-    low = float(exact - (Fraction(high) if isinstance(exact, Fraction) else high))
-    return f"pair({high!r}, {low!r})"
+    return high, float(exact - (Fraction(high) if isinstance(exact, Fraction) else high))
 
 
-def printer_of(program: Program, precision: Precision, angles: Iterable[Expression]) -> CPrinter:
+def printer_of(program: Program, precision: Precision, angles: Sequence[Expression], form: Form) -> CPrinter:
     """The printer for a precision."""
-    return (PairPrinter if precision.is_pair else CPrinter)(program, precision, list(angles))
+    return (PairPrinter if precision.is_pair else CPrinter)(program, precision, angles, form)

@@ -15,9 +15,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
 
 Array: TypeAlias = NDArray[Any]
 
@@ -107,7 +107,7 @@ class CompiledPackage:
             in_c = precision.function(package.name, name)
             arrays = len(function.arguments) + bool(package.parameters) + len(function.results)
             self._entries[name] = _entry(loaded, in_c, arrays)
-            if function.arguments:
+            if function.arguments and hasattr(loaded, f"{in_c}_batch"):
                 self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
         self._defaults = np.array([parameter.value for parameter in package.parameters], dtype=float)
 
@@ -129,7 +129,10 @@ class CompiledPackage:
         return self._named(signature, results, lead)
 
     def call_batch(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
-        """Results by name at many states, as `call` gives them, by one call of the batch entry; one p for all."""
+        """Results by name at many states, as `call` gives them, by one call of the batch entry; one p for all.
+
+        Raises `KeyError` where the library was compiled without the files of the target `c-batch`.
+        """
         signature = self._functions[function]
         inputs = self._inputs(signature, arrays)
         count = len(signature.arguments)
@@ -175,7 +178,7 @@ def compile_package(
 
     Raises `CompilerMissing`, `CompilationFailed`.
     """
-    texts = render_c(package, precision) if files is None else files
+    texts = render_c_batch(package, precision) if files is None else files
     return CompiledPackage(
         package, compile_library(texts, folder, compiler, flags or (optimisation(package),)), precision
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symoro_elastic.quantities import Quantity
+from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Program
 
 BASE = "base"
@@ -72,8 +73,19 @@ class Result:
 
 
 @dataclass(frozen=True)
+class Constant:
+    """A number of the machine that has a name: its joint (None: of the whole machine), meaning and unit."""
+
+    name: str
+    value: Operand
+    joint: int | None
+    meaning: str
+    unit: str
+
+
+@dataclass(frozen=True)
 class Function:
-    """A generated function.
+    """A generated function; `constants` are named numbers that its statements may hold.
 
     `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
     """
@@ -86,6 +98,7 @@ class Function:
     results: tuple[Result, ...]
     divides: bool = False
     least_bits: int = 0
+    constants: tuple[Constant, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -96,7 +109,12 @@ class Function:
 
 @dataclass(frozen=True)
 class Package:
-    """Everything generated for one machine; `joint_names` are the rows of its table, then points that are asked for."""
+    """Everything generated for one machine.
+
+    `joint_names` are the rows of its table, then points that are asked for; `antecedents` are the numbers (from 1) of
+    the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
+    shaped the code.
+    """
 
     name: str
     scene: str
@@ -107,3 +125,6 @@ class Package:
     joint_names: tuple[str, ...]
     parameters: tuple[ParameterValue, ...]
     functions: tuple[Function, ...]
+    antecedents: tuple[int, ...] = ()
+    source: str = ""
+    options: tuple[str, ...] = ()

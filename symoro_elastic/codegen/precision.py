@@ -1,4 +1,4 @@
-"""The precisions in which C can be written: types of arrays, of arithmetic and of sines and cosines."""
+"""The precisions in which C can be written: types of arrays, of arithmetic, and of sines and cosines."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 LIBM = ("sin", "cos", "sqrt", "atan2")
+DOUBLE_DOUBLE_TYPE = "dd"
 
 
 @dataclass(frozen=True)
 class Precision:
-    """`state` is the type of a function's arrays, `real` that of its arithmetic, `circle` that of sines and cosines.
+    """`state` is the type of a function's arrays, `real` that of its arithmetic, `angle` that of sines and cosines.
 
     `bits` is the length of its significand.
     """
@@ -19,7 +20,7 @@ class Precision:
     title: str
     state: str
     real: str
-    circle: str
+    angle: str
     bits: int
     literal_suffix: str = ""
     functions: Mapping[str, str] = field(default_factory=dict)
@@ -33,6 +34,10 @@ class Precision:
         """The name in C of a model of a package."""
         return f"{package}_{model}_f32" if self is SINGLE else f"{package}{self.suffix}_{model}"
 
+    def type_of_real(self, package: str) -> str:
+        """The type of arithmetic in C: that of sums of two doubles has the name of the package."""
+        return f"{package}_{DOUBLE_DOUBLE_TYPE}" if self.is_pair else self.real
+
     @property
     def is_pair(self) -> bool:
         """Whether a number is the sum of two doubles, and operators are functions."""
@@ -41,12 +46,12 @@ class Precision:
     @property
     def is_mixed(self) -> bool:
         """Whether sines and cosines have another type than the rest."""
-        return self.real != self.circle
+        return self.real != self.angle
 
     @property
-    def circle_bits(self) -> str:
-        """The whole number as long as a sine."""
-        return "uint32_t" if self.circle == "float" else "uint64_t"
+    def angle_bits(self) -> str:
+        """The unsigned integer as long as a sine."""
+        return "uint32_t" if self.angle == "float" else "uint64_t"
 
     @property
     def widest(self) -> int:
@@ -54,7 +59,7 @@ class Precision:
         return {"float": 16, "double": 8, "double_double": 1}[self.real]
 
 
-_FLOAT = {name: f"{name}f" for name in (*LIBM, "sign")}
+_FLOAT = {name: f"{name}f" for name in LIBM}
 
 DOUBLE = Precision("double", "double precision", "double", "double", "double", 53)
 SINGLE = Precision("single", "single precision", "float", "float", "float", 24, "f", _FLOAT)

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import compile_library, compile_package
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
@@ -109,6 +109,7 @@ def _shim(package: Package) -> str:
     return render(
         "c/rounding_modes.c.j2",
         name=package.name,
+        macro=package.name.upper(),
         functions=[_described(package, f) for f in package.functions],
     )
 

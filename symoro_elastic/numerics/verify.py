@@ -18,10 +18,10 @@ from types import ModuleType
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompiledPackage, CompilerMissing, compile_package
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
@@ -146,7 +146,7 @@ def verify(
 
 def rendered(package: Package) -> Files:
     """Return the files that are verified: the numpy package and the C library."""
-    return render_numpy(package) | render_c(package)
+    return render_numpy(package) | render_c_batch(package)
 
 
 @dataclass(frozen=True)

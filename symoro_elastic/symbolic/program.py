@@ -6,6 +6,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from fractions import Fraction
 from string import ascii_lowercase
 from typing import NamedTuple, TypeAlias
 
@@ -77,8 +78,19 @@ class Statement(NamedTuple):
 
 
 @dataclass(frozen=True)
+class NamedConstant:
+    """A quantity whose value is a constant: it appears as a number in statements."""
+
+    label: Label
+    value: Operand
+
+
+@dataclass(frozen=True)
 class Program:
-    """Statements to be carried out in order; `once` depend on parameters only, `constants` on nothing."""
+    """Statements to be carried out in order; `once` depend on parameters only, `constants` on nothing.
+
+    `named_constants` are the named quantities that turned out constant.
+    """
 
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
@@ -88,6 +100,7 @@ class Program:
     count: OperationCount
     count_once: OperationCount
     constants: tuple[Expression, ...] = ()
+    named_constants: tuple[NamedConstant, ...] = ()
 
 
 class Names:
@@ -96,16 +109,21 @@ class Names:
     def __init__(self) -> None:
         self.labels: dict[int, tuple[Label, bool]] = {}
         self.order: dict[Section, int] = {}
+        self.constants: dict[str, NamedConstant] = {}
 
     def reserve(self, section: Section) -> None:
         """Give a section its place in the order of the program."""
         self.order.setdefault(section, len(self.order))
 
     def give(self, x: Scalar, name: str, section: Section) -> None:
-        """Name an expression; constants and variables keep theirs."""
+        """Name an expression; variables keep theirs, and constants are recorded under the name."""
         self.reserve(section)
         if not isinstance(x, Expression):
+            if isinstance(x, int | Fraction) and x:
+                self.constants.setdefault(name, NamedConstant(Label(name, section), x))
             return
+        if x.level == Level.CONSTANT:
+            self.constants.setdefault(name, NamedConstant(Label(name, section), x))
         negative = x.operation == NEGATE
         node = x.operands[0] if negative else x
         if node.operation != SYMBOL:
@@ -121,6 +139,7 @@ class Names:
         for number, label_and_sign in self.labels.items():
             if number not in values:
                 moved.labels.setdefault(number, label_and_sign)
+        moved.constants = self.constants | moved.constants
         return moved
 
 
@@ -162,6 +181,7 @@ def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
         count(pruned.nodes, Level.STATE),
         count(pruned.nodes, Level.PARAMETER),
         tuple(node for node in pruned.nodes if node.level == Level.CONSTANT),
+        tuple(pruned.names.constants.values()),
     )
 
 

@@ -100,7 +100,8 @@ def commands(measurements: Sequence[Measurement], words: Sequence[str]) -> list[
     asked += ["--base"] if form.base and "--base" not in words else []
     asked += ["--fold", "all"] if form.folded and "all" not in words else []
     asked += ["--merge-angles", f"{form.bound:g}"] if form.merged else []
-    asked += ["--target", "c" if configuration.build else "numpy"]
+    target = "c-batch" if configuration.call == BATCH else "c"
+    asked += ["--target", target if configuration.build else "numpy"]
     asked += (
         ["--precision", configuration.precision.name] if configuration.build and configuration.precision.suffix else []
     )
@@ -108,8 +109,10 @@ def commands(measurements: Sequence[Measurement], words: Sequence[str]) -> list[
     if configuration.build is None:
         return [generate]
     stem = f"{name}{configuration.precision.suffix}"
-    flags = [*configuration.build.compiler, STANDARD, *configuration.build.flags]
-    return [generate, shlex.join([*flags, "-c", f"generated/{name}/{stem}.c", "-o", f"{stem}.o"])]
+    flags = [*configuration.build.compiler, STANDARD, *configuration.build.options(name)]
+    sources = [f"generated/{name}/{stem}.c"]
+    sources += [f"generated/{name}/{stem}_batch.c"] if configuration.call == BATCH else []
+    return [generate, shlex.join([*flags, "-c", *sources])]
 
 
 def _written(configuration: Configuration) -> str:

@@ -19,7 +19,7 @@ Flags = tuple[str, ...]
 PLAIN: Flags = ("-O2",)
 NATIVE: Flags = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 SEPARATE, FAST_MATH = "-ffp-contract=off", "-ffast-math"
-WITH_LIBM = "-DLARGEST_ANGLE=-1.0"
+WITH_LIBM = "-DNAME_LIBM"
 CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
 FLAG_NAMES = {
     "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST_MATH: "fast-math", WITH_LIBM: "libm",
@@ -42,6 +42,11 @@ class Build:
     def words(self) -> str:
         """Compiler and flags as a table names them."""
         return " ".join([Path(self.compiler[0]).name, *(FLAG_NAMES[flag] for flag in self.flags if flag in FLAG_NAMES)])
+
+    def options(self, package: str) -> Flags:
+        """Return the flags for the files of a package, whose macros begin with its name."""
+        libm = f"-D{(package + self.precision.suffix).upper()}_LIBM"
+        return tuple(libm if flag == WITH_LIBM else flag for flag in self.flags)
 
     @property
     def is_safe(self) -> bool:

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.models.catalogue import TracedModel
@@ -85,10 +85,11 @@ def compiled_configurations(
 
 
 def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
-    files = render_c(package, precision)
+    files = render_c_batch(package, precision)
     name = package.name + precision.suffix
     functions = [_repeated(package, function, files[f"{name}.h"], precision) for function in package.functions]
-    return files | {f"{name}_repeat.c": render("c/repeat.c.j2", name=name, precision=precision, functions=functions)}
+    repeat = render("c/repeat.c.j2", name=name, real=precision.type_of_real(package.name), functions=functions)
+    return files | {f"{name}_repeat.c": repeat}
 
 
 def _repeated(package: Package, function: Function, header: str, precision: Precision) -> dict[str, Any]:
@@ -111,7 +112,7 @@ def _repeated(package: Package, function: Function, header: str, precision: Prec
 
 
 def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
-    library = compile_library(sources, folder, build.compiler, build.flags)
+    library = compile_library(sources, folder, build.compiler, build.options(form.package.name))
     compiled = CompiledPackage(form.package, library, build.precision)
     loaded = ctypes.CDLL(str(library.resolve()))
     p = parameters(form, build.precision)

@@ -90,7 +90,7 @@ def _configuration_json(one: Measurement) -> dict[str, Any]:
         "angles_summed": configuration.form.merged,
         "precision": configuration.precision.name,
         "compiler": " ".join(configuration.build.compiler) if configuration.build else None,
-        "flags": list(configuration.build.flags) if configuration.build else [],
+        "flags": list(configuration.build.options(configuration.form.package.name)) if configuration.build else [],
         "call": configuration.call,
         "advisable": configuration.is_safe,
         "ns": one.ns,

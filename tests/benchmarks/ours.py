@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.pipeline import programs
@@ -40,8 +41,16 @@ class Code:
         return render_c(self.package, self.precision)
 
     @property
+    def batch_files(self) -> dict[str, str]:
+        return render_c_batch(self.package, self.precision)
+
+    @property
     def header(self) -> str:
         return f'#include "{self.package.name}{self.precision.suffix}.h"'
+
+    @property
+    def batch_header(self) -> str:
+        return f'{self.header}\n#include "{self.package.name}{self.precision.suffix}_batch.h"'
 
     @property
     def inputs(self) -> list[int]:
@@ -60,7 +69,8 @@ class Code:
         """C of the work that depends on parameters only."""
         if not self.has_constants:
             return ""
-        return f"{self.precision.real} c[{self.name.upper()}_CONSTANTS]; {self.name}_prepare({self.parameters[0]}, c);"
+        real, count = self.precision.type_of_real(self.package.name), f"{self.name.upper()}_CONSTANTS"
+        return f"{real} c[{count}]; {self.name}_prepare({self.parameters[0]}, c);"
 
     @property
     def has_constants(self) -> bool:
@@ -100,19 +110,19 @@ def scalar(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] 
     """A call for each state."""
     text = timed(code.header, code.call, sum(code.inputs), sum(code.results), code.setup)
     y = np.empty((len(x), sum(code.results)))
-    return Contestant(name, _entry(code, text, compiler, flags), x, y, lambda y: y, len(x))
+    return Contestant(name, _entry(code.files, text, compiler, flags), x, y, lambda y: y, len(x))
 
 
 def batch(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] = AVX512) -> Contestant:
     """One call for all states."""
-    text = timed_batch(code.header, code.batch, scalar=code.precision.state)
+    text = timed_batch(code.batch_header, code.batch, scalar=code.precision.state)
     dtype = np.float32 if code.precision is SINGLE else np.float64
     y = np.empty((sum(code.results), len(x)), dtype)
     columns = np.ascontiguousarray(x.T, dtype)
-    run = _entry(code, text, compiler, flags)
+    run = _entry(code.batch_files, text, compiler, flags)
     return Contestant(name, run, columns, y, lambda y: y.T, len(x))
 
 
-def _entry(code: Code, text: str, compiler: str, flags: Sequence[str]):
-    library = compiled([compiler, *FAST, *flags], {**code.files, "contest.c": text}, ["-lm"])
+def _entry(files: dict[str, str], text: str, compiler: str, flags: Sequence[str]):
+    library = compiled([compiler, *FAST, *flags], {**files, "contest.c": text}, ["-lm"])
     return entry(ctypes.CDLL(str(library)))

@@ -21,34 +21,32 @@ PRECISION = {"double": DOUBLE, "float": SINGLE}
 SIDE_BY_SIDE = 16
 REORDERED = ("-O2", "-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math")
 EXACT = ("-O2", "-mfma"), ("-O3",), ("-O3", "-DLANES"), REORDERED
-FLAGS = *EXACT, ("-O2", "-DLARGEST_ANGLE=0")
-HEAD = f"""
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#define INLINE
-#define APART
-#define EXCESS 0
-#define OF(name) name
-#ifdef LANES
-typedef %(kind)s angles __attribute__((vector_size({SIDE_BY_SIDE}*sizeof(%(kind)s))));
-typedef %(bits)s bits __attribute__((vector_size({SIDE_BY_SIDE}*sizeof(%(kind)s))));
-#define ANGLE angles
-#define BITS bits
-#else
-#define ANGLE %(kind)s
-#define BITS %(bits)s
-#endif
+FLAGS = *EXACT, ("-O2", "-DTEST_LIBM"), ("-O2", "-DTEST_LIBM", "-DLANES")
+NAMES = {"name": "test", "macro": "TEST", "has_angles": True, "called": {}, "functions": ()}
+SCALAR = """
+void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosine)
+{
+    for (size_t k = 0; k < count; k++) {
+        test_sincos(angle[k], &sine[k], &cosine[k]);
+    }
+    test_sincos_large(count, angle, sine, cosine);
+}
+"""
+VECTORS = """
+void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosine)
+{
+    sincos_lanes(count/WIDTH, (const angles *)angle, (angles *)sine, (angles *)cosine);
+}
 """
 
 
 @cache
 def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
-    precision = PRECISION[kind]
-    head = HEAD % {"kind": kind, "bits": precision.circle_bits}
-    text = "".join(render(f"c/{name}.c.j2", precision=precision) for name in ("far_circles", "circles"))
-    source = folder / "circles.c"
-    source.write_text(head + text, encoding="utf-8")
+    """The sines and cosines of the templates, for one angle after another or in vectors."""
+    templates, call = (("libm", "sincos"), SCALAR) if "-DLANES" not in flags else (("vectors",), VECTORS)
+    head = "".join(f"#include <{name}.h>\n" for name in ("float", "math", "stddef", "stdint", "string"))
+    text = "".join(render(f"c/{name}.c.j2", precision=PRECISION[kind], **NAMES) for name in templates)
+    (folder / "circles.c").write_text(head + text + call % {"kind": kind}, encoding="utf-8")
     subprocess.run(
         ["gcc", "-std=c99", "-Wno-psabi", "-shared", "-fPIC", *flags, "circles.c", "-o", "c.so", "-lm"],
         cwd=folder,
@@ -60,15 +58,12 @@ def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
 def circles(
     kind: str, folder: Path, x: NDArray[np.floating], flags: tuple[str, ...]
 ) -> tuple[NDArray[np.floating], ...]:
-    lanes = SIDE_BY_SIDE if "-DLANES" in flags else 1
-    count = -(-len(x) // lanes)
-    given, sine, cosine = (aligned(count * lanes, DTYPE[kind]) for _ in range(3))
-    given[:] = np.resize(x, count * lanes)
+    count = -(-len(x) // SIDE_BY_SIDE) * SIDE_BY_SIDE
+    given, sine, cosine = (aligned(count, DTYPE[kind]) for _ in range(3))
+    given[:] = np.resize(x, count)
     made = library(kind, folder, flags)
-    arrays = [array.ctypes.data for array in (given, sine, cosine)]
-    made.circles.argtypes = made.far_circles.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
-    if made.circles(count, *arrays):
-        made.far_circles(count * lanes, *arrays)
+    made.circles.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
+    made.circles(count, *(array.ctypes.data for array in (given, sine, cosine)))
     return sine[: len(x)], cosine[: len(x)]
 
 

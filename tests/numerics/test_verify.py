@@ -14,9 +14,10 @@ import pytest
 
 from symoro_elastic import traced as tracing
 from symoro_elastic.codegen import compile as compiling
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_package, find_compiler
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -113,18 +114,22 @@ def test_more_joints_than_are_solved_for(monkeypatch: pytest.MonkeyPatch) -> Non
 def spoiled(text: str, line: int) -> str:
     """The text with one sign turned: in the statement of this number, counted over those that have one."""
     lines = text.splitlines(keepends=True)
-    candidates = [k for k, x in enumerate(lines) if re.match(r"    (?:const double )?\w+ = .*\w [-+] \w", x)]
+    candidates = [
+        k for k, x in enumerate(lines) if re.match(r"    (?:const (?:double|numbers) )?\w+ = .*\w [-+] \w", x)
+    ]
     k = candidates[line % len(candidates)]
     lines[k] = re.sub(r"(\w) ([-+]) (\w)", lambda m: f"{m[1]} {'-' if m[2] == '+' else '+'} {m[3]}", lines[k], count=1)
     return "".join(lines)
 
 
+@pytest.mark.parametrize("file", ["chain3.c", "chain3_batch.c"])
 @pytest.mark.parametrize("line", [0, 7, 23, 41, 60])
-def test_wrong_c_is_found(line: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_c_is_found(line: int, file: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def render(described: Package) -> dict[str, str]:
-        return {n: spoiled(text, line) if n.endswith(".c") else text for n, text in render_c(described).items()}
+        files = render_c_batch(described)
+        return files | {file: spoiled(files[file], line)}
 
-    monkeypatch.setattr(verifying, "render_c", render)
+    monkeypatch.setattr(verifying, "render_c_batch", render)
     found = verify(chain(3, elastic=(2,)), EVERYTHING, states=(4, 8))
     assert not found.ok
     assert all(model.numpy.ok and model.equations.ok for model in found.models)

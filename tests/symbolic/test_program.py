@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from symoro_elastic.codegen.body import C, Writer
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.printers import Printer
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine, Parameter

@@ -20,9 +20,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from symoro_elastic.cli import cli
-from symoro_elastic.codegen.c import render_c
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Machine

@@ -4,15 +4,33 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Writer
 from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.printers import Printer
+from symoro_elastic.codegen.target import words
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
 from symoro_elastic.quantities import QUANTITIES
+
+KEYWORDS = words(
+    """
+    False None True and as assert async await break class continue def del elif else except finally for from global if
+    import in is lambda nonlocal not or pass raise return try while with yield
+    """
+)
+BUILTINS = words(
+    """
+    range len tuple list dict zip enumerate isinstance print abs min max sum any all map type object ValueError
+    TypeError KeyError
+    """
+)
+OWN = words("JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters p c math np numpy nan inf")
+"""Identifiers of the templates."""
 
 
 def render_numpy(package: Package) -> Files:
@@ -85,3 +103,19 @@ def _unpacked(array: str, symbols: Iterable[str], used: Collection[str]) -> list
 def _tuple(items: Iterable[object], depth: int = 0) -> str:
     """Source of a tuple, its lines after the first as deep as a statement at this depth."""
     return in_brackets("(", [Literal(item) for item in items], ")").replace("\n", "\n" + "    " * depth)
+
+
+@dataclass(frozen=True)
+class _Numpy:
+    name: str = "numpy"
+    title: str = "a Python package that needs numpy only; states stack along leading axes"
+    suffixes: tuple[str, ...] = (".py",)
+    precisions: tuple[Precision, ...] = (DOUBLE,)
+    reserved: frozenset[str] = KEYWORDS | BUILTINS | OWN
+
+    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
+        """Return the modules of the package; arrays keep the precision that they are given in."""
+        return render_numpy(package)
+
+
+NUMPY = _Numpy()

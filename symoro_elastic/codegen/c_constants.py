@@ -1,0 +1,95 @@
+"""Numbers in C by the names that the machine gives them, declared where they are first used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_lines import INDENT, WIDTH, in_comment
+from symoro_elastic.codegen.c_lines import comment as written_as_comment
+from symoro_elastic.codegen.package import Constant
+from symoro_elastic.codegen.printers import Text
+from symoro_elastic.symbolic.expression import Operand
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number without sign as it is written, with its name and all that it is."""
+
+    name: str
+    text: str
+    meanings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Number:
+    """A number of the machine, whose magnitude is what equations hold."""
+
+    constant: Constant
+    negative: bool
+
+    @property
+    def name(self) -> str:
+        return f"minus_{self.constant.name}" if self.negative else self.constant.name
+
+
+Key = tuple[int | None, str]
+
+
+class Literals:
+    """The named numbers of one function, by joint and by the text of their magnitude."""
+
+    def __init__(
+        self,
+        constants: Sequence[Constant],
+        written: Callable[[Operand], Text | None],
+        taken: Collection[str],
+        joints: Sequence[str],
+        antecedents: Sequence[int],
+    ) -> None:
+        """`written` writes a number where the function may hold it; names that are `taken` are not used.
+
+        `antecedents` are those of the joints: a joint's equations may hold numbers of those that it carries.
+        """
+        self._found: dict[Key, Literal] = {}
+        self._carried: dict[int | None, list[int]] = {}
+        for joint, antecedent in enumerate(antecedents, start=1):
+            self._carried.setdefault(antecedent, []).append(joint)
+        groups: dict[Key, list[_Number]] = {}
+        for constant in constants:
+            text = written(constant.value)
+            if text:
+                groups.setdefault((constant.joint, text.text), []).append(_Number(constant, text.negative))
+        owners: dict[str, Key] = dict.fromkeys(taken, (None, ""))
+        for key, group in groups.items():
+            ordered = sorted(group, key=lambda number: number.negative)
+            free = [number.name for number in ordered if owners.setdefault(number.name, key) == key]
+            if free:
+                self._found[key] = Literal(free[0], key[1], _meanings(key[0], group, joints))
+
+    def find(self, joint: int | None, text: str) -> Literal | None:
+        """The number of a joint that is written so, or else of the whole machine, or of a joint that it carries."""
+        for owner in (joint, None, *self._carried.get(joint, ())):
+            if (owner, text) in self._found:
+                return self._found[owner, text]
+        return None
+
+
+def _meanings(joint: int | None, group: Sequence[_Number], joints: Sequence[str]) -> tuple[str, ...]:
+    """What a number is, the unit after the meanings that share it."""
+    by_unit: dict[str, dict[str, None]] = {}
+    for number in group:
+        by_unit.setdefault(number.constant.unit, {}).setdefault(number.constant.meaning)
+    texts = [", ".join([*words, unit] if unit else words) for unit, words in by_unit.items()]
+    owner = f"{joints[joint - 1]}: " if joint else ""
+    reversed_ = ["sign reversed"] if all(number.negative for number in group) else []
+    return (owner + texts[0], *texts[1:], *reversed_)
+
+
+def declaration(literal: Literal, type_: str) -> list[str]:
+    """Lines that declare a named number, its meanings beside it or, where they are long, above it."""
+    line = f"{INDENT}const {type_} {literal.name} = {literal.text};"
+    meaning = in_comment("; ".join(literal.meanings))
+    if len(line) + len(meaning) + len(" /*  */") <= WIDTH:
+        return [f"{line} /* {meaning} */"]
+    return [*written_as_comment(meaning, INDENT).split("\n"), line]

@@ -1,0 +1,273 @@
+"""One model as C: its arrays, the parts of its work, and the lines of each."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
+from symoro_elastic.codegen.c_constants import Literals, declaration
+from symoro_elastic.codegen.c_lines import INDENT, statement
+from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.partition import Part, Step, partition
+from symoro_elastic.codegen.precision import Precision
+from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.symbolic.program import Statement, by_section
+
+SINCOS = ("sine", "cosine")
+SPILL = "spill"
+PER_JOINT, PER_MOTOR = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor")
+"""Arrays with an entry for each joint that moves, or each motor."""
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of a function: type, name, size as C says it, its entries, whether it is written."""
+
+    type: str
+    name: str
+    size: str
+    entries: int
+    is_written: bool = False
+
+    def declared(self) -> str:
+        """As a parameter that states the size; C has no arrays of size zero."""
+        return f"{self._type} {self.name}[{self.size}]" if self.entries else f"{self._type} *{self.name}"
+
+    def pointer(self) -> str:
+        """As a parameter whose size depends on the number of states."""
+        return f"{self._type} *{self.name}"
+
+    @property
+    def _type(self) -> str:
+        return self.type if self.is_written else f"const {self.type}"
+
+
+@dataclass(frozen=True)
+class PartText:
+    """A part of the work of a function: its lines, and the arrays that it uses."""
+
+    lines: list[str]
+    arrays: list[Array]
+
+    @property
+    def body(self) -> str:
+        """The lines as one text."""
+        return "\n".join(self.lines).lstrip("\n")
+
+
+class CWriter(Writer):
+    """Statements of C; named numbers are declared in the section that first uses them."""
+
+    def __init__(self, printer: CPrinter, type_: str, number: str, joints: Sequence[str]) -> None:
+        """`type_` is that of variables, `number` that of named numbers."""
+        super().__init__(printer, _declaring(type_), joints)
+        self.c_printer, self.number = printer, number
+
+    def statements(self, statements: Sequence[Statement]) -> list[str]:
+        """Assignments below the headings of their sections."""
+        lines: list[str] = []
+        declared: set[str] = set()
+        for section, group in by_section(statements):
+            assignments = [self.assignment(one) for one in group]
+            used = {literal.name: literal for one in group for literal in self.c_printer.named(one)}
+            numbers = [declaration(literal, self.number) for name, literal in used.items() if name not in declared]
+            declared |= used.keys()
+            lines += ["", f"{INDENT}/* {self.heading(section)} */", *itertools.chain(*numbers), *assignments]
+        return lines
+
+    def assignment(self, statement_: Statement) -> str:
+        """One statement, broken into lines where it is long."""
+        head = f"{INDENT}{self.dialect.declare}{statement_.name} = "
+        return statement(head, f"{self.printer.right_side(statement_)};")
+
+
+class CFunction:
+    """The work of one model, on one state or on many side by side as its form says."""
+
+    def __init__(self, package: Package, function: Function, precision: Precision, form: Form) -> None:
+        self.package, self.function, self.precision, self.form = package, function, precision, form
+        self.name = precision.function(package.name, function.name)
+        self.macro = (package.name + precision.suffix).upper()
+        self.angles = angles_of(function.program)
+        self.printer = printer_of(function.program, precision, self.angles, form)
+        self.writer = CWriter(self.printer, form.number, form.real, package.joint_names)
+        self.once_writer = CWriter(self.printer, form.real, form.real, package.joint_names)
+        self._declare_arrays()
+        self._name_numbers()
+        self._partition()
+
+    def _declare_arrays(self) -> None:
+        package, function, state = self.package, self.function, self.precision.state
+        joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motors): f"{self.macro}_MOTORS"}
+        named = dict.fromkeys(PER_JOINT, joints) | dict.fromkeys(PER_MOTOR, motors)
+        self.indices = {p.name: f"{self.macro}_P_{p.name}" for p in package.parameters}
+        self.inputs = [
+            Array(state, a.name, named.get(a.name, {}).get(a.size, str(a.size)), a.size) for a in function.arguments
+        ]
+        self.results = [
+            Array(state, r.name, _size(r.shape, named.get(r.name, {})), math.prod(r.shape), True)
+            for r in function.results
+        ]
+        count = len(package.parameters)
+        self.parameters = [Array(state, "p", f"{self.macro}_PARAMETERS", count)] if count else []
+        self.entries: dict[str, Indices] = {a.name: numbered(a.symbols) for a in function.program.inputs}
+
+    def _partition(self) -> None:
+        program = self.function.program
+        self.stored, at_end = self._stored()
+        steps = _of_use(self._steps(program.statements), at_end)
+        self.parts, self.slots = partition(steps, at_end)
+        self.used = frozenset().union(*(part.uses for part in self.parts))
+        self.constants = [s.name for s in program.once if s.name in self.used]
+        self.once_parts, self.once_slots = partition(self._steps(program.once), self.constants)
+        size = f"{self.macro}_{self.function.name.upper()}_CONSTANTS"
+        self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []
+
+    def _name_numbers(self) -> None:
+        program, package = self.function.program, self.package
+        taken = {s.name for s in (*program.once, *program.statements)} | program.used
+        taken |= {x for a in program.inputs for x in (a.name, *a.symbols)} | {a.name for a in self.signature}
+        taken |= {p.name for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
+        written, constants = self.printer.written, self.function.constants
+        self.printer.literals = Literals(constants, written, taken, package.joint_names, package.antecedents)
+
+    @property
+    def c_written(self) -> list[Array]:
+        """The array of what depends on parameters only, as a result."""
+        return [replace(array, is_written=True) for array in self.c]
+
+    @property
+    def arrays(self) -> list[Array]:
+        """The arrays of the function that is given what depends on parameters only."""
+        return [*self.inputs, *self.parameters, *self.c, *self.results]
+
+    @property
+    def signature(self) -> list[Array]:
+        """The arrays of the function as users call it."""
+        return [*self.inputs, *self.parameters, *self.results]
+
+    def part_texts(self) -> list[PartText]:
+        """The parts of a call, those after the angles."""
+        sincos = [Array(self.form.angle, name, str(len(self.angles)), 1) for name in SINCOS]
+        spill = Array(self.form.number, SPILL, str(self.slots), 1, True)
+        arrays = [*self.inputs, *self.parameters, *self.c, *sincos, spill, *self.results]
+        last = self.parts[-1]
+        return [self._part(part, arrays, self.stored if part is last else []) for part in self.parts]
+
+    def once_texts(self) -> list[PartText]:
+        """The parts of the work that depends on parameters only."""
+        last = self.once_parts[-1]
+        return [self._once_part(part, self.constants if part is last else []) for part in self.once_parts]
+
+    def angle_texts(self) -> list[str]:
+        """The angles whose sines and cosines are found first."""
+        program, entries = self.function.program, self.entries
+        read = {
+            symbol: self.form.load_angle.format(array=array, k=k)
+            for array, group in entries.items()
+            for symbol, k in group.items()
+        }
+        wide = replace(self.precision, literal_suffix="f" if self.precision.angle == "float" else "")
+        printer = printer_of(program, wide, [], self.form)
+        printer.variables.clear()
+        texts = [printer.text(angle).signed() for angle in self.angles]
+        self.printer.called |= printer.called
+        return [_replaced(text, read) for text in texts]
+
+    def unused(self) -> Iterator[str]:
+        """Arguments that no statement reads, and results without entries."""
+        symbols = {symbol for angle in self.angles for symbol in _symbols(angle)} | self.used
+        groups: dict[str, Indices] = {**self.entries, "p": self.indices}
+        yield from (a.name for a in self.inputs if not symbols & groups[a.name].keys())
+        yield from (a.name for a in self.parameters if not self.used & self.indices.keys())
+        yield from (r.name for r in self.results if not r.entries)
+
+    def stack(self) -> int:
+        """Bytes of the work arrays of a call."""
+        sizes = {"double": 8, "float": 4, "double_double": 16}
+        return self.slots * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.angle]
+
+    def _steps(self, statements: Sequence[Statement]) -> list[Step]:
+        steps = []
+        for one in statements:
+            self.printer.referenced.clear()
+            self.printer.right_side(one)
+            steps.append(Step(one, frozenset(self.printer.referenced)))
+        return steps
+
+    def _stored(self) -> tuple[list[str], frozenset[str]]:
+        """Lines that store the results, and the names of the variables that these are."""
+        self.printer.referenced.clear()
+        lines = [
+            INDENT + self.form.store.format(array=output.name, k=k, value=self.printer.value(x))
+            for output in self.function.program.outputs
+            for k, x in enumerate(output.entries)
+        ]
+        return lines, frozenset(self.printer.referenced)
+
+    def _part(self, part: Part, arrays: Sequence[Array], stored: Sequence[str]) -> PartText:
+        c = numbered(self.constants)
+        groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": c}
+        used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
+        used |= {SPILL} if part.spills else set()
+        used |= {r.name for r in self.results if r.entries} if stored else set()
+        lines = [
+            *self.writer.unpack(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load)),
+            *self._of_parameters({"p": self.indices, "c": c}, part.uses),
+            *self._lines(part, self.writer),
+        ]
+        lines += ["", f"{INDENT}/* Results. */", *stored] if stored else []
+        return PartText(lines, [a for a in arrays if a.name in used])
+
+    def _once_part(self, part: Part, constants: Sequence[str]) -> PartText:
+        lines = [*self._of_parameters({"p": self.indices}, part.uses), *self._lines(part, self.once_writer)]
+        lines += ["", *(f"{INDENT}c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
+        arrays = [*self.parameters] if part.uses & self.indices.keys() else []
+        arrays += [Array(self.form.real, SPILL, str(self.once_slots), 1, True)] if part.spills else []
+        arrays += self.c_written if constants else []
+        return PartText(lines, arrays)
+
+    def _lines(self, part: Part, writer: Writer) -> list[str]:
+        """Statements, between variables read from and written to the spill array."""
+        read = writer.unpack({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
+        lines = [*read, *writer.statements([s.statement for s in part.steps])]
+        spilled = [f"{INDENT}{SPILL}[{k}] = {name};" for name, k in part.live_out.items()]
+        return [*lines, "", *spilled] if spilled else lines
+
+    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+        """Parameters and what depends on them only, by name."""
+        return self.once_writer.unpack(groups, used, {"p": self.form.load_parameter})
+
+
+def _size(shape: Sequence[int], names: Mapping[int, str]) -> str:
+    """The size of a result, as a product where it is a matrix."""
+    return "*".join(names.get(n, str(n)) if len(shape) == 1 else str(n) for n in shape) or "1"
+
+
+def _replaced(text: str, names: Mapping[str, str]) -> str:
+    """An expression with other texts for its variables."""
+    return re.sub(r"\b[A-Za-z_]\w*\b", lambda found: names.get(found[0], found[0]), text)
+
+
+def _symbols(angle: Expression) -> list[str]:
+    return [node.operands[0] for node in reachable([angle]) if node.operation == SYMBOL]
+
+
+def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
+    """Steps that others or the results need: no sums whose sines and cosines are all that is asked of them."""
+    needed, kept = set(needed_at_end), []
+    for step in reversed(steps):
+        if step.statement.name in needed:
+            needed |= step.uses
+            kept.append(step)
+    return kept[::-1]
+
+
+def _declaring(type_: str) -> Dialect:
+    return replace(C, declare=f"const {type_} ")

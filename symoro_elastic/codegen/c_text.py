@@ -1,0 +1,149 @@
+"""The functions of a model as C text: heads and bodies, which the templates are given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_function import SINCOS, SPILL, Array, CFunction, PartText
+from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
+from symoro_elastic.codegen.described import described
+
+LARGE_STACK = 64_000
+
+
+@dataclass(frozen=True)
+class Routine:
+    """A function of C: its head without `static`, its body."""
+
+    head: str
+    body: str
+    is_static: bool = False
+
+
+@dataclass(frozen=True)
+class FunctionText:
+    """A model: its comment, the heads of the functions that users call, and all functions in order of definition.
+
+    `constants` is the macro that counts what `_prepare` computes, empty where no work depends on parameters only.
+    """
+
+    name: str
+    title: str
+    counts: str
+    documented: tuple[str, ...]
+    prototype: str
+    constants: str
+    constant_count: int
+    prepare: str
+    prepared: str
+    routines: tuple[Routine, ...]
+
+
+def function_text(function: CFunction) -> FunctionText:
+    """Return the text of a model for one state."""
+    about = described(function.function)
+    main = head(function, function.name, function.signature)
+    in_two_steps = (Routine(main, _in_two_steps(function)),) if function.c else ()
+    return FunctionText(
+        name=function.name,
+        title=f"{about['title']} {about['equations']}.",
+        counts=about["counts"] + _stack(function),
+        documented=tuple(about["documented"]),
+        prototype=main,
+        constants=function.c[0].size if function.c else "",
+        constant_count=len(function.constants),
+        prepare=head(function, f"{function.name}_prepare", _of_preparing(function)),
+        prepared=head(function, f"{function.name}_prepared", function.arrays),
+        routines=(*_preparing(function), *working(function, _working_name(function)), *in_two_steps),
+    )
+
+
+def head(function: CFunction, name: str, arrays: Sequence[Array]) -> str:
+    """The head of a function without its last line's end; functions on many states take their number first."""
+    states = function.form.states
+    declared = [f"size_t {states}", *(a.pointer() for a in arrays)] if states else [a.declared() for a in arrays]
+    return with_arguments(f"void {name}", declared)
+
+
+def working(function: CFunction, name: str) -> list[Routine]:
+    """The function that does the work of a call, after the parts of it where it is long."""
+    parts = function.part_texts()
+    unused = [*([function.form.states] if function.form.states else []), *function.unused()]
+    first = [f"{INDENT}(void){name};" for name in unused] + _angles(function)
+    if len(parts) == 1:
+        return [Routine(head(function, name, function.arrays), "\n".join([*first, parts[0].body]))]
+    spill = [_declaration(function.form.number, SPILL, str(function.slots))] if function.slots else []
+    routines, calls = _in_parts(function, name, parts)
+    return [*routines, Routine(head(function, name, function.arrays), "\n".join([*first, *spill, *calls]))]
+
+
+def _in_parts(function: CFunction, name: str, parts: Sequence[PartText]) -> tuple[list[Routine], list[str]]:
+    """Static functions for the parts, and the calls of them."""
+    names = [f"{name}_part{k}" for k in range(1, len(parts) + 1)]
+    unused = [f"{INDENT}(void){function.form.states};\n"] if function.form.states else []
+    routines = [
+        Routine(head(function, n, p.arrays), "".join([*unused, p.body]), True)
+        for n, p in zip(names, parts, strict=True)
+    ]
+    return routines, [_call(function, n, p.arrays) for n, p in zip(names, parts, strict=True)]
+
+
+def _angles(function: CFunction) -> list[str]:
+    """Lines that find the sines and cosines of joint variables, their multiples and sums."""
+    count, type_ = len(function.angles), function.form.angle
+    if not count:
+        return []
+    return [
+        statement(f"{INDENT}const {type_} angle[{count}] = ", f"{{{', '.join(function.angle_texts())}}};"),
+        *(_declaration(type_, name, str(count)) for name in SINCOS),
+        *(INDENT + line.format(count=count) for line in function.form.sincos),
+        "",
+    ]
+
+
+def _declaration(type_: str, name: str, size: str) -> str:
+    return f"{INDENT}{type_} {name}[{size}];"
+
+
+def _call(function: CFunction, name: str, arrays: Sequence[Array]) -> str:
+    states = [function.form.states] if function.form.states else []
+    return with_arguments(f"{INDENT}{name}", [*states, *(a.name for a in arrays)], ");")
+
+
+def _working_name(function: CFunction) -> str:
+    return f"{function.name}_prepared" if function.c else function.name
+
+
+def _of_preparing(function: CFunction) -> list[Array]:
+    """The arrays of the function that computes what depends on parameters only."""
+    return [*function.parameters, *function.c_written]
+
+
+def _preparing(function: CFunction) -> list[Routine]:
+    if not function.c:
+        return []
+    name, parts = f"{function.name}_prepare", function.once_texts()
+    main = head(function, name, _of_preparing(function))
+    if len(parts) == 1:
+        return [Routine(main, parts[0].body)]
+    spill = [_declaration(function.form.real, SPILL, str(function.once_slots))] if function.once_slots else []
+    routines, calls = _in_parts(function, name, parts)
+    return [*routines, Routine(main, "\n".join([*spill, *calls]))]
+
+
+def _in_two_steps(function: CFunction) -> str:
+    """The body of the function that computes anew what depends on parameters only."""
+    c = function.c[0]
+    return "\n".join(
+        [
+            _declaration(c.type, c.name, c.size),
+            _call(function, f"{function.name}_prepare", _of_preparing(function)),
+            _call(function, f"{function.name}_prepared", function.arrays),
+        ]
+    )
+
+
+def _stack(function: CFunction) -> str:
+    size = function.stack()
+    return f"; {size // 1000} kB of stack" if size > LARGE_STACK else ""

@@ -1,0 +1,80 @@
+"""Programs partitioned into parts that a C compiler handles in time that grows in proportion.
+
+Optimising compilers take more than linear time on one long straight line. A part is a function of its own; variables
+that later parts need are spilled to an array.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil
+
+from symoro_elastic.symbolic.program import Statement
+
+LONGEST_PART = 1000
+
+
+@dataclass(frozen=True)
+class Step:
+    """A statement and the names it needs."""
+
+    statement: Statement
+    uses: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Steps in a row; `live_in` and `live_out` give the slots of variables read from and written to the spill array."""
+
+    steps: Sequence[Step]
+    uses: frozenset[str]
+    live_in: dict[str, int]
+    live_out: dict[str, int]
+
+    @property
+    def spills(self) -> bool:
+        """Whether it uses the spill array."""
+        return bool(self.live_in or self.live_out)
+
+
+def partition(
+    steps: Sequence[Step], needed_at_end: Iterable[str], longest: int = LONGEST_PART
+) -> tuple[list[Part], int]:
+    """Return parts of almost equal length, and the number of slots of the spill array."""
+    count = max(1, ceil(len(steps) / longest))
+    bounds = [len(steps) * k // count for k in range(count + 1)]
+    pieces = [steps[first:last] for first, last in pairwise(bounds)]
+    uses = [set().union(*(step.uses for step in piece)) for piece in pieces]
+    uses[-1] |= set(needed_at_end)
+    last_use = {name: k for k, names in enumerate(uses) for name in names}
+    slots, parts = _Slots(), []
+    for k, piece in enumerate(pieces):
+        made = [step.statement.name for step in piece]
+        live_in = {name: slots.of[name] for name in sorted(uses[k] & slots.of.keys())}
+        slots.release([name for name in live_in if last_use[name] == k])
+        live_out = slots.assign([name for name in made if last_use.get(name, k) > k])
+        parts.append(Part(piece, frozenset(uses[k]), live_in, live_out))
+    return parts, slots.count
+
+
+class _Slots:
+    """Slots of an array, assigned and released."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, int] = {}
+        self.empty: list[int] = []
+        self.count = 0
+
+    def release(self, names: Iterable[str]) -> None:
+        self.empty += [self.of.pop(name) for name in names]
+
+    def assign(self, names: Iterable[str]) -> dict[str, int]:
+        assigned = {}
+        for name in names:
+            if not self.empty:
+                self.empty.append(self.count)
+                self.count += 1
+            assigned[name] = self.of[name] = self.empty.pop()
+        return assigned

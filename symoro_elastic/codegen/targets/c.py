@@ -1,0 +1,167 @@
+"""The target `c`: C99 for one state a call, one header and one source for each precision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_function import CFunction
+from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
+from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_text import FunctionText, function_text
+from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.package import Axis, Package, ParameterValue
+from symoro_elastic.codegen.pair_arithmetic import with_needed
+from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
+from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.symbolic.operations import SIGN
+
+KEYWORDS = words(
+    """
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t class compl
+    concept const consteval constexpr constinit const_cast continue co_await co_return co_yield decltype default delete
+    do double dynamic_cast else enum explicit export extern false float for friend goto if inline int long mutable
+    namespace new noexcept not not_eq nullptr operator or or_eq private protected public register reinterpret_cast
+    requires restrict return short signed sizeof static static_assert static_cast struct switch template this
+    thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while
+    xor xor_eq
+    """
+)
+"""Of C and C++, as headers serve both."""
+LIBRARY = words(
+    """
+    I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN SING OVERFLOW UNDERFLOW PLOSS
+    TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite isnormal isless isgreater
+    islessequal isgreaterequal islessgreater isunordered signbit fpclassify math_errhandling linux unix near far huge
+    interrupt main printf malloc free memcpy size_t sin cos tan sqrt atan2 fabs pow copysign fmin fmax exp log hypot
+    fma nan
+    """
+)
+"""Functions and macros of the standard library, and keywords and macros of compilers."""
+OWN = words("p c spill sine cosine angle sign")
+"""Identifiers of the templates that a user's name could hide."""
+
+
+@dataclass(frozen=True)
+class SourceText:
+    """What the templates of a header and a source are given; `called` are the functions that statements need."""
+
+    name: str
+    macro: str
+    banner: str
+    summary: str
+    axes: tuple[Axis, ...]
+    motors: int
+    frames: int
+    parameters: tuple[ParameterValue, ...]
+    defaults: tuple[str, ...]
+    precision: Precision
+    functions: tuple[FunctionText, ...]
+    has_angles: bool
+    called: frozenset[str]
+    real: str
+    pair: str
+    sign: str
+    advances: bool
+
+
+def scalar_form(package: Package, precision: Precision) -> Form:
+    """How C writes the numbers of one state."""
+    real, name = precision.type_of_real(package.name), package.name + precision.suffix
+    functions = {f: precision.functions.get(f, f) for f in FUNCTIONS} | {SIGN: f"{name}_sign"}
+    load = "{array}[{k}]"
+    if precision.is_pair:
+        pair = f"{package.name}_{DOUBLE_DOUBLE_TYPE}_"
+        of = f"{pair}make({load}, 0.0)"
+        sincos = _sincos(f"{pair}sincos")
+        return Form(real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of, sincos, pair)
+    narrow = f"({real}){{}}" if precision.is_mixed else "{}"
+    narrowed = narrow.format(load)
+    large = f"{name}_sincos_large({{count}}U, angle, sine, cosine);"
+    sincos = (*_sincos(f"{name}_sincos"), large)
+    return Form(
+        real, precision.angle, real, narrowed, load, f"{load} = {{value}};", narrow, functions, narrowed, sincos
+    )
+
+
+def _sincos(function: str) -> tuple[str, ...]:
+    """Lines that find sines and cosines one by one."""
+    return "for (size_t k = 0U; k < {count}U; k++) {{", f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);", "}}"
+
+
+def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
+    """Return `<name>.h` and `<name>.c`, the precision in their names unless it is double."""
+    text = source_text(package, precision)
+    return {
+        f"{text.name}.h": fitted(render("c/model.h.j2", **vars(text))),
+        f"{text.name}.c": fitted(render("c/model.c.j2", **vars(text))),
+    }
+
+
+def source_text(package: Package, precision: Precision) -> SourceText:
+    """What the templates are given for a package."""
+    form, name = scalar_form(package, precision), package.name + precision.suffix
+    functions = [CFunction(package, function, precision, form) for function in package.functions]
+    texts = tuple(map(function_text, functions))
+    has_angles = any(function.angles for function in functions)
+    called = {name for function in functions for name in function.printer.called}
+    last = len(package.parameters) - 1
+    return SourceText(
+        name=name,
+        macro=name.upper(),
+        banner=banner(package, precision),
+        summary=package.scene,
+        axes=package.axes,
+        motors=len(package.motors),
+        frames=len(package.frames),
+        parameters=package.parameters,
+        defaults=tuple(_default(p, precision, k == last) for k, p in enumerate(package.parameters)),
+        precision=precision,
+        functions=texts,
+        has_angles=has_angles,
+        called=with_needed(called, has_angles) if precision.is_pair else frozenset(called),
+        real=form.real,
+        pair=form.pair,
+        sign=form.functions[SIGN],
+        advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
+    )
+
+
+def banner(package: Package, precision: Precision) -> str:
+    """Lines of the comment that begins every file: where it comes from, and that it may be used freely."""
+    source = f" from {in_comment(package.source)}" if package.source else ""
+    sentences = (
+        f"Generated by symoro-elastic{source}: do not edit, generate it again.",
+        f"Options: {in_comment('; '.join([precision.title, *package.options]))}.",
+        "The licence of the generator does not cover this file: use it under any licence you like.",
+    )
+    return "\n * ".join(sentences)
+
+
+def _default(parameter: ParameterValue, precision: Precision, is_last: bool) -> str:
+    """A line of the default values."""
+    value = "NAN" if math.isnan(parameter.value) else repr(parameter.value)
+    value = f"(float){value}" if precision.state == "float" else value
+    unit = f" [{in_comment(parameter.unit)}]" if parameter.unit else ""
+    return f"{INDENT}{value}{'' if is_last else ','} /* {parameter.name}{unit} */"
+
+
+@dataclass(frozen=True)
+class _C:
+    name: str = "c"
+    title: str = "C99 without extensions: one state a call"
+    suffixes: tuple[str, ...] = (".h", ".c")
+    precisions: tuple[Precision, ...] = tuple(PRECISIONS.values())
+    reserved: frozenset[str] = KEYWORDS | LIBRARY | OWN
+
+    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
+        """Return `<name>.h` and `<name>.c` for each precision."""
+        files: Files = {}
+        for precision in precisions:
+            files |= render_c(package, precision)
+        return files
+
+
+C = _C()

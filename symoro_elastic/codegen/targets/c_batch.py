@@ -1,0 +1,179 @@
+"""The target `c-batch`: the C of the target `c`, and functions that compute many states a call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.c_function import Array, CFunction
+from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
+from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_text import Routine, working
+from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
+from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.targets.c import C, banner, render_c, scalar_form
+from symoro_elastic.codegen.templates import render
+
+LARGE_STACK = 64_000
+OWN = words(
+    """
+    LOAD LOAD_ANGLE STORE NARROW WIDTH VECTOR VECTOR_BYTES NOINLINE EXACT_TYPES LARGEST_ANGLE numbers angles bits
+    number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
+    """
+) | {f"{name}_lanes" for name in FUNCTIONS}
+"""Macros and identifiers of the templates."""
+
+
+@dataclass(frozen=True)
+class BatchFunction:
+    """A model: heads and bodies of the function that users call, of the one for a state, and of those on vectors."""
+
+    title: str
+    stack: str
+    prototype: str
+    name: str
+    constants: str
+    in_vectors: tuple[Routine, ...]
+    vector_call: str
+    one: Routine
+    one_call: str
+
+
+@dataclass(frozen=True)
+class BatchText:
+    """What the templates are given; `called` are the functions that statements call, by operation and name."""
+
+    name: str
+    macro: str
+    banner: str
+    precision: Precision
+    real: str
+    functions: tuple[BatchFunction, ...]
+    called: dict[str, str]
+    has_angles: bool
+    has_vectors: bool
+
+
+def vector_form(package: Package, precision: Precision) -> Form:
+    """How C writes the numbers of many states, in vectors; without them as those of one state."""
+    form = scalar_form(package, precision)
+    if precision.is_pair:
+        return form
+    load, place = "LOAD({array} + {k}*states)", "{array} + {k}*states"
+    return replace(
+        form,
+        number="numbers",
+        angle="angles",
+        load=load,
+        load_angle="LOAD_ANGLE({array} + {k}*states)" if precision.is_mixed else load,
+        store=f"STORE({place}, {{value}});",
+        narrow="NARROW({})" if precision.is_mixed else "{}",
+        functions={name: f"{name}_lanes" for name in FUNCTIONS},
+        sincos=("sincos_lanes({count}U, angle, sine, cosine);",),
+        states="states",
+    )
+
+
+def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
+    """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`."""
+    form, name = vector_form(package, precision), package.name + precision.suffix
+    functions = [CFunction(package, f, precision, form) for f in package.functions if f.arguments]
+    texts = tuple(map(_function, functions))
+    called = sorted({operation for function in functions for operation in function.printer.called})
+    text = BatchText(
+        name=name,
+        macro=name.upper(),
+        banner=banner(package, precision),
+        precision=precision,
+        real=form.real,
+        functions=texts,
+        called={} if precision.is_pair else {f: precision.functions.get(f, f) for f in called},
+        has_angles=any(function.angles for function in functions),
+        has_vectors=not precision.is_pair,
+    )
+    return render_c(package, precision) | {
+        f"{name}_batch.h": fitted(render("c/batch.h.j2", **vars(text))),
+        f"{name}_batch.c": fitted(render("c/batch.c.j2", **vars(text))),
+    }
+
+
+def _function(function: CFunction) -> BatchFunction:
+    lanes = f"{function.name}_lanes"
+    pair = function.precision.is_pair
+    c = function.c[0] if function.c else None
+    return BatchFunction(
+        title=function.function.title,
+        stack=_stack(function),
+        prototype=with_arguments(
+            f"void {function.name}_batch", ["size_t states", *(a.pointer() for a in function.signature)]
+        ),
+        name=function.name,
+        constants=c.size if c else "",
+        in_vectors=() if pair else tuple(working(function, lanes)),
+        vector_call=_moved_call(function, lanes),
+        one=_one(function),
+        one_call=_moved_call(function, f"{function.name}_one"),
+    )
+
+
+def _moved_call(function: CFunction, name: str) -> str:
+    """A call with the arrays of the state `first` and of those after it."""
+    of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
+    arguments = [f"{a.name} + first" if a.name in of_states else a.name for a in function.arrays]
+    return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
+
+
+def _one(function: CFunction) -> Routine:
+    """The function that computes one of the states, by the function for one state."""
+    prepared = f"{function.name}_prepared" if function.c else function.name
+    lines, arguments = [], []
+    for array in function.arrays:
+        is_of_states = array.entries and array not in (*function.parameters, *function.c)
+        arguments.append(f"{array.name}_one" if is_of_states else array.name)
+        lines += [f"{INDENT}{array.type} {array.name}_one[{array.size}];"] if is_of_states else []
+    lines += [line for array in function.inputs for line in _copied(array)]
+    lines.append(with_arguments(f"{INDENT}{prepared}", arguments, ");"))
+    lines += [line for array in function.results for line in _copied(array)]
+    pointers = [a.pointer() for a in function.arrays]
+    name = with_arguments(f"void {function.name}_one", ["size_t states", *pointers])
+    empty = [f"{INDENT}(void)states;"]
+    return Routine(name, "\n".join([*empty, *lines]), True)
+
+
+def _copied(array: Array) -> list[str]:
+    """Lines that copy the entries of a state from or to a batch."""
+    if not array.entries:
+        return []
+    one, batch = f"{array.name}_one[k]", f"{array.name}[k*states]"
+    target, source = (batch, one) if array.is_written else (one, batch)
+    loop = f"{INDENT}for (size_t k = 0; k < {array.size}; k++) {{"
+    return [loop, f"{INDENT * 2}{target} = {source};", f"{INDENT}}}"]
+
+
+def _stack(function: CFunction) -> str:
+    """Work arrays of a batch in kB, where they are large."""
+    sizes = {"double": 8, "float": 4}
+    one = sum(a.entries for a in (*function.inputs, *function.results)) * sizes[function.precision.state]
+    size = max(function.stack() * function.precision.widest, one + function.stack())
+    return f"{size // 1000} kB of stack" if size > LARGE_STACK else ""
+
+
+@dataclass(frozen=True)
+class _CBatch:
+    name: str = "c-batch"
+    title: str = "C, and many states a call, in vectors with GCC and Clang"
+    suffixes: tuple[str, ...] = (".h", ".c", "_batch.h", "_batch.c")
+    precisions: tuple[Precision, ...] = tuple(PRECISIONS.values())
+    reserved: frozenset[str] = C.reserved | OWN
+
+    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
+        """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`, for each precision."""
+        files: Files = {}
+        for precision in precisions:
+            files |= render_c_batch(package, precision)
+        return files
+
+
+C_BATCH = _CBatch()
