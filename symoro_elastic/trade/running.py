@@ -16,7 +16,7 @@ import numpy as np
 
 from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.c import render_c
-from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
+from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.numpy import render_numpy
@@ -113,7 +113,7 @@ def _repeated(package: Package, function: Function, header: str, precision: Prec
 def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
     library = compile_library(sources, folder, build.compiler, build.flags)
     compiled = CompiledPackage(form.package, library, build.precision)
-    loaded = ctypes.CDLL(str(library.resolve()))
+    loaded = load_library(library)
     p = parameters(form, build.precision)
     ready = []
     for model in form.traced:

@@ -6,6 +6,7 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -74,10 +75,7 @@ def over_grid(
     those of `equilibrium` and `with_motors`. Raises `InputError`.
     """
     joints, lengths = tuple(grid), tuple(len(places) for places in grid.values())
-    count = int(np.prod(lengths))
-    if not grid or not 0 < count <= MOST_POSITIONS:
-        what = f"{count if grid else 0} positions: name joints, and at most {MOST_POSITIONS} positions"
-        raise InputError(motion.source, "--over", what)
+    refuse_grid(lengths, motion.source)
     for name in joints:
         if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
             what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
@@ -96,8 +94,16 @@ def over_grid(
         paired, mac = pair(tracked[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
         tracked.append(paired)
         alike.append(mac)
-        progress(point + 1, count)
+        progress(point + 1, len(positions))
     return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
+
+
+def refuse_grid(lengths: Sequence[int], source: str) -> None:
+    """Raise `InputError` for a grid without positions, or with more than can be computed; lengths by joint."""
+    count = math.prod(lengths) if lengths else 0
+    if not 0 < count <= MOST_POSITIONS:
+        what = f"{count} positions: name joints, and at most {MOST_POSITIONS} positions"
+        raise InputError(source, "--over", what)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Reading and writing of text files; every failure is an `InputError`."""
+"""Reading of text files; every failure is an `InputError`."""
 
 from __future__ import annotations
 
@@ -29,20 +29,6 @@ def load_text(path: str | Path) -> str:
     except UnicodeDecodeError as error:
         what = f"byte {error.start + 1} is not UTF-8: save the file as UTF-8 text"
         raise InputError(str(path), "file", what) from None
-
-
-def save_text(text: str, path: str | Path) -> None:
-    """Write a file as UTF-8 with plain line ends."""
-    save_bytes(text.encode("utf-8"), path)
-
-
-def save_bytes(content: bytes, path: str | Path) -> None:
-    """Write bytes to a file."""
-    try:
-        Path(path).write_bytes(content)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise InputError(str(path), "file", f"cannot be written: {reason}") from None
 
 
 def name_of(source: str) -> str:
