@@ -128,7 +128,9 @@ def _modes_at(machine: str, situation: Situation, out: str | None, plots: str | 
 
     with steps() as step:
         step("modes")
-        found = vibration.modes(situation.linearization(machine))
+        linear = situation.linearization(machine)
+        vibration.refuse_rigid(linear)
+        found = vibration.modes(linear)
         slopes = sensitivity(found)
     if as_json:
         print_json(modes_json(found, slopes))

@@ -22,7 +22,7 @@ from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
-from symoro_elastic.vibration.modes import Modes, clusters, modes
+from symoro_elastic.vibration.modes import Modes, clusters, modes, refuse_rigid
 
 DOUBTFUL_MAC = 0.5
 MOST_POSITIONS = 10_000
@@ -90,7 +90,9 @@ def over_grid(
         moved = dict(zip(joints, place.tolist(), strict=True))
         with _named(moved):
             state = equilibrium(motion, {**(at or {}), **moved}, torques)
-            here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
+            linear = with_motors(linearize(motion, state, (), ()), held, gains)
+            refuse_rigid(linear)
+            here = modes(linear)
         paired, mac = pair(tracked[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
         tracked.append(paired)
         alike.append(mac)
