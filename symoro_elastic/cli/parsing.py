@@ -71,7 +71,7 @@ def named(given: Sequence[str], option: str, parse: Callable[[str], T], form: st
             value = parse(written)
         except ValueError as error:
             reason = f": {error}" if str(error) else ""
-            raise InputError("symoro-elastic", option, f"{text!r}{form}{reason}") from None
+            raise InputError("symoro-elastic", option, f"{text.removeprefix('=')!r}{form}{reason}") from None
         if found.setdefault(name, value) != value:
             what = f"{name or 'the value of all'} is given twice: give it one value"
             raise InputError("symoro-elastic", option, what)

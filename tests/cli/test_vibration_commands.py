@@ -246,7 +246,7 @@ SIGNALS = {
     "--frequencies 1:10:1000000000": "in 1000000000 points: give 1e-09 <= LOW < HIGH <= 1e+12 and 2 to 200000 points",
     "--damping -1": "--damping: -1 is no damping ratio",
     "--out r.dat": "end the name with .csv or .npz or .mat",
-    "--plots two_axis.toml": "two_axis.toml: --plots: is a file: choose another folder",
+    "--plots two_axis.toml": "two_axis.toml: --plots: is a file, others cannot be written",
 }
 
 

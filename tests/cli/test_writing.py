@@ -100,7 +100,9 @@ def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path
     """Before the machine is read, which does not exist."""
     (tmp_path / "mine").write_text("mine")
     more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",)}.get(command, ())
-    assert refused(command, "none.toml", *more, "--plots", "mine") == "mine: --plots: is a file: choose another folder"
+    assert refused(command, "none.toml", *more, "--plots", "mine") == (
+        "mine: --plots: is a file, others cannot be written into it: choose another folder"
+    )
 
 
 def test_pictures_are_replaced_with_force_only(tmp_path: Path) -> None:

@@ -28,7 +28,8 @@ def read_machine(
 
 def read(path: str | Path) -> Machine:
     """The machine in a file, not yet checked by `check`; raises `InputError`."""
-    return format_of(path, FORMATS).read(load_text(path), str(path))
+    form = format_of(path, FORMATS)
+    return form.read(load_text(path, form.encodings), str(path))
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:
