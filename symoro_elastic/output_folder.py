@@ -1,69 +1,95 @@
-"""Folders of generated files: written completely or not at all, never over files of the user."""
+"""Folders of generated files: written completely or not at all, never over files or changes of the user."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import STAGING, alone_in, failures, is_forced, made, refuse_folder, write_all
 
 MANIFEST = "generated.json"
 
 
-def write_files(folder: Path, files: dict[str, str]) -> list[Path]:
+@dataclass(frozen=True)
+class Manifest:
+    """Names of the files that a run has written to a folder, and SHA-256 of their texts by name."""
+
+    names: frozenset[str] = frozenset()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def wrote(self, name: str, hashed: str) -> bool:
+        """Whether the run may have written a file with this hash; a list without hashes does not tell."""
+        return name in self.names and self.hashes.get(name, hashed) == hashed
+
+
+def write_files(folder: Path, files: Mapping[str, str]) -> list[Path]:
     """Write generated files and a list of them; remove files of an earlier run that are no longer generated.
 
-    Raises `InputError` for a folder that holds other things or cannot be written.
+    Raises `InputError` for a folder that cannot be written, or that holds other files, or files that were changed
+    since they were generated, unless --force is given.
     """
-    files = {**files, MANIFEST: json.dumps({"generator": "symoro_elastic", "files": sorted(files)}, indent=2) + "\n"}
-    try:
-        earlier = _earlier_files(folder)
-        _refuse_to_replace([folder / name for name in files if name not in earlier and name != MANIFEST])
-        folder.mkdir(parents=True, exist_ok=True)
-        _write_all(folder, files)
-        for name in earlier - set(files):
+    hashes = {name: _hash(files[name].encode()) for name in sorted(files)}
+    manifest = {"generator": "symoro_elastic", "files": sorted(files), "sha256": hashes}
+    contents = {**files, MANIFEST: json.dumps(manifest, indent=2) + "\n"}
+    refuse_folder(folder, "--out")
+    with failures(folder, "--out"), made(folder), alone_in(folder):
+        earlier = _earlier(folder)
+        own = {MANIFEST, *(name for manifest in earlier for name in manifest.names)}
+        _refuse_others(folder, [name for name in files if name not in own])
+        _refuse_changed(folder, [*earlier, Manifest(frozenset(hashes), hashes)])
+        written = write_all({name: text.encode() for name, text in contents.items()}, folder, "--out", own)
+        for name in own - set(contents):
             (folder / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(str(folder), "--out", f"cannot be written ({error.strerror}): choose another folder") from None
-    return [folder / name for name in files]
+    return written
 
 
-def _earlier_files(folder: Path) -> set[str]:
-    if not folder.exists():
-        return set()
-    if not folder.is_dir():
-        raise InputError(str(folder), "--out", "is a file: choose another folder")
-    manifest = folder / MANIFEST
-    if manifest.is_file():
-        return _listed(manifest)
-    if any(folder.iterdir()):
-        raise InputError(
-            str(folder), "--out", "holds files that were not generated: choose another folder with --out, or move them"
-        )
-    return set()
+def _earlier(folder: Path) -> list[Manifest]:
+    """What earlier runs have written to a folder, and those were writing that were killed."""
+    others = [path for path in folder.iterdir() if not path.name.startswith(STAGING)]
+    paths = [*folder.glob(f"{STAGING}*/{MANIFEST}"), folder / MANIFEST]
+    found = [manifest for path in paths if (manifest := _read(path))]
+    if others and not found and not is_forced():
+        what = "holds files that were not generated: choose another folder with --out, or write into it with --force"
+        raise InputError(str(folder), "--out", what)
+    return found
 
 
-def _refuse_to_replace(paths: Iterable[Path]) -> None:
-    for path in paths:
-        if path.exists() or path.is_symlink():
-            raise InputError(str(path), "--out", "was not generated: move it away, or choose another folder with --out")
-
-
-def _listed(manifest: Path) -> set[str]:
+def _read(path: Path) -> Manifest | None:
+    """The list of files at a path, None where there is none."""
     try:
-        names = json.loads(manifest.read_text(encoding="utf-8"))["files"]
-        return {name for name in names if name not in ("", "..") and Path(name).name == name}
-    except (ValueError, KeyError, TypeError):
-        raise InputError(str(manifest), "files", "is no list of generated files: move the folder away") from None
+        found = json.loads(path.read_text(encoding="utf-8"))
+        names = frozenset(name for name in found["files"] if name not in ("", "..") and Path(name).name == name)
+        return Manifest(names, {str(name): str(value) for name, value in found.get("sha256", {}).items()})
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        if is_forced() or path.parent.name.startswith(STAGING):
+            return None
+        raise InputError(str(path), "files", "is no list of generated files: move the folder away") from None
 
 
-def _write_all(folder: Path, files: dict[str, str]) -> None:
-    """Write temporary files first, so that a full disk leaves the old files unchanged."""
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as staging:
-        for name, text in files.items():
-            (Path(staging) / name).write_text(text, encoding="utf-8", newline="\n")
-        for name in files:
-            os.replace(Path(staging) / name, folder / name)
+def _refuse_changed(folder: Path, known: Sequence[Manifest]) -> None:
+    """Raise `InputError` for a file whose text is none of those known."""
+    listed = {folder / name for manifest in known for name in manifest.names}
+    for path in sorted(path for path in listed if path.is_file() and not is_forced()):
+        text = _hash(path.read_bytes())
+        if not any(manifest.wrote(path.name, text) for manifest in known):
+            what = "was changed since it was generated: keep a copy elsewhere, or replace it with --force"
+            raise InputError(str(path), "--out", what)
+
+
+def _refuse_others(folder: Path, names: Iterable[str]) -> None:
+    for path in (folder / name for name in names):
+        if os.path.lexists(path) and not is_forced():
+            what = "was not generated: move it away, choose another folder with --out, or replace it with --force"
+            raise InputError(str(path), "--out", what)
+
+
+def _hash(text: bytes) -> str:
+    """SHA-256 of a text, whatever the line ends of its checkout."""
+    return hashlib.sha256(text.replace(b"\r\n", b"\n")).hexdigest()

@@ -17,9 +17,11 @@ def imported(module: str, work: str, extra: str) -> Any:
     package = DISTRIBUTIONS.get(package, package)
     try:
         return import_module(module)
-    except ImportError:
+    except ImportError as error:
+        missing = isinstance(error, ModuleNotFoundError) and error.name == module.partition(".")[0]
         what = f"{work} needs {package}: pip install 'symoro-elastic[{extra}]'"
-        raise InputError("symoro-elastic", package, what) from None
+        broken = f"{package} is installed, but cannot be loaded: {error}"
+        raise InputError("symoro-elastic", package, what if missing else broken) from None
 
 
 def for_identification(module: str) -> Any:

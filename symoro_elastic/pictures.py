@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import write_all
 from symoro_elastic.packages import imported
 
 PICTURE_FORMATS = ("png", "svg", "pdf")
@@ -26,19 +28,17 @@ def save_figures(figures: Mapping[str, Any], folder: str | Path, form: str = "pn
     """
     if form not in PICTURE_FORMATS:
         raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return [_saved(figure, folder / f"{name}.{form}") for name, figure in figures.items()]
-    except OSError as error:
-        raise InputError(str(folder), "folder", f"cannot be written: {error.strerror or error}") from None
+    drawn = {f"{name}.{form}": _drawn(figure, form) for name, figure in figures.items()}
+    return write_all(drawn, Path(folder), "--plots")
 
 
-def _saved(figure: Any, path: Path) -> Path:
+def _drawn(figure: Any, form: str) -> bytes:
+    """The picture as the bytes of a file."""
+    stream = io.BytesIO()
     with _matplotlib("matplotlib").rc_context({"svg.hashsalt": "symoro_elastic"}):
-        dated = {"Date": None} if path.suffix == ".svg" else {"CreationDate": None} if path.suffix == ".pdf" else {}
-        figure.savefig(path, dpi=110, metadata=dated)
-    return path
+        undated: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+        figure.savefig(stream, format=form, dpi=110, metadata=undated.get(form, {}))
+    return stream.getvalue()
 
 
 def _matplotlib(module: str) -> Any:

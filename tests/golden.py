@@ -15,6 +15,7 @@ from typing import NamedTuple
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.output_files import permission
 from symoro_elastic.pipeline import generate
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,7 +47,8 @@ def make(golden: Golden, out: Path) -> list[Path]:
     """Write what an example generates to `out` in place of generated/; the files, relative to it."""
     machine, _ = read_machine(ROOT / "examples" / golden.example)
     scene = Scene(golden.models) if golden.models else machine.scene or Scene()
-    written = generate(machine, scene, golden.targets, out / golden.folder).written
+    with permission(force=True):
+        written = generate(machine, scene, golden.targets, out / golden.folder).written
     return sorted(path.relative_to(out) for path in written)
 
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
 
@@ -12,7 +17,7 @@ from symoro_elastic.cli.comparison import compare
 from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.machine import convert, models, show
-from symoro_elastic.cli.sections import SectionedGroup
+from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.trade import trade
 from symoro_elastic.cli.vibration import linearize, modes, response
 from symoro_elastic.errors import InputError
@@ -40,20 +45,73 @@ for title, commands in SECTIONS.items():
 
 
 def main() -> None:
-    """Run the command line; an error that the user can fix ends in one line on stderr and exit code 2."""
+    """Run the command line; an error that the user can fix ends in one line on stderr and exit code 2.
+
+    Where a signal ends the process, temporary files are removed first.
+    """
+    with _ended_by_signals():
+        code = _run(sys.argv[1:] or ["--help"])
+    sys.exit(_flushed(code))
+
+
+def _run(arguments: list[str]) -> int:
+    """Run one command; return its exit code."""
+    if sys.stdout is None:
+        return _fail("standard output: is closed: nothing can be printed")
     try:
-        code = cli.main(args=sys.argv[1:] or ["--help"], standalone_mode=False)
+        code = cli.main(args=arguments, standalone_mode=False)
     except InputError as error:
-        code = _fail(str(error))
+        return _fail(str(error))
     except click.ClickException as error:
-        code = _fail(_usage(error))
+        return _fail(_usage(error))
     except click.Abort:
-        code = 130
+        return 130
     except MemoryError:
-        code = _fail("not enough memory for so large a model: ask for one --model, for fewer outputs, or lock joints")
-    except BrokenPipeError:
-        code = 0
-    sys.exit(code if isinstance(code, int) else 0)
+        return _fail("not enough memory for so large a model: ask for one --model, for fewer outputs, or lock joints")
+    except Failure as failure:
+        if isinstance(failure.cause, OSError):
+            return _no_output(failure.cause)
+        raise
+    return code if isinstance(code, int) else 0
+
+
+def _flushed(code: int) -> int:
+    """Write out what is still held back on standard output; return the exit code."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        return _no_output(error)
+    return code
+
+
+def _no_output(error: OSError) -> int:
+    """Say that something cannot be written; nothing where the reader of a pipe has gone, as `head` does."""
+    if error.errno != errno.EPIPE:
+        place = error.filename or "standard output or a temporary file"
+        _fail(f"{place}: cannot be written ({error.strerror or error})")
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115  (the interpreter flushes it when it ends)
+    return 0 if error.errno == errno.EPIPE else 2
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP, unless they are ignored, end the block as an exception does."""
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in numbers}
+
+    def end(number: int, _frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    for number, handler in before.items():
+        if handler == signal.SIG_DFL:
+            signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler == signal.SIG_DFL:
+                signal.signal(number, handler)
 
 
 def _fail(line: str) -> int:

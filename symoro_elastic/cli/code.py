@@ -8,9 +8,22 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, SCENE, gather
+from symoro_elastic.cli.options import (
+    BASE,
+    FOLD,
+    JSON,
+    MACHINE,
+    MERGE_ANGLES,
+    MODEL,
+    ONLY,
+    SCENE,
+    OutputFile,
+    OutputFolder,
+    gather,
+    writes,
+)
 from symoro_elastic.cli.output import counted, print_json, print_table, staged, steps, write_text
-from symoro_elastic.cli.parsing import among
+from symoro_elastic.cli.parsing import WholeRange, among
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
 
@@ -23,8 +36,12 @@ if TYPE_CHECKING:
 @MACHINE
 @gather("selection", Selection)
 @MODEL
-@click.option("--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch.")
-@click.option("--out", default="generated", show_default=True, type=click.Path(), help="Folder of generated machines.")
+@click.option(
+    "--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch; may be repeated."
+)
+@click.option(
+    "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."
+)
 @click.option(
     "--precision",
     "precisions",
@@ -37,6 +54,7 @@ if TYPE_CHECKING:
 @ONLY
 @SCENE
 @MERGE_ANGLES
+@writes
 @JSON
 def generate(
     machine: str,
@@ -80,7 +98,7 @@ def generate(
 @BASE
 @ONLY
 @SCENE
-@click.option("--seed", default=0, show_default=True, help="Seed of the random states.")
+@click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the random states.")
 @click.option(
     "--self",
     "by_itself",
@@ -151,10 +169,11 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
 @gather("selection", Selection)
 @click.option("--model", default="direct_dynamics", show_default=True, metavar="NAME", help="Model to write out.")
 @click.option("--format", "form", default="latex", show_default=True, metavar="NAME", help="latex, html or pdf.")
-@click.option("--out", metavar="FILE", type=click.Path(), help="File to write (default: standard output).")
+@click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
 @FOLD
 @ONLY
 @SCENE
+@writes
 def equations(machine: str, selection: Selection, model: str, form: str, out: str | None) -> None:
     """Write the equations of a model as LaTeX, HTML or PDF.
 

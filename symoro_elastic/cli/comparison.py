@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import AT, JSON, MACHINE, PLOTS, VALUE, gather
+from symoro_elastic.cli.options import AT, JSON, MACHINE, PLOTS, VALUE, InputFile, gather, writes
 from symoro_elastic.cli.output import print_json, print_table, print_written, steps
-from symoro_elastic.cli.parsing import numbers, parsed_by
+from symoro_elastic.cli.parsing import Number, numbers, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 
 if TYPE_CHECKING:
@@ -43,20 +43,26 @@ class ComparedMotion:
 @click.option(
     "--motion",
     metavar="FILE",
-    type=click.Path(),
+    type=InputFile(),
     help="Measured or simulated motion, .csv or .npz (default: a move).",
 )
 @click.option(
-    "--stroke", default=0.1, show_default=True, metavar="X", help="Stroke of the move, of every motor, rad or m."
+    "--stroke",
+    default=0.1,
+    show_default=True,
+    type=Number(),
+    metavar="X",
+    help="Stroke of the move, of every motor, rad or m.",
 )
 @click.option(
     "--duration",
-    type=float,
+    type=Number(),
     metavar="S",
     help="Duration of the move (default: five periods of the first natural frequency).",
 )
 @click.option("--free", is_flag=True, help="Natural frequencies with free motors instead of held ones.")
 @PLOTS
+@writes
 @JSON
 def compare(
     machine: str,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, gather
+from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, InputFile, OutputFile, OutputFolder, gather, writes
 from symoro_elastic.cli.output import print_json, print_table, steps
-from symoro_elastic.cli.parsing import numbers, numbers_or_default, parsed_by
+from symoro_elastic.cli.parsing import Number, WholeRange, numbers, numbers_or_default, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Reference:
 @click.option(
     "--motion",
     metavar="FILE",
-    type=click.Path(),
+    type=InputFile(),
     help="Reference trajectory: .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions only (default: a move).",
 )
 @click.option(
@@ -63,7 +63,7 @@ class Reference:
 )
 @click.option(
     "--duration",
-    type=float,
+    type=Number(),
     metavar="S",
     help="Duration of the move (default: five periods of the first natural frequency).",
 )
@@ -77,15 +77,16 @@ class Reference:
 )
 @click.option(
     "--degree",
-    type=int,
+    type=WholeRange(),
     metavar="N",
     help="Degree of the splines of a move, or through the positions of a file (default: one more than necessary).",
 )
-@click.option("--rate", type=float, metavar="HZ", help="Sample rate of splines (default: 1000).")
+@click.option("--rate", type=Number(), metavar="HZ", help="Sample rate of splines (default: 1000).")
 @VALUE
 @SCENE
-@click.option("--out", metavar="FILE", type=click.Path(), help="Save torques and motion of all joints: .csv or .npz.")
-@click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw a plot into this folder.")
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save torques and motion of all joints: .csv or .npz.")
+@click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw a plot into this folder.")
+@writes
 @JSON
 def feed_forward(
     machine: str,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, VALUE, gather
+from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, VALUE, InputFile, OutputFile, OutputFolder, gather, writes
 from symoro_elastic.cli.output import counted, print_json, print_table, print_written, steps
-from symoro_elastic.cli.parsing import numbers, parsed_by, ranges
+from symoro_elastic.cli.parsing import Number, NumberRange, WholeRange, numbers, parsed_by, ranges
 from symoro_elastic.cli.reading import of_parameters, read
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
 @MACHINE
 @gather("limits", MotorLimits)
 @gather("series", FourierSeries)
-@click.option("--out", required=True, metavar="FILE", type=click.Path(), help="Save the trajectory: .csv or .npz.")
+@click.option("--out", required=True, metavar="FILE", type=OutputFile(), help="Save the trajectory: .csv or .npz.")
 @limit("position", "[NAME=]LOW:HIGH", "Range of positions")
 @limit("velocity", "[NAME=]MAX", "Largest velocity")
 @limit("acceleration", "[NAME=]MAX", "Largest acceleration")
@@ -89,17 +89,17 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     default=0.1,
     show_default=True,
     metavar="HZ",
-    type=click.FloatRange(0, min_open=True),
+    type=NumberRange(0, min_open=True),
     help="Fundamental frequency of the motion.",
 )
 @click.option(
-    "--harmonics", default=5, show_default=True, type=click.IntRange(1, 50), help="Harmonics of the Fourier series."
+    "--harmonics", default=5, show_default=True, type=WholeRange(1, 50), help="Harmonics of the Fourier series."
 )
 @click.option(
     "--periods",
     default=3,
     show_default=True,
-    type=click.IntRange(1, 1000),
+    type=WholeRange(1, 1000),
     help="Periods of the motion, without start and stop.",
 )
 @click.option(
@@ -107,16 +107,17 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     default=1000.0,
     show_default=True,
     metavar="HZ",
-    type=click.FloatRange(0, min_open=True),
+    type=NumberRange(0, min_open=True),
     help="Sample rate.",
 )
 @click.option(
-    "--evaluations", default=1500, show_default=True, type=click.IntRange(1), help="Motions that the search evaluates."
+    "--evaluations", default=1500, show_default=True, type=WholeRange(1), help="Motions that the search evaluates."
 )
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the first motions.")
+@click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the first motions.")
 @VALUE
 @click.option("--known", metavar="LABEL", multiple=True, help="Parameter that is not to be identified.")
 @PLOTS
+@writes
 @JSON
 def excite(
     machine: str,
@@ -166,7 +167,7 @@ def _print_excitation(
 
 @click.command()
 @MACHINE
-@click.argument("data", metavar="DATA...", nargs=-1, required=True, type=click.Path())
+@click.argument("data", metavar="DATA...", nargs=-1, required=True, type=InputFile())
 @VALUE
 @click.option(
     "--known",
@@ -175,10 +176,11 @@ def _print_excitation(
     callback=parsed_by(numbers),
     help="Value of a parameter that is not to be estimated.",
 )
-@click.option("--bandwidth", type=float, metavar="HZ", help="Bandwidth of the motion (default: from its spectrum).")
+@click.option("--bandwidth", type=Number(), metavar="HZ", help="Bandwidth of the motion (default: from its spectrum).")
 @click.option(
-    "--plots", metavar="FOLDER", type=click.Path(), help="Draw measured and predicted torques into this folder."
+    "--plots", metavar="FOLDER", type=OutputFolder(), help="Draw measured and predicted torques into this folder."
 )
+@writes
 @JSON
 def identify(
     machine: str,

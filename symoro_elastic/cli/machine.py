@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE
+from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, OutputFile, writes
 from symoro_elastic.cli.output import print_json, print_table
 from symoro_elastic.cli.reading import read, scene_of
-from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
@@ -78,14 +76,13 @@ def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) ->
 
 @click.command()
 @MACHINE
-@click.argument("file", metavar="FILE", type=click.Path())
+@click.argument("file", metavar="FILE", type=OutputFile())
 @BASE
+@writes
 def convert(machine: str, file: str, base: bool) -> None:
     """Convert MACHINE to FILE, a .toml or a SYMORO .par."""
     from symoro_elastic.machine.formats import write_machine
 
-    if Path(file).exists():
-        raise InputError(file, "FILE", "exists already: choose another name, or remove it")
     write_machine(read(machine, base), file)
     click.echo(f"wrote {file}")
 

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import wraps
 from typing import Any
 
 import click
 
-from symoro_elastic.cli.parsing import bound, numbers, parsed_by
+from symoro_elastic.cli.parsing import NumberRange, bound, numbers, parsed_by
 
 Command = Callable[..., Any]
 
-MACHINE = click.argument("machine", metavar="MACHINE", type=click.Path())
+
+class InputFile(click.Path):
+    """A file that the command reads, so that it does not write it."""
+
+
+class OutputFile(click.Path):
+    """A file that the command writes."""
+
+
+class OutputFolder(click.Path):
+    """A folder that the command writes files to."""
+
+
+MACHINE = click.argument("machine", metavar="MACHINE", type=InputFile())
 MODEL = click.option("--model", "models", metavar="NAME", multiple=True, help="Model to generate; may be repeated.")
 FOLD = click.option(
     "--fold", metavar="NAME|all", multiple=True, help="Parameter to replace by its value; may be repeated."
@@ -27,12 +40,12 @@ ONLY = click.option(
 )
 BASE = click.option("--base", is_flag=True, help="Group the inertial parameters first.")
 SCENE = click.option(
-    "--scene", metavar="FILE", type=click.Path(), help="TOML file of models, outputs, constants and locked joints."
+    "--scene", metavar="FILE", type=InputFile(), help="TOML file of models, outputs, constants and locked joints."
 )
 MERGE_ANGLES = click.option(
     "--merge-angles",
     metavar="BOUND",
-    type=click.FloatRange(0, 1e6, min_open=True),
+    type=NumberRange(0, 1e6, min_open=True),
     callback=parsed_by(bound),
     help="Add angles of parallel axes where that saves operations; valid for |q| up to BOUND, rad.",
 )
@@ -52,8 +65,39 @@ VALUE = click.option(
     callback=parsed_by(numbers),
     help="Value of a parameter; may be repeated.",
 )
-PLOTS = click.option("--plots", metavar="FOLDER", type=click.Path(), help="Draw plots into this folder.")
+PLOTS = click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw plots into this folder.")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object.")
+
+
+FORCE = click.option("--force", is_flag=True, help="Replace existing files.")
+
+
+def writes(command: Command) -> Command:
+    """Add --force to a command, and refuse before its work what may not be written."""
+
+    @FORCE
+    @wraps(command)
+    def called(force: bool, **options: Any) -> Any:
+        from symoro_elastic.output_files import permission, refuse_file, refuse_folder
+
+        with permission([path for _, path in _paths(InputFile)], force):
+            for place, path in _paths(OutputFile):
+                refuse_file(path, place)
+            for place, path in _paths(OutputFolder):
+                refuse_folder(path, place)
+            return command(**options)
+
+    return called
+
+
+def _paths(kind: type[click.Path]) -> Iterator[tuple[str, str]]:
+    """Name of the option or argument, and path, of all paths of a kind that the command line gives."""
+    context = click.get_current_context()
+    for parameter in context.command.params:
+        given = context.params.get(str(parameter.name))
+        if isinstance(parameter.type, kind) and given is not None:
+            place = parameter.opts[0] if isinstance(parameter, click.Option) else parameter.make_metavar(context)
+            yield from ((place, path) for path in ([given] if isinstance(given, str) else given))
 
 
 def gather(name: str, record: type[Any]) -> Callable[[Command], Command]:

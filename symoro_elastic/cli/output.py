@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -22,15 +22,23 @@ def print_table(table: Any, title: str = "") -> None:
     from rich import box
     from rich.console import Console
 
+    class Output(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # noqa: PLE0704  (the error that this handles, instead of exit code 1)
+
     table.box, table.title = box.SIMPLE_HEAD, title or None
-    Console(highlight=False, width=None if sys.stdout.isatty() else 160).print(table)
+    Output(highlight=False, width=None if _is_terminal(sys.stdout) else 160).print(table)
 
 
 def write_text(text: str, out: str) -> None:
     """Save a text; raises `InputError` where the file cannot be written."""
-    from symoro_elastic.machine.formats.files import save_text
+    from symoro_elastic import output_files
 
-    save_text(text, out)
+    output_files.write_text(text, out)
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    return stream is not None and stream.isatty()
 
 
 @contextmanager
@@ -43,7 +51,7 @@ def counted(step: str) -> Iterator[Callable[[int, int], None]]:
 @contextmanager
 def staged(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
     """A progress bar on a terminal's stderr, and nothing elsewhere: callbacks that name a stage, and count its work."""
-    if not sys.stderr.isatty():
+    if not _is_terminal(sys.stderr):
         yield lambda _: None, lambda _done, _total: None
         return
     from rich.console import Console
@@ -60,7 +68,7 @@ def staged(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callabl
 @contextmanager
 def steps() -> Iterator[Callable[[str], None]]:
     """Shows the current step on a terminal's stderr, and nothing elsewhere."""
-    if not sys.stderr.isatty():
+    if not _is_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
 from symoro_elastic.errors import InputError
 
 Callback = Callable[[click.Context, click.Parameter, Any], Any]
+T = TypeVar("T")
 
 
 def parsed_by(parse: Callable[[Any, str], Any]) -> Callback:
@@ -26,16 +27,64 @@ def among(names: Sequence[str], known: Sequence[str] | dict[str, Any], option: s
     return tuple(dict.fromkeys(names))
 
 
+def number(text: str) -> float:
+    """A number, read as in a machine file; raises `ValueError`."""
+    from symoro_elastic.machine import formula
+
+    return formula.number(text)
+
+
+class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
+    """A number that is written by the rules of machine files."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return super().convert(value, param, ctx)
+        try:
+            read = number(value)
+            whole = isinstance(self, click.types.IntParamType)
+            given: float = int(value) if whole and value.strip().lstrip("+-").isdecimal() else read
+        except ValueError as error:
+            place = param.opts[0] if param else self.name
+            raise InputError("symoro-elastic", place, f"{value!r} is no number: {error}") from None
+        return super().convert(given, param, ctx)
+
+
+class Number(_AsInFiles, click.types.FloatParamType):
+    """A number."""
+
+
+class NumberRange(_AsInFiles, click.FloatRange):
+    """A number within a range."""
+
+
+class WholeRange(_AsInFiles, click.IntRange):
+    """A whole number within a range."""
+
+
+def named(given: Sequence[str], option: str, parse: Callable[[str], T], form: str) -> dict[str, T]:
+    """Values by name, from `NAME=VALUE`; raise `InputError` for what `parse` refuses, and for two values of a name."""
+    found: dict[str, T] = {}
+    for text in given:
+        name, _, written = (part.strip() for part in text.rpartition("="))
+        try:
+            value = parse(written)
+        except ValueError as error:
+            reason = f": {error}" if str(error) else ""
+            raise InputError("symoro-elastic", option, f"{text.removeprefix('=')!r}{form}{reason}") from None
+        if found.setdefault(name, value) != value:
+            what = f"{name or 'the value of all'} is given twice: give it one value"
+            raise InputError("symoro-elastic", option, what)
+    return found
+
+
 def numbers(given: Sequence[str], option: str) -> dict[str, float]:
     """Numbers by name, from `NAME=X`."""
-    found = {}
+    form = " is not NAME=NUMBER"
     for text in given:
-        name, _, number = text.partition("=")
-        try:
-            found[name.strip()] = float(number)
-        except ValueError:
-            raise InputError("symoro-elastic", option, f"{text!r} is not NAME=NUMBER") from None
-    return found
+        if "=" not in text:
+            raise InputError("symoro-elastic", option, f"{text!r}{form}")
+    return named(given, option, number, form)
 
 
 def numbers_or_default(given: Sequence[str], option: str) -> dict[str, float]:
@@ -45,17 +94,12 @@ def numbers_or_default(given: Sequence[str], option: str) -> dict[str, float]:
 
 def ranges(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     """Ranges by name, from `NAME=LOW:HIGH` or `NAME=X` for -X:X; a range without name has the name ""."""
-    found = {}
-    for text in given:
-        name, _, limit = text.rpartition("=")
-        low, colon, high = limit.partition(":")
-        try:
-            found[name.strip()] = (float(low), float(high)) if colon else (-float(low), float(low))
-            if not all(map(math.isfinite, found[name.strip()])):
-                raise ValueError
-        except ValueError:
-            raise InputError("symoro-elastic", option, f"{text!r} is no limit: X, LOW:HIGH, NAME=X ...") from None
-    return found
+    return named(given, option, _low_high, " is no limit: X, LOW:HIGH, NAME=X ...")
+
+
+def _low_high(limits: str) -> tuple[float, float]:
+    low, colon, high = limits.partition(":")
+    return (number(low), number(high)) if colon else (-number(low), number(low))
 
 
 def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
@@ -68,34 +112,41 @@ def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
 
 
 def grid(given: Sequence[str], option: str) -> dict[str, list[float]]:
-    """Equally spaced positions by joint, from `JOINT=LOW:HIGH:COUNT`."""
-    found: dict[str, list[float]] = {}
-    for text in given:
-        name, _, limits = text.partition("=")
-        low, high, count = _low_high_count(limits, option, text)
-        if name.strip() in found:
-            raise InputError("symoro-elastic", option, f"{name.strip()} is given twice: name each joint once")
-        found[name.strip()] = [low + (high - low) * k / max(count - 1, 1) for k in range(count)]
-    return found
+    """Equally spaced positions by joint, from `JOINT=LOW:HIGH:COUNT`; raise `InputError` for too many."""
+    ranges = named(given, option, _low_high_count, LOW_HIGH_COUNT)
+    if ranges:
+        from symoro_elastic.vibration.tracking import refuse_grid
+
+        refuse_grid([count for _, _, count in ranges.values()], "symoro-elastic")
+    return {
+        name: [low + (high - low) * k / max(count - 1, 1) for k in range(count)]
+        for name, (low, high, count) in ranges.items()
+    }
 
 
 def band(text: str | None, option: str) -> tuple[float, float, int] | tuple[()]:
     """Lowest and highest frequency, Hz, and number of points, from `LOW:HIGH[:COUNT]`; empty for None."""
     if text is None:
         return ()
-    return _low_high_count(text if text.count(":") > 1 else f"{text}:2000", option, text)
+    from symoro_elastic.vibration.responses import POINTS, refuse_band
 
-
-def _low_high_count(limits: str, option: str, text: str) -> tuple[float, float, int]:
-    parts = limits.split(":")
+    whole = text if text.count(":") > 1 else f"{text}:{POINTS}"
     try:
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-        if len(parts) != 3 or count < 1 or not abs(low) + abs(high) < float("inf"):
-            raise ValueError
-    except (ValueError, IndexError):
-        what = f"{text!r}: give LOW:HIGH:COUNT, numbers and a count from 1"
-        raise InputError("symoro-elastic", option, what) from None
+        low, high, count = _low_high_count(whole)
+    except ValueError:
+        raise InputError("symoro-elastic", option, f"{text!r}{LOW_HIGH_COUNT}") from None
+    refuse_band(low, high, count, "symoro-elastic")
     return low, high, count
+
+
+LOW_HIGH_COUNT = ": give LOW:HIGH:COUNT, numbers and a count from 1"
+
+
+def _low_high_count(limits: str) -> tuple[float, float, int]:
+    low, high, count = map(number, limits.split(":"))
+    if count != int(count) or count < 1:
+        raise ValueError
+    return low, high, int(count)
 
 
 def bound(given: float | None, option: str) -> float | None:

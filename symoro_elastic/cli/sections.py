@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
+
+
+class Failure(Exception):
+    """An `OSError` or `EOFError` of a command, `cause`; click takes the latter for Ctrl-C, a closed pipe for exit 1."""
+
+    def __init__(self, cause: OSError | EOFError) -> None:
+        super().__init__(cause)
+        self.cause = cause
+
+
+@contextmanager
+def _failures() -> Iterator[None]:
+    try:
+        yield
+    except (OSError, EOFError) as error:
+        raise Failure(error) from error
 
 
 class SectionedGroup(click.Group):
@@ -19,6 +37,16 @@ class SectionedGroup(click.Group):
         for command in commands:
             self.add_command(command)
         self.sections[title] = tuple(str(command.name) for command in commands)
+
+    def make_context(self, *arguments: Any, **settings: Any) -> click.Context:
+        """Return the context of a command line; raises `Failure`."""
+        with _failures():
+            return super().make_context(*arguments, **settings)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; raises `Failure`."""
+        with _failures():
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one list of commands per section, with the first sentence of each command's help."""

@@ -9,9 +9,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import BASE, FOLD, JSON, MACHINE, MERGE_ANGLES, MODEL, ONLY, PLOTS, SCENE, gather
+from symoro_elastic.cli.options import (
+    BASE,
+    FOLD,
+    JSON,
+    MACHINE,
+    MERGE_ANGLES,
+    MODEL,
+    ONLY,
+    PLOTS,
+    SCENE,
+    gather,
+    writes,
+)
 from symoro_elastic.cli.output import counted, print_json, print_table, print_written
-from symoro_elastic.cli.parsing import parsed_by
+from symoro_elastic.cli.parsing import NumberRange, WholeRange, parsed_by
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
 
@@ -71,7 +83,7 @@ def finite_tolerance(tolerance: float, option: str) -> float:
     default=1e-12,
     show_default=True,
     metavar="X",
-    type=click.FloatRange(0, min_open=True),
+    type=NumberRange(0, min_open=True),
     callback=parsed_by(finite_tolerance),
     help="Relative error that is accepted.",
 )
@@ -79,13 +91,14 @@ def finite_tolerance(tolerance: float, option: str) -> float:
 @click.option("--all", "level", flag_value="all", help="Try every combination, however long it takes.")
 @click.option("--extreme", is_flag=True, help="Measure at extreme states instead of moderate ones.")
 @click.option(
-    "--states", default=400, show_default=True, type=click.IntRange(1, 1_000_000), help="States to measure errors at."
+    "--states", default=400, show_default=True, type=WholeRange(1, 1_000_000), help="States to measure errors at."
 )
-@click.option("--rounds", default=15, show_default=True, type=click.IntRange(1, 10_000), help="Rounds of timing.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the random states.")
+@click.option("--rounds", default=15, show_default=True, type=WholeRange(1, 10_000), help="Rounds of timing.")
+@click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the random states.")
 @click.option("--fast-math", is_flag=True, help="Allow -ffast-math in the advice: NaN and order of sums are not kept.")
 @click.option("--points", is_flag=True, help="Print every build, not the Pareto front only.")
 @PLOTS
+@writes
 @JSON
 def trade(
     machine: str,

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, PLOTS
+from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, OutputFile, writes
 from symoro_elastic.cli.output import counted, print_json, print_table, print_written, save_arrays, steps
-from symoro_elastic.cli.parsing import band, grid, parsed_by
+from symoro_elastic.cli.parsing import Number, band, grid, parsed_by
 from symoro_elastic.cli.situation import Situation, takes_situation
 from symoro_elastic.errors import InputError
 
@@ -37,7 +37,8 @@ OUTPUT = click.option(
 @takes_situation
 @INPUT
 @OUTPUT
-@click.option("--out", metavar="FILE", type=click.Path(), help="Save the matrices: .npz or .mat.")
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the matrices: .npz or .mat.")
+@writes
 @JSON
 def linearize(
     machine: str,
@@ -91,8 +92,9 @@ def _print_linearization(linear: Linearization, growth: float) -> None:
     callback=parsed_by(grid),
     help="Positions of a joint to compute the modes at; may be repeated.",
 )
-@click.option("--out", metavar="FILE", type=click.Path(), help="Save the modes: .npz or .mat.")
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the modes: .npz or .mat.")
 @PLOTS
+@writes
 @JSON
 def modes(
     machine: str,
@@ -126,7 +128,9 @@ def _modes_at(machine: str, situation: Situation, out: str | None, plots: str | 
 
     with steps() as step:
         step("modes")
-        found = vibration.modes(situation.linearization(machine))
+        linear = situation.linearization(machine)
+        vibration.refuse_rigid(linear)
+        found = vibration.modes(linear)
         slopes = sensitivity(found)
     if as_json:
         print_json(modes_json(found, slopes))
@@ -181,9 +185,12 @@ def _modes_over(
     callback=parsed_by(band),
     help="Frequencies, Hz, on a logarithmic scale (default: around all poles).",
 )
-@click.option("--damping", default=0.0, metavar="RATIO", help="Damping ratio added to every mode: 0.01 is 1 %.")
-@click.option("--out", metavar="FILE", type=click.Path(), help="Save the response: .csv, .npz or .mat.")
+@click.option(
+    "--damping", default=0.0, type=Number(), metavar="RATIO", help="Damping ratio added to every mode: 0.01 is 1 %."
+)
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the response: .csv, .npz or .mat.")
 @PLOTS
+@writes
 @JSON
 def response(
     machine: str,

@@ -84,6 +84,8 @@ def compile_library(
     )
     if done.returncode:
         raise CompilationFailed(f"{command[0]}: {_first_complaint(done.stderr)}")
+    if not library.is_file():
+        raise CompilationFailed(f"{command[0]}: wrote no library: set CC to a C compiler, or unset it")
     return library
 
 
@@ -97,11 +99,11 @@ class CompiledPackage:
     """The functions of a package, compiled; SI units, radians, arrays as in its header."""
 
     def __init__(self, package: Package, library: Path, precision: Precision = DOUBLE) -> None:
-        """Load a library made from the C text of this package in a precision."""
+        """Load a library made from the C text of this package in a precision; raises `CompilationFailed`."""
         self.package, self.precision = package, precision
         self.type = TYPES[precision.state]
         self._functions = {function.name: function for function in package.functions}
-        loaded = ctypes.CDLL(str(library.resolve()))
+        loaded = load_library(library)
         self._entries, self._batches = {}, {}
         for name, function in self._functions.items():
             in_c = precision.function(package.name, name)
@@ -182,6 +184,14 @@ def compile_package(
     return CompiledPackage(
         package, compile_library(texts, folder, compiler, flags or (optimisation(package),)), precision
     )
+
+
+def load_library(library: Path) -> ctypes.CDLL:
+    """Return a compiled library; raises `CompilationFailed` for a file that is none."""
+    try:
+        return ctypes.CDLL(str(library.resolve()))
+    except OSError as error:
+        raise CompilationFailed(f"what the compiler wrote cannot be loaded: {error}") from None
 
 
 def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:

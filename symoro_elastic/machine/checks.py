@@ -92,7 +92,8 @@ def _check_names(machine: Machine, taken: Collection[str]) -> None:
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
         reason = reserved(name, taken)
         if reason:
-            raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}")
+            origin = f" ({machine.name_origin})" if place == "name" and machine.name_origin else ""
+            raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}{origin}")
     _check_distinct(machine, joints)
     _check_distinct(machine, [*parameters, *variables])
 

@@ -95,6 +95,14 @@ class Formula:
         return self.text
 
 
+def number(text: str) -> float:
+    """Value of a number, or of a formula of numbers, in double precision; raises `FormulaError`."""
+    formula = Formula.parse(text)
+    for name in sorted(formula.names):
+        raise FormulaError(f"{name} is not finite" if name in ("nan", "inf") else f"{name!r} is a name")
+    return formula.value()
+
+
 def _plain_number(value: SupportsFloat) -> str:
     if isinstance(value, Fraction):
         return str(value)

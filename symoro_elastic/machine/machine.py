@@ -178,7 +178,7 @@ class Machine:
 
     `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
-    `source` is the file it was read from.
+    `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
     """
 
     name: str
@@ -190,6 +190,7 @@ class Machine:
     notes: tuple[str, ...] = ()
     extras: dict[str, str] = field(default_factory=dict)
     source: str = ""
+    name_origin: str = field(default="", compare=False)
 
     @property
     def is_grouped(self) -> bool:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.compile import compile_library, compile_package
+from symoro_elastic.codegen.compile import compile_library, compile_package, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
@@ -63,7 +63,7 @@ class RoundingModes:
         self._plain = compile_package(package, folder / "plain", files)
         included = {**files, SHIM: _shim(package)}
         library = compile_library(included, folder / "modes", flags=ROUNDING_FLAGS, sources=[SHIM])
-        self._library = ctypes.CDLL(str(library.resolve()))
+        self._library = load_library(library)
 
     def run(self, function: str, states: int, arguments: Mapping[str, Array]) -> dict[str, Spread]:
         """Return results of a function and their spread; `arguments` by name, (states, entries), and p (entries)."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import write_file
 
 INSTEAD = "use --format latex or html"
 QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")
@@ -38,7 +39,7 @@ def pdf(tex: str, path: Path) -> Path:
         log = _compile(engine, folder)
         if not made.is_file():
             raise InputError(str(path), "pdf", f"{engine} failed{_reason(log)}: {INSTEAD}")
-        shutil.copyfile(made, path)
+        write_file(made.read_bytes(), path)
     return path
 
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import save_bytes, save_text
+from symoro_elastic.output_files import refuse_file as refuse_to_write
+from symoro_elastic.output_files import write_file, write_text
 
 CSV, NPZ = ".csv", ".npz"
 
@@ -28,8 +29,7 @@ def refuse_file(path: str | Path) -> None:
     """Raise `InputError` for a file that `write_columns` cannot write."""
     if Path(path).suffix.lower() not in (CSV, NPZ):
         raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
-    if not Path(path).parent.is_dir():
-        raise InputError(str(path), "file", "its folder does not exist: make it first")
+    refuse_to_write(path)
 
 
 def write_columns(columns: Mapping[str, Array], path: str | Path) -> None:
@@ -38,10 +38,10 @@ def write_columns(columns: Mapping[str, Array], path: str | Path) -> None:
     if Path(path).suffix.lower() == NPZ:
         stream = io.BytesIO()
         np.savez(stream, **columns)  # type: ignore[arg-type]
-        save_bytes(stream.getvalue(), path)
+        write_file(stream.getvalue(), path)
         return
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(np.column_stack(list(columns.values())).tolist())
-    save_text(text.getvalue(), path)
+    write_text(text.getvalue(), path)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray
-from symoro_elastic.codegen.compile import TYPES, compile_library
+from symoro_elastic.codegen.compile import TYPES, compile_library, load_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
@@ -186,7 +186,7 @@ def _mover(package: Package, precision: Precision, folder: Path) -> Any:
         has_parameters=bool(package.parameters),
     )
     files = render_c(package, precision) | {f"{name}_motion.c": motion}
-    library = ctypes.CDLL(str(compile_library(files, folder, flags=DRIFT_FLAGS).resolve()))
+    library = load_library(compile_library(files, folder, flags=DRIFT_FLAGS))
     move = library[f"{name}_move"]
     move.argtypes = [ctypes.c_size_t, ctypes.c_double, ctypes.c_int, *[ctypes.c_void_p] * 3]
     move.restype = None

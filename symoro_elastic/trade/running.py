@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray
-from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library
+from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
@@ -114,7 +114,7 @@ def _repeated(package: Package, function: Function, header: str, precision: Prec
 def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
     library = compile_library(sources, folder, build.compiler, build.options(form.package.name))
     compiled = CompiledPackage(form.package, library, build.precision)
-    loaded = ctypes.CDLL(str(library.resolve()))
+    loaded = load_library(library)
     p = parameters(form, build.precision)
     ready = []
     for model in form.traced:

@@ -33,14 +33,15 @@ def frame_shapes(modal: Modes) -> Array:
     """Return J phi (frames, 6, modes): displacement and small rotation of every frame, in axes of frame 0."""
     motion = modal.linear.motion
     moved = _carried(modal.linear, motion.seen[0]) @ modal.shapes
-    frames = moved.reshape(-1, 6, moved.shape[-1])
+    frames = moved.reshape(len(moved) // 6, 6, moved.shape[1])
     return frames[1 : 1 + len(motion.machine.joints)]
 
 
 def kinetic_shares(modal: Modes) -> Shares:
     """Return (V_j^T JJ_j V_j) / 2 of each body and Ia qd^2 / 2 of each rotor [13], over their sum."""
     motion = modal.linear.motion
-    screws = (_carried(modal.linear, motion.own_velocities) @ modal.shapes).reshape(-1, 6, modal.shapes.shape[1])
+    moved = _carried(modal.linear, motion.own_velocities) @ modal.shapes
+    screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
     bodies = motion.body_inertias()
     energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])
     kept = list(modal.linear.kept)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import save_bytes
+from symoro_elastic.output_files import write_file
 from symoro_elastic.packages import for_vibrations, imported
 from symoro_elastic.time_series.writing import CSV, NPZ, write_columns
 from symoro_elastic.vibration.energies import frame_shapes
@@ -92,7 +92,7 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
     """Write arrays and lists of texts to .npz or .mat, the same bytes for the same numbers. Raises `InputError`."""
     refuse_file(path)
     forms: dict[str, Callable[[Mapping[str, Any]], bytes]] = {NPZ: _npz, MAT: _mat}
-    save_bytes(forms[Path(path).suffix.lower()](arrays), path)
+    write_file(forms[Path(path).suffix.lower()](arrays), path)
 
 
 def control_system(linear: Linearization) -> Any:

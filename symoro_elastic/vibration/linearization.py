@@ -31,6 +31,8 @@ from symoro_elastic.vibration.signals import (
     points_of,
 )
 
+LARGEST = 1e100
+"""Of inertia, damping and stiffness, SI units: far above all machines, and far from overflow."""
 REST_TOLERANCE = 1e-9
 """A velocity or an acceleration up to here is rounding, SI units."""
 Maps = tuple[tuple[Array, Array, Array], ...]
@@ -69,6 +71,15 @@ class Linearization:
     outputs: tuple[str, ...]
     kept: tuple[int, ...]
     gains: Array
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers on which the eigenvalues would overflow."""
+        for name, matrix in (("M", self.M), ("D", self.D), ("K", self.K)):
+            largest = np.abs(matrix).max(initial=0.0)
+            if not largest <= LARGEST:
+                row = int(np.unravel_index(np.abs(matrix).argmax(), matrix.shape)[0])
+                what = f"{largest:g} in {name} is out of range (up to {LARGEST:g}): check units, --value and --pd"
+                raise InputError(self.motion.source, self.coordinates[row], what)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

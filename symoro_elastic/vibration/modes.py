@@ -75,6 +75,13 @@ def modes(linear: Linearization) -> Modes:
     return Modes(linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, vectors), poles)
 
 
+def refuse_rigid(linear: Linearization) -> None:
+    """Raise `InputError` where no coordinate is left to vibrate."""
+    if not linear.kept:
+        why = "all motors are held and no other joint moves" if linear.motion.motors else "no joint moves"
+        raise InputError(linear.motion.source, "modes", f"nothing can vibrate: {why}")
+
+
 def clusters(eigenvalues: Array) -> list[slice]:
     """Return runs of eigenvalues that agree to a relative 1e-7, all zeros together."""
     runs: list[slice] = []

@@ -17,6 +17,8 @@ from symoro_elastic.vibration.modes import damped, modes
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
 POINTS, MOST_POINTS = 2000, 200_000
+LOWEST, HIGHEST = 1e-9, 1e12
+"""Hz."""
 BLOCK = 256
 
 
@@ -45,11 +47,16 @@ def frequency_grid(
     shaking = np.abs(poles[poles.imag > 0]) / (2 * np.pi)
     low = (float(shaking.min()) / 10 if len(shaking) else 1.0) if low is None else low
     high = (2 * float(shaking.max()) if len(shaking) else 1000.0) if high is None else high
-    if not (0 < low < high < np.inf and 1 < points <= MOST_POINTS):
-        what = f"from {low:g} to {high:g} Hz in {points} points: give 0 < LOW < HIGH and 2 to {MOST_POINTS} points"
-        raise InputError(linear.motion.source, "--frequencies", what)
+    refuse_band(low, high, points, linear.motion.source)
     frequencies: Array = np.geomspace(low, high, points)
     return frequencies
+
+
+def refuse_band(low: float, high: float, points: int, source: str) -> None:
+    """Raise `InputError` for frequencies, Hz, that are in no order or out of range, and for too many points."""
+    if not (LOWEST <= low < high <= HIGHEST and 1 < points <= MOST_POINTS):
+        what = f"from {low:g} to {high:g} Hz in {points} points: give {LOWEST:g} <= LOW < HIGH <= {HIGHEST:g}"
+        raise InputError(source, "--frequencies", f"{what} and 2 to {MOST_POINTS} points")
 
 
 def frequency_response(linear: Linearization, frequencies: Array) -> Response:

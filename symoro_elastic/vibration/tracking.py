@@ -6,6 +6,7 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
-from symoro_elastic.vibration.modes import Modes, clusters, modes
+from symoro_elastic.vibration.modes import Modes, clusters, modes, refuse_rigid
 
 DOUBTFUL_MAC = 0.5
 MOST_POSITIONS = 10_000
@@ -74,10 +75,7 @@ def over_grid(
     those of `equilibrium` and `with_motors`. Raises `InputError`.
     """
     joints, lengths = tuple(grid), tuple(len(places) for places in grid.values())
-    count = int(np.prod(lengths))
-    if not grid or not 0 < count <= MOST_POSITIONS:
-        what = f"{count if grid else 0} positions: name joints, and at most {MOST_POSITIONS} positions"
-        raise InputError(motion.source, "--over", what)
+    refuse_grid(lengths, motion.source)
     for name in joints:
         if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
             what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
@@ -92,12 +90,22 @@ def over_grid(
         moved = dict(zip(joints, place.tolist(), strict=True))
         with _named(moved):
             state = equilibrium(motion, {**(at or {}), **moved}, torques)
-            here = modes(with_motors(linearize(motion, state, (), ()), held, gains))
+            linear = with_motors(linearize(motion, state, (), ()), held, gains)
+            refuse_rigid(linear)
+            here = modes(linear)
         paired, mac = pair(tracked[before[point]], here) if point else (here, np.ones(len(here.eigenvalues)))
         tracked.append(paired)
         alike.append(mac)
-        progress(point + 1, count)
+        progress(point + 1, len(positions))
     return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
+
+
+def refuse_grid(lengths: Sequence[int], source: str) -> None:
+    """Raise `InputError` for a grid without positions, or with more than can be computed; lengths by joint."""
+    count = math.prod(lengths) if lengths else 0
+    if not 0 < count <= MOST_POSITIONS:
+        what = f"{count} positions: name joints, and at most {MOST_POSITIONS} positions"
+        raise InputError(source, "--over", what)
 
 
 @contextmanager

@@ -211,9 +211,9 @@ REFUSED = {
     "--over motor_y=0:1": "--over: 'motor_y=0:1': give LOW:HIGH:COUNT",
     "--over motor_y=0:1:20000": "--over: 20000 positions",
     "--over motor_y=0:1:3 --as-given": "--over: modes over positions are those of equilibria",
-    "--at motor_x=nan": "two_axis.toml: --at: motor_x=nan is out of range",
+    "--at motor_x=nan": "--at: 'motor_x=nan' is not NAME=NUMBER: nan is not finite",
     "--torque motor_x=1e300": "two_axis.toml: --torque: motor_x=1e+300 is out of range",
-    "--value D4=nan": "two_axis.toml: D4: nan is no number to compute with",
+    "--value D4=nan": "--value: 'D4=nan' is not NAME=NUMBER: nan is not finite",
     "--pd motor_x=inf:1": "--pd: ",
     "--over ram=0:1:3": "--over: ram is not held, so the equilibrium decides where it is: go over motors",
     "--out m.txt": "m.txt: --out: no form '.txt': end the name with .npz or .mat",
@@ -243,10 +243,10 @@ SIGNALS = {
     "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
     "--frequencies 10": "--frequencies: '10': give LOW:HIGH:COUNT",
     "--frequencies 10:1:5": "--frequencies: from 10 to 1 Hz in 5 points",
-    "--frequencies 1:10:1000000000": "in 1000000000 points: give 0 < LOW < HIGH and 2 to 200000 points",
+    "--frequencies 1:10:1000000000": "in 1000000000 points: give 1e-09 <= LOW < HIGH <= 1e+12 and 2 to 200000 points",
     "--damping -1": "--damping: -1 is no damping ratio",
     "--out r.dat": "end the name with .csv or .npz or .mat",
-    "--plots two_axis.toml": "two_axis.toml: folder: cannot be written",
+    "--plots two_axis.toml": "two_axis.toml: --plots: is a file, others cannot be written",
 }
 
 
@@ -263,13 +263,13 @@ def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("--stroke nan", "--stroke: nan: give rad or m up to 100"),
+        ("--stroke nan", "--stroke: 'nan' is no number: nan is not finite"),
         ("--duration 0", "--duration: 0 s is no time to move in"),
         ("--duration 1e9", "--duration: 1e+09 s at 1105 Hz is too long to follow: at most 18.1 s"),
         ("--ratio motor_y=20", "--ratio: motor_y is no revolute motor with a rotor inertia"),
         ("--motion none.csv", "none.csv"),
         ("--value foo=1", "parameters: no parameter 'foo'"),
-        ("--value ram.mass=nan", "ram.mass: nan is no number to compute with"),
+        ("--value ram.mass=nan", "--value: 'ram.mass=nan' is not NAME=NUMBER: nan is not finite"),
     ],
 )
 def test_comparisons_refused(options: str, said: str) -> None:

@@ -15,7 +15,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
 LONGEST_FUNCTION, LONGEST_FILE = 60, 400
 
-OPEN = {"errors", "scalar", "array_types", "progress", "quantities"}
+OPEN = {"errors", "scalar", "array_types", "progress", "quantities", "output_files"}
 # What each room may import of the others, beside the open ones. A room that is not named here stands on top of all
 # but the report and the command line: no room below may import it.
 ROOMS: dict[str, set[str]] = {
@@ -24,6 +24,7 @@ ROOMS: dict[str, set[str]] = {
     "array_types": set(),
     "progress": set(),
     "quantities": set(),
+    "output_files": set(),
     "packages": set(),
     "pictures": {"packages"},
     "machine": set(),
@@ -202,6 +203,26 @@ def test_text_of_a_user_is_never_run(path: Path) -> None:
         if isinstance(node, ast.Call) and called(node) in FORBIDDEN and ast.unparse(node.func) != "re.compile"
     ]
     wrong += [f"{path.relative_to(ROOT)}:{line}: {name}" for name, line in imports(path) if name in FORBIDDEN_MODULES]
+    assert wrong == []
+
+
+WRITES = {"write_text", "write_bytes", "savefig", "savez", "savez_compressed", "savemat", "savetxt", "copyfile", "dump"}
+# Modules that write to temporary folders, or to a stream in memory, beside the one that writes the files of users.
+MAY_WRITE = {"output_files.py", "report/pdf.py", "codegen/compile.py", "numerics/implementations.py"}
+TO_MEMORY = {"pictures.py", "time_series/writing.py", "vibration/export.py"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_files_of_users_are_written_in_one_module(path: Path) -> None:
+    name = str(path.relative_to(PACKAGE))
+    if name in MAY_WRITE:
+        return
+    wrong = []
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Call) and called(node) in WRITES and isinstance(node.func, ast.Attribute):
+            ours = ast.unparse(node.func) == "output_files.write_text"
+            if not ours and not (name in TO_MEMORY and "stream" in ast.unparse(node)):
+                wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node.func)}")
     assert wrong == []
 
 

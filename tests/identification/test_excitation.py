@@ -123,7 +123,7 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
         (("--position", "shoulder=1"), "--position: no limit for elbow: give one for all, or elbow=..."),
         (("--position", "1:-1"), "no room between 1 and -1"),
         (("--position", "a:b"), "is no limit"),
-        (("--position", "1", "--velocity", "1:2"), "--velocity: all: one number"),
+        (("--position", "1", "--velocity", "shoulder=1:2"), "--velocity: shoulder: one number"),
         (("--position", "1", "--rate", "5"), "--rate: 5 Hz is slow for harmonics up to 0.5 Hz: sample at 10 Hz"),
         (("--position", "1", "--rate", "1e9"), "are too many"),
         (("--position", "1", "--known", "MX22"), "known MX22: no such parameter; did you mean 'MX2'"),

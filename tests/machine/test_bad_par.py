@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -157,15 +160,63 @@ def test_old_files_are_read(end: str, mark: str, tmp_path) -> None:
     file = tmp_path / "old arm-2.par"
     file.write_bytes((mark + OLD.replace("\n", end)).encode())
     machine, warnings = read_machine(file)
-    assert (machine.name, warnings) == ("old_arm_2", [])
+    assert (machine.name, warnings) == ("arm", [])
     assert [joint.antecedent for joint in machine.joints] == [0, 1, 2]
     assert [joint.kind for joint in machine.joints] == [Kind.MOTOR, Kind.MOTOR, Kind.FIXED]
     assert [joint.alpha.text for joint in machine.joints] == ["0", "Pi/2", "atan2(0, 1)"]
     assert machine.joints[1].r.text == "-L2"
     assert machine.joints[0].rotor_inertia.value() == 2.5e-3
     assert {parameter.name: parameter.value.value() for parameter in machine.parameters} == {"L2": 0.35, "M2": 5}
-    expected = ["Robotname = 'arm'", "bodies", "joints\non two lines", "Simple", "base", "trees only"]
+    expected = ["bodies", "joints\non two lines", "Simple", "base", "trees only"]
     assert list(machine.notes) == expected
+
+
+def test_files_of_symoro_plus_are_read_whatever_their_encoding(tmp_path: Path) -> None:
+    """The address in their header has an accented letter, in Latin-1 or the code page of Windows."""
+    header = "(* rue de la Noë, 44072 Nantes – France *)\n"
+    texts = []
+    for encoding in ("utf-8", "cp1252"):
+        file = tmp_path / f"{encoding}.par"
+        file.write_bytes((header + PAR).encode(encoding))
+        texts.append(read_machine(file)[0].notes[0])
+    assert texts == [header.strip("(* )\n")] * 2
+    letter = tmp_path / "letter.par"
+    letter.write_bytes(PAR.replace("q1", "q\xeb").encode("cp1252"))
+    with pytest.raises(InputError, match="not arithmetic|is not expected|letters"):
+        read_machine(letter)
+
+
+@pytest.mark.parametrize(
+    ("text", "file", "name"),
+    [
+        ("(* Robotname = 'RX90' *)\n", "a.par", "RX90"),
+        ('(*Robotname="SR400 v2"*)\n', "a.par", "SR400_v2"),
+        ("(* Robotname = '' *)\n", "a.par", "a"),
+        ("(* Robotname = 'RX90' *)\n(*! name = mine *)\n", "a.par", "mine"),
+        ("", "my__robot (1).par", "my_robot_1"),
+    ],
+)
+def test_the_name_is_that_of_the_robot_else_of_the_file(text: str, file: str, name: str) -> None:
+    machine = par.read(text + PAR, file)
+    assert machine.name == name and check(machine) is not None
+    again = par.read(par.write(machine), "other.par")
+    assert again == replace(machine, source="other.par")
+    assert par.write(machine).startswith(f"(* Robotname = '{name}' *)")
+
+
+@pytest.mark.parametrize(
+    ("text", "file", "origin"),
+    [
+        ("", "int.par", "(it is made of the name of the file, give another by (*! name = ... *))"),
+        ("(* Robotname = 'int' *)\n", "a.par", "(it is made of Robotname = 'int', give another by (*! name = ... *))"),
+        ("(*! name = int *)\n", "a.par", "keyword of C, C++ or Python"),
+    ],
+)
+def test_a_message_about_a_name_says_where_it_comes_from(text: str, file: str, origin: str) -> None:
+    with pytest.raises(InputError) as caught:
+        check(par.read(text + PAR, file))
+    assert str(caught.value).startswith(f"{file}: name: the name 'int' cannot be used: ")
+    assert str(caught.value).endswith(origin)
 
 
 def test_lists_left_out_are_zero_and_joints_are_motors() -> None:

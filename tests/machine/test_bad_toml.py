@@ -55,6 +55,9 @@ BAD = [
     ("d = 0.1", "d = [1]", "joint 3 (tip), d", "must be a number"),
     ("d = 0.1", "d = 1979-05-27", "joint 3 (tip), d", "must be a number"),
     ("d = 0.1", "d = nan", "joint 3 (tip), d", "not finite"),
+    ("K2 = nan", "K2 = { value = nan }", "parameters, K2, value", "nan is not finite: leave out what is not known"),
+    ("K2 = nan", 'K2 = { value = inf, unit = "N/m" }', "parameters, K2, value", "inf is not finite"),
+    ("K2 = nan", "K2 = -inf", "parameters, K2", "-inf is not finite"),
     ("d = 0.1", "d = -inf", "joint 3 (tip), d", "not finite"),
     ("-9.81]", "nan]", "gravity", "not finite"),
     ("L2 = 0.35", "L2 = inf", "parameters, L2", "not finite"),
@@ -185,12 +188,16 @@ def test_a_variable_with_an_offset(cell: str, offset: str) -> None:
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     cases = {
-        "missing.toml": (None, "no such file"),
-        "huge.toml": (b'name = "' + b"a" * 10_000_000 + b'"', "larger than 5 MB"),
-        "latin.toml": ("name = 'é'".encode("latin-1"), "byte 9 is not UTF-8"),
-        "garbage.toml": (bytes(range(256)), "not UTF-8"),
-        "arm.json": (b"{}", "use .toml or .par"),
-        "arm": (b"", "no machine format"),
+        "missing.toml": (None, "file: there is no such file"),
+        "huge.toml": (b'name = "' + b"a" * 10_000_000 + b'"', "file: larger than 5 MB"),
+        "latin.toml": ("# ü\r\nname = 'é'".encode("latin-1"), "line 1, column 3: the byte 0xfc is not UTF-8"),
+        "half.toml": ("# ü\r\nname = 'é'".encode()[:-2], "line 2, column 9: the byte 0xc3 is not UTF-8"),
+        "garbage.toml": (bytes(range(256)), "line 3, column 115: the byte 0x80 is not UTF-8"),
+        "windows.toml": ("name = 'a'".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
+        "windows.par": ("NL = 1".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
+        "garbage.par": (b"(* \x81 *)", "line 1, column 4: the byte 0x81 is not UTF-8"),
+        "arm.json": (b"{}", "file: the suffix '.json' is no machine format: use .toml or .par"),
+        "arm": (b"", "file: the suffix '' is no machine format"),
     }
     for name, (content, reason) in cases.items():
         path = tmp_path / name
@@ -198,7 +205,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             path.write_bytes(content)
         with pytest.raises(InputError) as caught:
             read_machine(path)
-        assert str(caught.value).startswith(f"{path}: file: ") and reason in str(caught.value)
+        assert str(caught.value).startswith(f"{path}: {reason}")
         assert "\n" not in str(caught.value)
 
 

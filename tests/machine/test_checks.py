@@ -74,7 +74,7 @@ def test_inertia_that_some_body_has(body: str) -> None:
     assert warnings(INERTIA, body) == []
 
 
-@given(st.lists(st.floats(-10, 10), min_size=6, max_size=6))
+@given(st.lists(st.floats(-10, 10).filter(lambda x: x == 0 or abs(x) > 1e-9), min_size=6, max_size=6))
 @settings(max_examples=100, deadline=None)
 def test_eigenvalues(tensor: list[float]) -> None:
     xx, xy, xz, yy, yz, zz = tensor

@@ -252,7 +252,7 @@ REFUSED = {
     "give a spline of degree 4 or more (--degree 5: smooth torques)",
     "--degree 40": "--degree: 40 is no degree of a spline here: give 1 to 13",
     "--duration 0": "--duration: 0 s is no time to move in",
-    "--stroke nan": "--stroke: nan is out of range",
+    "--stroke nan": "--stroke: 'nan' is not NAME=NUMBER: nan is not finite",
     "--stroke moter=1": "--stroke: no motor 'moter'; did you mean 'motor'?",
     "--at load=1": "--at: no motor 'load'",
     "--rate 0": "--rate: 0 Hz for",

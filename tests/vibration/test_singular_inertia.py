@@ -99,7 +99,7 @@ def test_nothing_is_printed_or_written(command: str, tmp_path: Path) -> None:
 
 
 def test_joints_of_a_grid_are_named_once() -> None:
-    assert "--over: motor_y is given twice: name each joint once" in refused(
+    assert "--over: motor_y is given twice: give it one value" in refused(
         "modes",
         Path(__file__).parents[2] / "examples" / "two_axis.toml",
         "--over",

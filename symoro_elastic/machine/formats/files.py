@@ -1,17 +1,20 @@
-"""Reading and writing of text files; every failure is an `InputError`."""
+"""Reading of text files; every failure is an `InputError`."""
 
 from __future__ import annotations
 
+import codecs
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from symoro_elastic.errors import InputError
 
 MAX_BYTES = 5_000_000
+UTF_8, WESTERN = "utf-8-sig", "cp1252"
 
 
-def load_text(path: str | Path) -> str:
-    """The text of a file: UTF-8, a byte order mark dropped, at most 5 MB."""
+def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
+    """The text of a file in the first of these encodings that it fits, at most 5 MB, without byte order mark."""
     file = Path(path)
     try:
         if not file.is_file():
@@ -24,28 +27,26 @@ def load_text(path: str | Path) -> str:
         raise InputError(str(path), "file", f"cannot be read: {reason}") from None
     if len(content) > MAX_BYTES:
         raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: no machine is described so")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        what = f"byte {error.start + 1} is not UTF-8: save the file as UTF-8 text"
-        raise InputError(str(path), "file", what) from None
+    return _decoded(content, str(path), encodings)
 
 
-def save_text(text: str, path: str | Path) -> None:
-    """Write a file as UTF-8 with plain line ends."""
-    save_bytes(text.encode("utf-8"), path)
+def _decoded(content: bytes, source: str, encodings: Sequence[str]) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError(source, "line 1, column 1", "the file is UTF-16 text: save it as UTF-8")
+    failed = None
+    for encoding in encodings:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError as error:
+            failed = failed or error
+    assert failed is not None
+    before = content[: failed.start].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    line, column = before.count(b"\n") + 1, len(before.rpartition(b"\n")[2].decode("utf-8", "replace")) + 1
+    what = f"the byte {content[failed.start]:#04x} is not UTF-8: save the file as UTF-8 text"
+    raise InputError(source, f"line {line}, column {column}", what)
 
 
-def save_bytes(content: bytes, path: str | Path) -> None:
-    """Write bytes to a file."""
-    try:
-        Path(path).write_bytes(content)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise InputError(str(path), "file", f"cannot be written: {reason}") from None
-
-
-def name_of(source: str) -> str:
-    """A machine's name from the name of its file."""
-    stem = re.sub(r"[^A-Za-z0-9_]", "_", Path(source).stem)
+def name_of(text: str) -> str:
+    """A machine's name from a free text, such as the name of its file without suffix."""
+    stem = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     return stem if re.match("[A-Za-z]", stem) else f"m{stem}"

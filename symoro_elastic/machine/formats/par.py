@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import cells, with_cells, with_columns
 from symoro_elastic.machine.formats.cells import formula, split
 from symoro_elastic.machine.formats.central import about_origin
-from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.files import UTF_8, WESTERN, name_of
 from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_names import Names
@@ -42,8 +43,10 @@ def read(text: str, source: str) -> Machine:
     names = Names(columns, [*of_base, *_formulas_of_extensions(columns, scene, central, source)])
     joints = [_joint(columns, j, names) for j in range(1, columns.count + 1)]
     joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
+    name, origin = _name(found)
     machine = Machine(
-        name=_name(found),
+        name=name,
+        name_origin=origin,
         joints=tuple(joints),
         parameters=names.parameters({joint.variable for joint in joints if joint.variable}),
         base=_base(columns),
@@ -170,11 +173,17 @@ def _type(found: ParText) -> str:
     return text
 
 
-def _name(found: ParText) -> str:
-    name = found.extensions.get("name", name_of(found.source))
-    if not isinstance(name, str):
+def _name(found: ParText) -> tuple[str, str]:
+    """The machine's name, and where it comes from unless it is given as such."""
+    name = found.extensions.get("name")
+    if name is not None and not isinstance(name, str):
         raise InputError(found.source, "(*! name *)", "must be one name")
-    return name
+    if name is not None:
+        return name, ""
+    instead = "give another by (*! name = ... *)"
+    if found.robot.strip():
+        return name_of(found.robot), f"it is made of Robotname = {quoted(found.robot)}, {instead}"
+    return name_of(Path(found.source).stem), f"it is made of the name of the file, {instead}"
 
 
 def _texts(found: ParText, key: str) -> tuple[str, ...]:
@@ -196,4 +205,4 @@ def _scene(found: ParText) -> Scene | None:
     return scene_of(Table(entries, found.source, "scene"))
 
 
-FORMAT = Format("SYMORO", (".par",), read, write)
+FORMAT = Format("SYMORO", (".par",), read, write, (UTF_8, WESTERN))

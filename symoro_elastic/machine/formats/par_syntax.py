@@ -46,6 +46,7 @@ HEADINGS = (
 
 _STATEMENT = re.compile(r"\s*([A-Za-z_]\w*)[ \t]*=(?:\s*(\{[^{}]*\})[ \t]*|([^\n;{}]*))(?:[\n;]|\Z)", re.ASCII)
 _EXTENSION = re.compile(r"\s*([A-Za-z_]\w*)\s*=(.*)", re.DOTALL | re.ASCII)
+_ROBOT = re.compile(r"""\s*Robotname\s*=\s*(['"])(.*)\1\s*""", re.IGNORECASE)
 _STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 _SIGN = re.compile(r'[(){}=,"]')
 MAX_DEPTH = 5
@@ -53,13 +54,14 @@ MAX_DEPTH = 5
 
 @dataclass
 class ParText:
-    """Entries of a .par file by their exact keys, values as written."""
+    """Entries of a .par file by their exact keys, values as written; `robot` is its Robotname."""
 
     source: str
     numbers: dict[str, str] = field(default_factory=dict)
     lists: dict[str, list[str]] = field(default_factory=dict)
     extensions: dict[str, Any] = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
+    robot: str = ""
 
 
 def take_apart(text: str, source: str) -> ParText:
@@ -93,6 +95,8 @@ def _without_comments(text: str, found: ParText) -> str:
 def _keep(found: ParText, comment: str) -> None:
     if comment.startswith("!"):
         _extension(found, comment[1:])
+    elif named := _ROBOT.fullmatch(comment):
+        found.robot = named[2]
     elif comment.strip() and comment.strip() not in HEADINGS:
         found.comments.append(comment.strip())
 

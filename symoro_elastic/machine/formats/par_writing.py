@@ -11,6 +11,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formats.central import about_origin
+from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.par_syntax import BODY, EXTENDED, GEOMETRIC, HEADINGS, JOINT, entries
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
@@ -21,7 +22,7 @@ def layout(machine: Machine, declare: bool) -> str:
     """The text, with the list of parameters if `declare`; raises `InputError` for what .par cannot represent."""
     notes = _plain_notes(machine.notes)
     blocks = [
-        [_extension("name", _word(machine.name)), *(f"(* {note} *)" for note in notes)],
+        [_name(machine.name), *(f"(* {note} *)" for note in notes)],
         _numbers(machine),
         [f"(* {HEADINGS[0]} *)", *_geometry(machine)],
         [f"(* {HEADINGS[1]} *)", *_bodies(machine)],
@@ -81,6 +82,11 @@ def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
         same = all(cell == mu or (f and cell in ("0", "1")) for cell, mu, f in zip(cells, usual, free, strict=True))
         return same and cells != usual
     return True
+
+
+def _name(name: str) -> str:
+    """The line with the machine's name, as SYMORO writes it where that gives the name back."""
+    return f"(* Robotname = '{name}' *)" if name_of(name) == name else _extension("name", _word(name))
 
 
 def _numbers(machine: Machine) -> list[str]:

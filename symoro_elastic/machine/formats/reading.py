@@ -8,10 +8,11 @@ from pathlib import Path
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
-from symoro_elastic.machine.formats.files import load_text, save_text
+from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models
+from symoro_elastic.output_files import write_text
 
 FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT)
 """Every format; a new one is a module and its line here."""
@@ -27,7 +28,8 @@ def read_machine(
 
 def read(path: str | Path) -> Machine:
     """The machine in a file, not yet checked by `check`; raises `InputError`."""
-    return format_of(path, FORMATS).read(load_text(path), str(path))
+    form = format_of(path, FORMATS)
+    return form.read(load_text(path, form.encodings), str(path))
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:
@@ -36,7 +38,7 @@ def write_machine(machine: Machine, path: str | Path) -> None:
     if form.write is None:
         writable = _suffixes(form for form in FORMATS if form.write)
         raise InputError(str(path), "file", f"{form.title} files can be read, but not written: use {writable}")
-    save_text(form.write(machine), path)
+    write_text(form.write(machine), path)
 
 
 def format_of(path: str | Path, formats: Iterable[Format]) -> Format:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 from symoro_elastic.errors import InputError
@@ -47,7 +48,8 @@ def read(text: str, source: str) -> Machine:
     top = load(text, source).only(KEYS)
     parameters = tuple(_parameter(top.table("parameters"), name) for name in top.table("parameters").entries)
     machine = Machine(
-        name=top.text("name", name_of(source)),
+        name=top.text("name", name_of(Path(source).stem)),
+        name_origin="" if "name" in top.entries else 'it is made of the name of the file, give another by name = "..."',
         joints=_joints(top, {parameter.name for parameter in parameters}),
         parameters=parameters,
         base=_base(top),
@@ -65,6 +67,8 @@ def _parameter(table: Table, name: str) -> Parameter:
     value: Any = table.entries[name]
     if isinstance(value, dict):
         entry = table.table(name).only(("value", "unit"))
+        if is_not_finite(entry.entries.get("value")):
+            raise entry.fail("value", f"{entry.entries['value']} is not finite: leave out what is not known")
         value, unit = entry.entries.get("value", Number("nan")), entry.text("unit", "")
     else:
         unit = ""

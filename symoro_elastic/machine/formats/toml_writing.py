@@ -123,8 +123,10 @@ def _floating(floating: Floating | None) -> Entry:
 
 
 def _parameter(parameter: Parameter) -> str:
-    value = _cell(parameter.value.text) if parameter.value else "nan"
-    return f"{{ value = {value}, unit = {_text(parameter.unit)} }}" if parameter.unit else value
+    if parameter.unit:
+        value = [("value", _cell(parameter.value.text))] if parameter.value else []
+        return _inline([*value, ("unit", _text(parameter.unit))])
+    return _cell(parameter.value.text) if parameter.value else "nan"
 
 
 def _scene(scene: Scene) -> list[str]:

@@ -1,0 +1,268 @@
+"""What commands write: never their input, existing files with --force only, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import click
+import pytest
+
+from symoro_elastic import cli
+from symoro_elastic.cli.options import InputFile, OutputFile, OutputFolder
+from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import STAGING, permission, write_all, write_file
+from symoro_elastic.output_folder import MANIFEST, write_files
+from tests.command_line import EXAMPLES, refused, run
+
+TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"
+LIMITS = ("--position", "-1:1", "--velocity", "1", "--acceleration", "5", "--evaluations", "1", "--periods", "1")
+WRITING = {
+    "equations": (TWO_R, "--model", "inertia_matrix", "--out", "out.tex"),
+    "convert": (TWO_R, "out.par"),
+    "excite": (TWO_R, *LIMITS, "--rate", "20", "--out", "out.csv"),
+    "linearize": (TWO_R, "--out", "out.npz"),
+    "modes": (TWO_AXIS, "--out", "out.mat"),
+    "response": (TWO_AXIS, "--frequencies", "1:10:3", "--out", "out.csv"),
+    "feed-forward": (TWO_R, "--duration", "0.1", "--rate", "50", "--out", "out.csv"),
+}
+"""Arguments with which each command that writes one file writes it."""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_every_path_is_an_input_or_an_output_and_those_that_write_take_force() -> None:
+    for name, command in cli.cli.commands.items():
+        paths = [p.type for p in command.params if isinstance(p.type, click.Path)]
+        assert all(isinstance(kind, (InputFile, OutputFile, OutputFolder)) for kind in paths), name
+        writing = any(isinstance(kind, (OutputFile, OutputFolder)) for kind in paths)
+        assert any("--force" in p.opts for p in command.params) == writing, name
+        one = any(isinstance(kind, OutputFile) for kind in paths)
+        assert one == (name in WRITING), name
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_a_file_is_replaced_with_force_only(command: str, tmp_path: Path) -> None:
+    *arguments, out = WRITING[command]
+    path = tmp_path / str(out)
+    path.write_text("mine")
+    assert "exists already" in refused(command, *arguments, out)
+    assert path.read_text() == "mine"
+    assert run(command, *arguments, out, "--force").exit_code == 0
+    assert path.stat().st_size > 4 and b"mine" not in path.read_bytes()[:4]
+    assert list(contents(tmp_path)) == [str(out)]
+
+
+@pytest.mark.parametrize("link", ["same", "symbolic", "hard"])
+def test_no_command_writes_onto_its_input(link: str, tmp_path: Path) -> None:
+    machine, out = tmp_path / "machine.toml", tmp_path / "machine.toml"
+    machine.write_bytes(TWO_R.read_bytes())
+    if link != "same":
+        out = tmp_path / "out.toml"
+        out.symlink_to(machine) if link == "symbolic" else out.hardlink_to(machine)
+    for force in ((), ("--force",)):
+        assert "is read by this command" in refused("equations", machine, "--out", out, *force)
+        assert "is read by this command" in refused("convert", machine, out, *force)
+    assert machine.read_bytes() == TWO_R.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("out", "said"),
+    [
+        ("", "is no name of a file"),
+        ("a\nb", "is no name of a file"),
+        ("a\x1b[2Jb", "is no name of a file"),
+        ("none/a.tex", "--out: cannot be written: its folder does not exist"),
+        (".", "--out: cannot be written: it is a folder"),
+    ],
+)
+def test_names_that_no_file_has(out: str, said: str, tmp_path: Path) -> None:
+    assert said in refused("equations", TWO_R, "--out", out)
+    if out in ("", "a\nb"):
+        assert said in refused("generate", TWO_R, "--out", out)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["modes", "response", "compare", "feed-forward", "trade", "identify", "excite"])
+def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path: Path) -> None:
+    """Before the machine is read, which does not exist."""
+    (tmp_path / "mine").write_text("mine")
+    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",)}.get(command, ())
+    assert refused(command, "none.toml", *more, "--plots", "mine") == (
+        "mine: --plots: is a file, others cannot be written into it: choose another folder"
+    )
+
+
+def test_pictures_are_replaced_with_force_only(tmp_path: Path) -> None:
+    shown = (
+        "response",
+        TWO_AXIS,
+        "--input",
+        "motor_x.tau",
+        "--frequencies",
+        "1:10:3",
+        "--plots",
+        tmp_path / "new/plots",
+    )
+    run(*shown)
+    first = contents(tmp_path)
+    assert list(first) == ["new/plots/bode_motor_x_tau.png"]
+    assert "--plots: exists already" in refused(*shown)
+    run(*shown, "--force")
+    assert contents(tmp_path) == first
+
+
+def test_devices_and_pipes_take_what_is_written() -> None:
+    write_file(b"text", "/dev/null")
+    assert Path("/dev/null").is_char_device()
+    with pytest.raises(InputError, match="No space left on device"):
+        write_file(b"text", "/dev/full")
+
+
+def test_a_full_disk_leaves_the_old_file_and_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a").write_text("old")
+
+    def full(path: Path, content: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(content[:2])
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with permission(force=True), pytest.raises(InputError, match="No space left on device"):
+        write_file(b"new text", tmp_path / "a")
+    with pytest.raises(InputError, match="No space left on device"):
+        write_all({"b": b"text", "c": b"text"}, tmp_path / "some" / "folder")
+    with pytest.raises(InputError, match="No space left on device"):
+        write_files(tmp_path / "OUT" / "name", {"b": "text"})
+    assert contents(tmp_path) == {"a": b"old"} and len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_file_keeps_its_mode_and_a_new_one_has_the_usual(tmp_path: Path) -> None:
+    (tmp_path / "old").touch(0o640)
+    with permission(force=True):
+        write_file(b"text", tmp_path / "old")
+    write_file(b"text", tmp_path / "new")
+    (tmp_path / "usual").write_text("")
+    modes = [(tmp_path / name).stat().st_mode & 0o777 for name in ("old", "new", "usual")]
+    assert modes[0] == 0o640 and modes[1] == modes[2]
+
+
+def test_leftovers_of_killed_runs_are_removed_and_those_of_live_ones_stay(tmp_path: Path) -> None:
+    held = (
+        "import sys; from pathlib import Path; from symoro_elastic.output_files import _staging\n"
+        "with _staging(Path(sys.argv[1])) as folder: print(folder.name, flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", held, str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as live:
+        assert live.stdin and live.stdout
+        staging = live.stdout.readline().strip()
+        dead = tmp_path / f"{STAGING}dead"
+        dead.mkdir()
+        (dead / "planar_2r.c").write_text("half")
+        write_file(b"text", tmp_path / "a")
+        assert sorted(path.name for path in tmp_path.iterdir()) == sorted([staging, "a"])
+        live.kill()
+    with permission(force=True):
+        write_file(b"text", tmp_path / "a")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+# Folders of generated files
+
+FILES = {"a.c": "one\n", "b.c": "two\n"}
+
+
+def test_files_changed_by_hand_are_recognised(tmp_path: Path) -> None:
+    run("generate", TWO_R, "--out", tmp_path)
+    path = tmp_path / "planar_2r" / "planar_2r.c"
+    generated = path.read_bytes()
+    path.write_bytes(generated + b"/* mine */\n")
+    for more in ((), ("--target", "numpy")):
+        assert f"{path}: --out: was changed since it was generated" in refused(
+            "generate", TWO_R, "--out", tmp_path, *more
+        )
+    run("generate", TWO_R, "--out", tmp_path, "--force")
+    assert path.read_bytes() == generated
+
+
+def test_the_list_has_hashes_which_line_ends_do_not_change(tmp_path: Path) -> None:
+    write_files(tmp_path, FILES)
+    listed = json.loads((tmp_path / MANIFEST).read_text())
+    assert listed["files"] == list(FILES) == list(listed["sha256"])
+    (tmp_path / "a.c").write_bytes(b"one\r\n")
+    three = {**FILES, "a.c": "three\n"}
+    write_files(tmp_path, three)
+    assert (tmp_path / "a.c").read_text() == "three\n"
+    del listed["sha256"]
+    (tmp_path / MANIFEST).write_text(json.dumps(listed))
+    write_files(tmp_path, FILES)
+
+
+def test_files_of_mine_among_generated_ones_go_with_force_only(tmp_path: Path) -> None:
+    write_files(tmp_path / "out", FILES)
+    (tmp_path / "out/c.c").symlink_to(tmp_path / "mine")
+    (tmp_path / "mine").write_text("mine")
+    with pytest.raises(InputError, match="was not generated"):
+        write_files(tmp_path / "out", {**FILES, "c.c": "three\n"})
+    with permission(force=True):
+        write_files(tmp_path / "out", {**FILES, "c.c": "three\n"})
+    assert (tmp_path / "mine").read_text() == "mine" and (tmp_path / "out/c.c").read_text() == "three\n"
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own/notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="holds files that were not generated"):
+        write_files(tmp_path / "own", FILES)
+    with permission(force=True):
+        write_files(tmp_path / "own", FILES)
+    assert (tmp_path / "own/notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("renamed", [0, 1, 2])
+def test_a_run_killed_between_two_files_is_no_change_by_hand(renamed: int, tmp_path: Path) -> None:
+    write_files(tmp_path, FILES)
+    new = {"a.c": "new one\n", "b.c": "new two\n"}
+    write_files(tmp_path / "elsewhere", new)
+    staging = (tmp_path / "elsewhere").rename(tmp_path / f"{STAGING}dead")
+    for name in list(new)[:renamed]:
+        (staging / name).replace(tmp_path / name)
+    write_files(tmp_path, {"a.c": "other\n"})
+    assert set(contents(tmp_path)) == {"a.c", MANIFEST}
+
+
+def test_four_runs_at_once_leave_a_whole_folder(tmp_path: Path) -> None:
+    many = (
+        "import sys; from pathlib import Path; from symoro_elastic.output_folder import write_files\n"
+        "for k in range(20): write_files(Path(sys.argv[1]), {f'{n}.c': f'{k} {n}' for n in range(5)})"
+    )
+    runs = [subprocess.Popen([sys.executable, "-c", many, str(tmp_path)], stderr=subprocess.PIPE) for _ in range(4)]
+    assert [(run.communicate()[1], run.returncode) for run in runs] == [(b"", 0)] * 4
+    write_files(tmp_path, {f"{n}.c": "" for n in range(5)})
+    assert len(list(tmp_path.iterdir())) == 6
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_temporary_folders_go_when_a_run_is_ended(number: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "tmp").mkdir()
+    compiler = tmp_path / "cc"
+    compiler.write_text(f"#!/bin/sh\ntouch {tmp_path}/compiling\nexec sleep 60\n")
+    compiler.chmod(0o755)
+    environment = {**os.environ, "CC": str(compiler), "TMPDIR": str(tmp_path / "tmp")}
+    command = [sys.executable, "-m", "symoro_elastic", "check", str(TWO_R), "--model", "inertia_matrix"]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        while not (tmp_path / "compiling").exists() and running.poll() is None:
+            time.sleep(0.05)
+        running.send_signal(number)
+        out, error = running.communicate()
+    assert (running.returncode, out, error) == (128 + number, b"", b"")
+    assert list((tmp_path / "tmp").iterdir()) == []
