@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @gather("selection", Selection)
 @MODEL
 @click.option(
-    "--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch; may be repeated."
+    "--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch; repeatable."
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."
