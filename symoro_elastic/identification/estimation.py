@@ -25,7 +25,7 @@ WEIGHTINGS = 3  # of weighting
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE, HIDDEN = 0.9, 0.5  # shares of noise: compensated up to, not identifiable above
 ALONE = 0.9  # of a column's energy is in one joint's equation
-FEWEST_ROWS = 2  # equations for each parameter
+FEWEST_ROWS = 2  # independent equations for each parameter
 
 
 class Verdict(StrEnum):
@@ -193,7 +193,8 @@ def estimate(
     Columns that the motion leaves zero or dependent are dropped by QR (Gautier 1991) and named. `still` are joints
     (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
     """
-    _refuse_short(Y, unknowns, source)
+    rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
+    refuse_short(rows, len(unknowns), correlation, source)
     grouping = independent_columns(_balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and faster")
@@ -222,11 +223,15 @@ def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
     return text
 
 
-def _refuse_short(Y: Array, unknowns: Sequence[Unknown], source: str) -> None:
-    rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
-    if rows < FEWEST_ROWS * len(unknowns):
-        what = f"{rows} equations after filtering for {len(unknowns)} parameters: measure longer, or give known values"
-        raise InputError(source, "t", what)
+def refuse_short(rows: int, parameters: int, correlation: Sequence[float], source: str) -> None:
+    """Raise `InputError` for fewer than two independent equations for each parameter.
+
+    `rows` with such correlations to those 0, 1, 2 ... rows later are worth fewer independent ones.
+    """
+    least = math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
+    if rows < least:
+        what = f"{rows} equations after filtering for {parameters} parameters, {least} are the least"
+        raise InputError(source, "t", f"{what}: measure longer, or give known values")
 
 
 def _balanced(Y: Array) -> Array:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
+from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula, refuse_short
 from symoro_elastic.identification.filtering import (
     Filter,
     FilteredMotion,
@@ -69,6 +69,8 @@ def identify(
     decide. `filtered` False uses measurements as they are. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
+    step("filter")
+    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)
@@ -76,8 +78,7 @@ def identify(
     step("group")
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
     kept = [sought[c] for c in structure.kept]
-    step("filter")
-    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
+    refuse_short(_equations(records, chosen), len(kept), chosen.correlation if chosen else (1.0,), records[0].source)
     stack = _joined([_stack(Y, machine, record, chosen, kept, fixed, step) for record in records])
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure, machine)
@@ -92,6 +93,13 @@ def identify(
     springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
     all_notes = (*notes, *estimation.notes)
     return Identification(machine, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
+
+
+def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
+    """Return how many rows records give at most."""
+    if chosen is None:
+        return sum(record.q.size for record in records)
+    return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
