@@ -16,17 +16,16 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.identification.noise import Noise, colours, residual_noise
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 
 FROM_DATA = 1e-6  # independence of columns of length 1
 GOOD = 0.1  # relative standard deviation
 WEIGHTINGS = 3  # of weighting
-LAGS = 10  # over which residuals may be correlated
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE, HIDDEN = 0.9, 0.5  # shares of noise: compensated up to, not identifiable above
 ALONE = 0.9  # of a column's energy is in one joint's equation
-WHITE = 0.3  # correlation of neighbouring residuals that needs no remark
-FEWEST_ROWS = 2  # equations for each parameter
+FEWEST_ROWS = 2  # independent equations for each parameter
 
 
 class Verdict(StrEnum):
@@ -69,8 +68,8 @@ class Estimate:
 @dataclass(frozen=True)
 class LeastSquares:
     """Weighted least squares: X, its covariance, sigma (n) of the rows of each joint, residuals (samples, n),
-    condition number of columns of length 1, and for each parameter the share of position noise (0 to 1) in the part
-    of its column that the others do not imitate."""
+    condition number of columns of length 1, for each parameter the share of position noise (0 to 1) in the part
+    of its column that the others do not imitate, and by what correlation of residuals raised std, (n)."""
 
     X: Array
     covariance: Array
@@ -79,6 +78,7 @@ class LeastSquares:
     residuals: Array
     condition: float
     noise: Array
+    raised: Array
 
     @property
     def std(self) -> Array:
@@ -108,41 +108,38 @@ class Estimation:
         return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
 
 
-def solve(Y: Array, tau: Array, rounds: int = WEIGHTINGS, disturbed: Sequence[Array] = ()) -> LeastSquares:
+def solve(
+    Y: Array, tau: Array, rounds: int = WEIGHTINGS, noise: Sequence[Array] = (), correlation: Sequence[float] = (1.0,)
+) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
-    sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the c degrees of freedom. `rounds`
-    of weighting follow the ordinary solution. Rows that are zero on both sides count for nothing.
+    sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the degrees of freedom. `rounds`
+    of weighting follow the ordinary solution. Rows that are zero on both sides count for nothing. `correlation` is
+    that of the noise of torques with the same noise 0, 1, 2 ... rows later.
 
     Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
-    `disturbed` are Y at positions with as much noise again; then E[Y^T Y] = Y0^T Y0 + N with
-    N = mean(Yd^T Yd) - Y^T Y, and X = (Y^T Y - N)^-1 Y^T tau is free of that pull (bias-compensated least
-    squares, Soederstrom 2007).
+    `noise` are noises of Y of the same law; with N the mean of their N^T N, X = (Y^T Y - N)^-1 Y^T tau is free of
+    that pull (bias-compensated least squares, Soederstrom 2007).
     """
     first: Array | None = None
-    sigma, samples = np.ones(Y.shape[1]), Y.any(axis=2).sum(axis=0)
+    sigma = np.ones(Y.shape[1])
     for _ in range(rounds + 1):
-        X, shares = _weighted(Y, tau, sigma, disturbed)[0], _shares(Y, sigma)
-        residuals = tau - Y @ X
-        deviations = np.sqrt((residuals**2).sum(axis=0) / np.maximum(samples - shares, 1.0))
+        X = _weighted(Y, tau, sigma, noise)[0]
+        found = _law(Y, tau, X, sigma, noise, correlation)
+        deviations = sigma * np.sqrt(found.variance)
         first = deviations if first is None else first
         sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
-    X, spread, condition, noise = _weighted(Y, tau, sigma, disturbed)
+    X, spread, condition, share = _weighted(Y, tau, sigma, noise)
     predicted = Y @ X
-    residuals = tau - predicted
-    return LeastSquares(X, _covariance(Y, residuals, sigma, spread), sigma, predicted, residuals, condition, noise)
+    found = _law(Y, tau, X, sigma, noise, correlation)
+    raised = colours(found, (tau - predicted) / sigma)
+    covariance = spread @ found.raised(raised).of_scores(Y / sigma[:, None]) @ spread
+    return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
 
 
-def _covariance(Y: Array, residuals: Array, sigma: Array, inverse: Array) -> Array:
-    """Return A^-1 S A^-1 with S the long-run covariance of the scores Y_t^T r_t (Newey and West 1987)."""
-    scores = np.einsum("tjc,tj->tc", Y, residuals / sigma**2)
-    scores -= scores.mean(axis=0)
-    S = scores.T @ scores
-    for lag in range(1, LAGS + 1):
-        shifted = scores[lag:].T @ scores[:-lag]
-        S += (1 - lag / (LAGS + 1)) * (shifted + shifted.T)
-    covariance: Array = inverse @ S @ inverse
-    return covariance
+def _law(Y: Array, tau: Array, X: Array, sigma: Array, noise: Sequence[Array], correlation: Sequence[float]) -> Noise:
+    """Return the noise of the rows over sigma."""
+    return residual_noise(Y / sigma[:, None], (tau - Y @ X) / sigma, [D @ X / sigma for D in noise], correlation)
 
 
 def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:
@@ -158,15 +155,7 @@ def _stacked(Y: Array, sigma: Array, lengths: Array | float = 1.0) -> Array:
     return rows
 
 
-def _shares(Y: Array, sigma: Array) -> Array:
-    """Return the share of each joint in the degrees of freedom: sums of leverages."""
-    W = _stacked(Y, sigma)
-    Q = np.linalg.qr(W / np.linalg.norm(W, axis=0))[0]
-    shares: Array = (Q.reshape(Y.shape) ** 2).sum(axis=(0, 2))
-    return shares
-
-
-def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) -> tuple[Array, Array, float, Array]:
+def _weighted(Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]) -> tuple[Array, Array, float, Array]:
     """Return X, (Y^T Y - N)^-1, the condition number of unit columns, and the share of noise in each X_i."""
     lengths = np.linalg.norm(_stacked(Y, sigma), axis=0)
     W, right = _stacked(Y, sigma, lengths), (tau / sigma).ravel()
@@ -174,14 +163,14 @@ def _weighted(Y: Array, tau: Array, sigma: Array, disturbed: Sequence[Array]) ->
     condition = float(np.linalg.cond(R)) if len(R) else 1.0
     inverse = np.linalg.inv(R)
     share, axes = np.zeros(len(R)), np.eye(len(R))
-    if disturbed:
-        noisy = sum(w.T @ w for w in (_stacked(Yd, sigma, lengths) for Yd in disturbed)) / len(disturbed)
-        N = inverse.T @ (noisy - R.T @ R) @ inverse
+    if noise:
+        noisy = sum(w.T @ w for w in (_stacked(D, sigma, lengths) for D in noise)) / len(noise)
+        N = inverse.T @ noisy @ inverse
         share, axes = np.linalg.eigh((N + N.T) / 2)
     directions = inverse @ axes
     pull = directions / (1 - np.minimum(share, MOST_NOISE))
-    noise = (directions**2 @ np.maximum(share, 0.0)) / (directions**2).sum(axis=1)
-    return pull @ (axes.T @ (Q.T @ right)) / lengths, _unscaled(pull @ directions.T, lengths), condition, noise
+    hidden = (directions**2 @ np.maximum(share, 0.0)) / (directions**2).sum(axis=1)
+    return pull @ (axes.T @ (Q.T @ right)) / lengths, _unscaled(pull @ directions.T, lengths), condition, hidden
 
 
 def _unscaled(covariance: Array, lengths: Array) -> Array:
@@ -195,7 +184,8 @@ def estimate(
     joints: Sequence[str],
     still: Sequence[int] = (),
     tolerance: float = FROM_DATA,
-    disturbed: Sequence[Array] = (),
+    noise: Sequence[Array] = (),
+    correlation: Sequence[float] = (1.0,),
     source: str = "measurements",
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
@@ -203,12 +193,13 @@ def estimate(
     Columns that the motion leaves zero or dependent are dropped by QR (Gautier 1991) and named. `still` are joints
     (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
     """
-    _refuse_short(Y, unknowns, source)
+    rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
+    refuse_short(rows, len(unknowns), correlation, source)
     grouping = independent_columns(_balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and faster")
     kept = list(grouping.kept)
-    solution = solve(Y[:, :, kept], tau, disturbed=[Yd[:, :, kept] for Yd in disturbed])
+    solution = solve(Y[:, :, kept], tau, noise=[D[:, :, kept] for D in noise], correlation=correlation)
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
@@ -232,11 +223,15 @@ def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
     return text
 
 
-def _refuse_short(Y: Array, unknowns: Sequence[Unknown], source: str) -> None:
-    rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
-    if rows < FEWEST_ROWS * len(unknowns):
-        what = f"{rows} equations after filtering for {len(unknowns)} parameters: measure longer, or give known values"
-        raise InputError(source, "t", what)
+def refuse_short(rows: int, parameters: int, correlation: Sequence[float], source: str) -> None:
+    """Raise `InputError` for fewer than two independent equations for each parameter.
+
+    `rows` with such correlations to those 0, 1, 2 ... rows later are worth fewer independent ones.
+    """
+    least = math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
+    if rows < least:
+        what = f"{rows} equations after filtering for {parameters} parameters, {least} are the least"
+        raise InputError(source, "t", f"{what}: measure longer, or give known values")
 
 
 def _balanced(Y: Array) -> Array:
@@ -317,17 +312,13 @@ def _consistency(estimates: Iterable[Estimate]) -> list[str]:
 
 
 def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
-    """Return notes on joints whose residuals are correlated, which makes standard deviations too small."""
-    notes = []
-    for j, joint in enumerate(joints):
-        r = solution.residuals[:, j]
-        power = float(r @ r)
-        alike = float(r[1:] @ r[:-1]) / power if power > 0 else 0.0
-        if alike > WHITE:
-            factor = math.sqrt((1 + alike) / (1 - min(alike, 0.99)))
-            notes.append(f"residuals of {joint} are correlated ({alike:.2f} from one sample to the next): standard "
-                         f"deviations may be {factor:.1f} times as large, or the model lacks something")  # fmt: skip
-    return notes
+    """Return notes on joints whose residuals are correlated."""
+    return [
+        f"residuals of {joint} are correlated over more than the filter: standard deviations are raised, {factor:.1f} "
+        "times where they rest on this joint; the model lacks something, or torques have slow noise"
+        for joint, factor in zip(joints, solution.raised, strict=True)
+        if factor > 1
+    ]
 
 
 def _standing(still: dict[int, str]) -> list[str]:

@@ -1,16 +1,15 @@
-"""Velocities and accelerations from sampled positions, and decimation to the information in them.
+"""Velocities and accelerations from sampled positions, and averages of both sides of tau = Y X.
 
 The way of practitioners (Gautier 1997; Janot, Vandanjon and Gautier 2014): positions through a zero-phase
-Butterworth filter well above the motion, central differences, then one low-pass filter for both sides of
-tau = Y X ("parallel decimation") and one sample in `factor` kept. Filtering both sides alike changes no
-parameter; it removes torque ripple and makes the residuals nearly white, which standard deviations need.
+Butterworth filter well above the motion, central differences, then the same low-pass filter for both sides of
+tau = Y X: averages under a Hann window, one row for each third of it. Averaging both sides alike changes no
+parameter. The window ends, so samples where dry friction reverses can be left out of both sides exactly.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,34 +22,62 @@ from symoro_elastic.time_series.measurements import Measurements
 ORDER = 4
 ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
 QUARTILE = 0.75  # of the joints are slower
-KEPT_BAND = 2.0  # band kept by decimation over the motion's bandwidth
+KEPT_BAND = 2.0  # -6 dB of the averages over the motion's bandwidth: one over the length of the window
+ROWS_IN_WINDOW = 3  # averages begin in each window
 ENERGY = 0.99  # of the velocities lies within the motion's bandwidth
 OVER_NOISE = 30.0  # what counts as motion, over the spectrum's floor
-RIPPLE, DECIMATION_ORDER, OF_NYQUIST = 0.05, 8, 0.8  # as scipy.signal.decimate
-EDGE = 6  # kept samples
-SLOW, REVERSAL_REACH = 0.02, 1.5  # of the largest velocity; in kept samples
+SLOW, OVER_RATE_NOISE = 0.02, 5.0  # of the largest velocity; of the noise of velocities
+REVERSAL_REACH = 0.5  # periods of the Butterworth cut-off
+FEWEST_OPEN = 0.2  # of the window that is not left out
 HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
+TWINS = (0.5, 0.25)  # of the sampling frequency: modulation that makes noise of the same law
+CLEAR_OF_MOTION = 4.0  # modulations over the Butterworth cut-off
 
 
 @dataclass(frozen=True)
 class Filter:
-    """Settings: sampling, bandwidth of the motion and Butterworth cut-off in Hz; one sample in `factor` is kept."""
+    """Settings: sampling, bandwidth of the motion and Butterworth cut-off in Hz; averages are of `window` samples,
+    one every `step`."""
 
     sampling: float
     motion: float
     cutoff: float
-    factor: int
+    window: int
+    step: int
     order: int = ORDER
 
     @property
     def kept_band(self) -> float:
-        """Cut-off of the decimation filter, Hz."""
-        return OF_NYQUIST * self.sampling / (2 * self.factor)
+        """Frequency in Hz that averages halve."""
+        return self.sampling / self.window
 
     @property
     def trim(self) -> int:
         """Samples dropped at each end: the transients of the Butterworth filter and of the differences."""
         return int(np.ceil(2 * self.sampling / self.cutoff)) + 2
+
+    @property
+    def reach(self) -> int:
+        """Samples beside a reversal that the Butterworth filter blurs."""
+        return int(np.ceil(REVERSAL_REACH * self.sampling / self.cutoff))
+
+    @property
+    def correlation(self) -> tuple[float, ...]:
+        """Correlation of averages of white noise with those 0, 1, 2 ... rows later."""
+        h = self.weights
+        together = [float(h[k:] @ h[: len(h) - k]) for k in range(0, len(h), self.step)]
+        return tuple(x / together[0] for x in together)
+
+    @property
+    def weights(self) -> Array:
+        """Hann window of sum 1."""
+        hann: Array = 1 - np.cos(2 * np.pi * (np.arange(self.window) + 0.5) / self.window)
+        weights: Array = hann / hann.sum()
+        return weights
+
+    def starts(self, samples: int) -> range:
+        """Return the first sample of each average."""
+        return range(0, max(samples - self.window + 1, 0), self.step)
 
     def described(self) -> list[str]:
         """Return the settings as lines."""
@@ -58,7 +85,7 @@ class Filter:
             f"sampled at {self.sampling:.6g} Hz; {100 * ENERGY:g} % of the motion is below {self.motion:.3g} Hz",
             f"positions: zero-phase Butterworth, order {self.order}, {self.cutoff:.3g} Hz; "
             "central differences of fourth order",
-            f"both sides: zero-phase low-pass at {self.kept_band:.3g} Hz, one sample in {self.factor} kept",
+            f"both sides: averages under a Hann window of {self.window} samples, one every {self.step}",
             f"{self.trim} samples dropped at each end",
         ]
 
@@ -67,8 +94,8 @@ class Filter:
 class FilteredMotion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
-    `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `noise` (n) is
-    the standard deviation of white sensor noise in the unfiltered positions.
+    `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `twins` are noises
+    of q, qd, qdd of the same law as that which the filter left in them, and independent of it.
     """
 
     t: Array
@@ -77,26 +104,21 @@ class FilteredMotion:
     qdd: Array
     tau: Array
     still: tuple[int, ...] = ()
-    noise: Array | None = None
+    twins: tuple[tuple[Array, Array, Array], ...] = ()
 
-    def disturbed(self, chosen: Filter, sign: float, seed: int = 0) -> FilteredMotion:
-        """Return the motion with as much sensor noise added, through the same filter; still joints stay."""
-        if self.noise is None:
-            return self
-        rng = np.random.default_rng(seed)
-        samples = len(self.t) + 2 * chosen.trim
-        white = smooth(sign * self.noise * rng.standard_normal((samples, self.q.shape[1])), chosen)
-        white[:, list(self.still)] = 0.0
-        velocity, acceleration = differentiate(white, 1 / chosen.sampling)
-        cut, inner = (
-            slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2)),
-            slice(chosen.trim, samples - chosen.trim),
-        )
-        return replace(self, q=self.q + white[inner], qd=self.qd + velocity[cut], qdd=self.qdd + acceleration[cut])
+    def part(self, piece: slice) -> tuple[Array, Array, Array]:
+        """Return some samples of q, qd, qdd."""
+        return self.q[piece], self.qd[piece], self.qdd[piece]
+
+    def disturbed(self, twin: int, sign: float, piece: slice) -> tuple[Array, Array, Array]:
+        """Return some samples of q, qd, qdd with a twin of their noise added or taken away."""
+        dq, dqd, dqdd = self.twins[twin]
+        q, qd, qdd = self.part(piece)
+        return q + sign * dq[piece], qd + sign * dqd[piece], qdd + sign * dqdd[piece]
 
 
 def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
-    """Return cut-offs at 5 (Butterworth) and 2 (decimation) times the bandwidth of the motion (rule of Janot).
+    """Return cut-offs at 5 (Butterworth) and 2 (averages) times the bandwidth of the motion (rule of Janot).
 
     The motion's bandwidth is that of the fastest motor, or of the upper quartile of the joints if that is more: a
     local mode that rings does not set it. `motors` are 0-based; `bandwidth` in Hz replaces what is found.
@@ -107,8 +129,8 @@ def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
         raise InputError(measured.source, "t", what)
     cutoff = min(ABOVE_MOTION * motion, HIGHEST_CUTOFF * sampling / 2)
-    factor = max(1, int(OF_NYQUIST * sampling / 2 / (KEPT_BAND * motion)))
-    return Filter(sampling, motion, cutoff, factor)
+    window = max(1, round(sampling / (KEPT_BAND * motion)))
+    return Filter(sampling, motion, cutoff, window, max(1, round(window / ROWS_IN_WINDOW)))
 
 
 def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
@@ -146,49 +168,41 @@ def smooth(x: Array, chosen: Filter) -> Array:
     """Return x (N, ...) through the zero-phase Butterworth filter."""
     signal = for_identification("scipy.signal")
     sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
-    return _both_ways(signal, sections, x, chosen)
-
-
-def decimate(x: Array, chosen: Filter) -> Array:
-    """Return x (N, ...) through the filter of scipy.signal.decimate, zero phase, one sample in `factor`.
-
-    By second-order sections, which stay accurate at large factors. Edges are trimmed.
-    """
-    if chosen.factor == 1:
-        return x
-    signal = for_identification("scipy.signal")
-    sections = signal.cheby1(DECIMATION_ORDER, RIPPLE, OF_NYQUIST / chosen.factor, output="sos")
-    filtered = _both_ways(signal, sections, x, chosen) * 10 ** (RIPPLE / 10)
-    return thin(filtered, chosen)
-
-
-def reverses(qd: Array, chosen: Filter | None) -> BoolArray:
-    """Return a mask of kept samples (samples, n) near which a joint is too slow for Fs sign(qd) + Fv qd.
-
-    Slow is less than 2 % of the joint's largest velocity, within the reach of the decimation filter.
-    """
-    slow: BoolArray = np.asarray(np.abs(qd) <= SLOW * np.abs(qd).max(axis=0))
-    if chosen is None or chosen.factor == 1:
-        return slow
-    reach = int(REVERSAL_REACH * chosen.factor)
-    near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
-    slow_nearby: BoolArray = np.asarray(near[2 * reach + 1 :] > near[: -2 * reach - 1])
-    return thin(slow_nearby, chosen)
-
-
-def thin(x: AnyArray, chosen: Filter) -> AnyArray:
-    """Return one sample in `factor`, without the transients of the decimation filter at both ends."""
-    if chosen.factor == 1:
-        return x
-    kept: AnyArray = x[:: chosen.factor]
-    edge = min(EDGE, len(kept) // 8)
-    return kept[edge : len(kept) - edge]
-
-
-def _both_ways(signal: Any, sections: Array, x: Array, chosen: Filter) -> Array:
-    padding = min(len(x) - 1, max(int(3 * chosen.factor), 3 * (2 * len(sections) + 1)))
-    filtered: Array = signal.sosfiltfilt(sections, x, axis=0, padlen=padding)
+    filtered: Array = signal.sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, 2 * chosen.trim))
     return filtered
+
+
+def average(x: AnyArray, chosen: Filter) -> Array:
+    """Return averages of x (N, ...) under the window, (rows, ...)."""
+    flat = x.reshape(len(x), -1)
+    rows = [chosen.weights @ flat[k : k + chosen.window] for k in chosen.starts(len(x))]
+    return np.array(rows).reshape(len(rows), *x.shape[1:])
+
+
+def openness(moving: BoolArray, chosen: Filter) -> Array:
+    """Return the variance of averages of the samples (N, n) that count, relative to that of all, (rows, n)."""
+    squares = chosen.weights**2
+    rows = [squares @ moving[k : k + chosen.window] for k in chosen.starts(len(moving))]
+    share: Array = np.array(rows).reshape(len(rows), moving.shape[1]) / squares.sum()
+    return np.where(share >= FEWEST_OPEN, share, 0.0)
+
+
+def moving(motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
+    """Return a mask of samples (N, n) at which a joint is fast enough for Fs sign(qd) + Fv qd.
+
+    Slow is less than 2 % of the joint's largest velocity or 5 standard deviations of the velocity's noise, within
+    the reach of the Butterworth filter.
+    """
+    least = SLOW * np.abs(motion.qd).max(axis=0)
+    for _, rates, _ in motion.twins:
+        least = np.maximum(least, OVER_RATE_NOISE * rates.std(axis=0))
+    slow: BoolArray = np.asarray(np.abs(motion.qd) <= least)
+    if chosen is None:
+        return ~slow
+    reach = chosen.reach
+    near: NDArray[np.int_] = np.cumsum(np.pad(slow, ((reach + 1, reach), (0, 0))), axis=0)
+    fast: BoolArray = np.asarray(near[2 * reach + 1 :] == near[: -2 * reach - 1])
+    return fast
 
 
 def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
@@ -197,26 +211,48 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
     filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
     """
-    q = smooth(record.q, chosen)
-    velocity, acceleration = differentiate(q, record.period)
-    inner = slice(2, len(q) - 2)
-    if record.qd is not None:
-        measured = smooth(record.qd, chosen)
-        velocity, acceleration = measured[inner], differentiate(measured, record.period)[0]
-    if record.qdd is not None:
-        acceleration = smooth(record.qdd, chosen)[inner]
-    cut = slice(chosen.trim - 2, len(velocity) - (chosen.trim - 2))
-    if len(velocity[cut]) < 2:
+    if len(record.t) < 2 * chosen.trim + 2:
         what = f"{len(record.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"
         raise InputError(record.source, "t", what)
-    positions, rates, rates2 = q[inner][cut], velocity[cut].copy(), acceleration[cut].copy()
-    removed = record.q[inner][cut] - positions
-    still = _still(positions, removed)
-    noise = removed.std(axis=0) / np.sqrt(1 - 2 * chosen.cutoff / chosen.sampling)
-    for k in still:
-        positions[:, k] = positions[:, k].mean()
-        rates[:, k] = rates2[:, k] = 0.0
-    return FilteredMotion(record.t[inner][cut], positions, rates, rates2, record.tau[inner][cut], still, noise)
+    cut = slice(chosen.trim, len(record.t) - chosen.trim)
+    q, qd, qdd = _derivatives(record, chosen)
+    twins = [_derivatives(_modulated(record, chosen, share), chosen) for share in _carriers(chosen)]
+    still = list(_still(q, record.q[cut] - q))
+    q[:, still] = q[:, still].mean(axis=0)
+    for rates in (qd, qdd, *(x for twin in twins for x in twin)):
+        rates[:, still] = 0.0
+    return FilteredMotion(record.t[cut], q, qd, qdd, record.tau[cut], tuple(still), tuple(twins))
+
+
+def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Array]:
+    """Return filtered q, qd, qdd, without the transients at both ends."""
+    trim = chosen.trim
+    cut, inner = slice(trim, len(record.t) - trim), slice(trim - 2, len(record.t) - trim - 2)
+    q = smooth(record.q, chosen)
+    qd, qdd = (x[inner] for x in differentiate(q, record.period))
+    if record.qd is not None:
+        measured = smooth(record.qd, chosen)
+        qd, qdd = measured[cut], differentiate(measured, record.period)[0][inner]
+    if record.qdd is not None:
+        qdd = smooth(record.qdd, chosen)[cut]
+    return q[cut], qd, qdd
+
+
+def _carriers(chosen: Filter) -> list[float]:
+    """Return the frequencies of modulation that keep clear of the motion, of the sampling frequency."""
+    return [share for share in TWINS if share * chosen.sampling >= CLEAR_OF_MOTION * chosen.cutoff]
+
+
+def _modulated(record: Measurements, chosen: Filter, share: float) -> Measurements:
+    """Return the record modulated by a share of the sampling frequency, started and ended smoothly.
+
+    The motion leaves the filter's band, and noise of the same density takes its place.
+    """
+    k = np.arange(len(record.t))
+    ramp = np.minimum(1.0, 2 * np.minimum(k, k[::-1]) / chosen.trim)
+    carrier = (np.sqrt(2) * np.cos(2 * np.pi * share * k + np.pi / 4) * np.sin(np.pi / 2 * ramp) ** 2)[:, None]
+    qd, qdd = (None if x is None else x * carrier for x in (record.qd, record.qdd))
+    return replace(record, q=record.q * carrier, qd=qd, qdd=qdd)
 
 
 def as_measured(measured: Measurements) -> FilteredMotion:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula
+from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula, refuse_short
 from symoro_elastic.identification.filtering import (
     Filter,
     FilteredMotion,
     as_measured,
-    decimate,
+    average,
     default_filter,
     filtered_motion,
-    reverses,
-    thin,
+    moving,
+    openness,
 )
 from symoro_elastic.identification.regression import Regressor, RegressorColumn, refuse_unknown_labels, regressor
 from symoro_elastic.machine.machine import Kind, Machine
@@ -28,7 +28,6 @@ from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
-NOISE_DRAWS = 2  # of sensor noise, each with both signs
 PIECE = 4000  # samples evaluated at a time
 EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
@@ -70,6 +69,8 @@ def identify(
     decide. `filtered` False uses measurements as they are. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
+    step("filter")
+    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)
@@ -77,19 +78,28 @@ def identify(
     step("group")
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
     kept = [sought[c] for c in structure.kept]
-    step("filter")
-    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
+    refuse_short(_equations(records, chosen), len(kept), chosen.correlation if chosen else (1.0,), records[0].source)
     stack = _joined([_stack(Y, machine, record, chosen, kept, fixed, step) for record in records])
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
     source = records[0].source
-    estimation = estimate(stack.Y, stack.tau, unknowns, names, stack.still, disturbed=stack.disturbed, source=source)
+    correlation = chosen.correlation if chosen else (1.0,)
+    estimation = estimate(
+        stack.Y, stack.tau, unknowns, names, stack.still, noise=stack.noise, correlation=correlation, source=source
+    )
     notes = [line for record in records for line in record.warnings]
     notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
     springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
     all_notes = (*notes, *estimation.notes)
     return Identification(machine, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
+
+
+def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
+    """Return how many rows records give at most."""
+    if chosen is None:
+        return sum(record.q.size for record in records)
+    return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
@@ -100,21 +110,21 @@ def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> A
 
 @dataclass(frozen=True)
 class _Stack:
-    """Samples of both sides of tau = Y X, joints that stand still, and Y with more noise."""
+    """Rows of both sides of tau = Y X, joints that stand still, and noise of Y by twins of that of the positions."""
 
     t: Array
     Y: Array
     tau: Array
     still: tuple[int, ...]
-    disturbed: tuple[Array, ...] = ()
+    noise: tuple[Array, ...] = ()
 
 
 def _joined(stacks: Sequence[_Stack]) -> _Stack:
     """Return all samples as one stack; joints stand still that do so in every record."""
     t, Y, tau = (np.concatenate(part) for part in zip(*((s.t, s.Y, s.tau) for s in stacks), strict=True))
     still = sorted(set.intersection(*(set(s.still) for s in stacks)))
-    disturbed = (np.concatenate(part) for part in zip(*(s.disturbed for s in stacks), strict=True))
-    return _Stack(t, Y, tau, tuple(still), tuple(disturbed))
+    noise = (np.concatenate(part) for part in zip(*(s.noise for s in stacks), strict=True))
+    return _Stack(t, Y, tau, tuple(still), tuple(noise))
 
 
 def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
@@ -147,42 +157,48 @@ def _stack(
     Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
     kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
 ) -> _Stack:  # fmt: skip
-    """Return both sides of tau = Y X of a record, decimated."""
+    """Return rows of both sides of tau = Y X of a record.
+
+    Samples at which a joint's dry friction reverses are left out of its rows. Rows are divided by the standard
+    deviation that white noise of torques has in them, relative to that of rows from whole windows.
+    """
     motion = filtered_motion(record, chosen) if chosen else as_measured(record)
     step("stack")
-    tau = _left_side(machine, motion) - _in_pieces(
-        lambda q, qd, qdd: Y.loads(q) + Y.evaluate(q, qd, qdd, list(fixed)) @ np.array(list(fixed.values())), motion
-    )
-    used = ~_friction_reverses(Y, kept, motion, chosen)
-    draws = [(sign, seed) for seed in range(NOISE_DRAWS) for sign in (1.0, -1.0)]
-    noisy = [motion.disturbed(chosen, sign, seed) for sign, seed in draws] if chosen else []
-    return _Stack(
-        thin(motion.t, chosen) if chosen else motion.t,
-        _columns(Y, motion, kept, chosen) * used[:, :, None],
-        (decimate(tau, chosen) if chosen else tau) * used,
-        motion.still,
-        tuple(_columns(Y, other, kept, chosen) * used[:, :, None] for other in noisy),
-    )
-
-
-def _friction_reverses(Y: Regressor, kept: Sequence[int], motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
-    """Return a mask of rows to leave out: where dry friction reverses, its torque is anything up to Fs."""
-    slow = reverses(motion.qd, chosen)
+    counted = moving(motion, chosen)
     dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
-    slow[:, [k for k in range(slow.shape[1]) if k not in dry]] = False
-    return slow
+    counted[:, [k for k in range(counted.shape[1]) if k not in dry]] = True
+    tau, values = _left_side(machine, motion), np.array(list(fixed.values()))
+
+    def sides(piece: slice) -> list[Array]:
+        """Return averages of t, tau, Y, and of half the differences of Y between opposite noises."""
+        motions = [motion.part(piece)]
+        for twin in range(len(motion.twins)):
+            motions += [motion.disturbed(twin, sign, piece) for sign in (1.0, -1.0)]
+        columns = [Y.evaluate(*x, kept) for x in motions]
+        halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
+        left = tau[piece] - Y.loads(motion.q[piece]) - Y.evaluate(*motion.part(piece), list(fixed)) @ values
+        used = counted[piece].astype(float)
+        both = [left * used, *(x * used[:, :, None] for x in (columns[0], *halves))]
+        return [average(x, chosen) if chosen else x for x in (motion.t[piece], *both)]
+
+    t, left, right, *noise = (np.concatenate(x) for x in zip(*map(sides, _pieces(len(motion.t), chosen)), strict=True))
+    scale = _relative_deviation(counted, chosen)
+    return _Stack(t, right * scale[:, :, None], left * scale, motion.still, tuple(x * scale[:, :, None] for x in noise))
 
 
-def _columns(Y: Regressor, motion: FilteredMotion, kept: Sequence[int], chosen: Filter | None) -> Array:
-    """Return the columns of Y along a motion, decimated."""
-    columns = _in_pieces(lambda q, qd, qdd: Y.evaluate(q, qd, qdd, kept), motion)
+def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
+    """Return pieces of a record that hold whole windows, without large intermediate arrays."""
     if chosen is None:
-        return columns
-    thinned = np.zeros((len(thin(motion.t, chosen)), columns.shape[1], len(kept)))
-    there: BoolArray = np.asarray(columns.any(axis=0))
-    for k in range(len(kept)):
-        thinned[:, there[:, k], k] = decimate(columns[:, there[:, k], k], chosen)
-    return thinned
+        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
+    starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
+    firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
+    return [slice(some[0], some[-1] + chosen.window) for some in firsts]
+
+
+def _relative_deviation(counted: BoolArray, chosen: Filter | None) -> Array:
+    """Return 1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
+    variance = openness(counted, chosen) if chosen else counted.astype(float)
+    return np.where(variance > 0, 1 / np.sqrt(np.where(variance > 0, variance, 1.0)), 0.0)
 
 
 def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
@@ -190,12 +206,6 @@ def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
     tau = np.zeros_like(motion.q)
     tau[:, list(machine.motor_entries)] = motion.tau
     return tau
-
-
-def _in_pieces(rows: Callable[..., Array], motion: FilteredMotion) -> Array:
-    """Return a function of q, qd, qdd over all samples, without large intermediate arrays."""
-    pieces = [slice(k, k + PIECE) for k in range(0, len(motion.t), PIECE)]
-    return np.concatenate([rows(motion.q[piece], motion.qd[piece], motion.qdd[piece]) for piece in pieces])
 
 
 def _unknowns(

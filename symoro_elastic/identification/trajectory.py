@@ -14,7 +14,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.time_series.columns import MOST_SAMPLES
+from symoro_elastic.time_series.reading import MOST_SAMPLES
 from symoro_elastic.time_series.writing import columns_of, write_columns
 
 POSITION_OPTION = "--position"

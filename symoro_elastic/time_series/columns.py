@@ -8,13 +8,10 @@ axis, or `t` (N), `q` (N x n), `tau` (N x m), `qd`, `qdd`.
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,12 +19,8 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.time_series.reading import Columns, read_arrays
 
-Columns = dict[str, Array]
-"""Columns of a file by header."""
-
-MOST_SAMPLES = 5_000_000
-"""Of a trajectory that is written."""
 COLUMN_UNITS = {
     "s": ("t", 1.0), "ms": ("t", 1e-3), "us": ("t", 1e-6),
     "m": ("slide", 1.0), "mm": ("slide", 1e-3), "um": ("slide", 1e-6),
@@ -43,65 +36,10 @@ _BLOCK = re.compile("[qy]d*|tau")
 
 def read_columns(path: str | Path, machine: Machine) -> Columns:
     """Return the columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
-    path = Path(path)
-    if path.suffix.lower() == ".npz":
-        return _read_npz(path, machine)
-    if path.suffix.lower() in (".csv", ".txt"):
-        return _read_csv(path)
-    raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
-
-
-def _read_csv(path: Path) -> Columns:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if any(map(str.strip, row))]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), "file", f"cannot be read: {_reason(error)}") from None
-    if len(lines) < 2:
-        raise InputError(str(path), "file", "holds no samples: a header line, then one line a sample")
-    header = [name.strip() for name in lines[0][1]]
-    if _is_number(header[0]):
-        what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
-        raise InputError(str(path), "line 1", what)
-    if len(set(header)) < len(header):
-        double = next(name for name in header if header.count(name) > 1)
-        raise InputError(str(path), double, "two columns have this name")
-    rows = [_numbers(path, number, row, header) for number, row in lines[1:]]
-    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
-
-
-def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
-    if len(row) != len(header):
-        raise InputError(str(path), f"line {line}", f"has {len(row)} cells, the header has {len(header)}")
-    for name, cell in zip(header, row, strict=True):
-        if not _is_number(cell):
-            what = f"{cell.strip()[:30]!r} is no number" if cell.strip() else "is empty: a gap in the data"
-            raise InputError(str(path), name, f"line {line}: {what}; cut the record there or measure again")
-    return [float(cell) for cell in row]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _reason(error: Exception) -> str:
-    return error.strerror or str(error) if isinstance(error, OSError) else str(error)
-
-
-def _read_npz(path: Path, machine: Machine) -> Columns:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays: dict[str, Any] = {name: np.asarray(file[name], dtype=float) for name in file.files}
-    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        raise InputError(str(path), "file", f"cannot be read as arrays of numbers: {_reason(error)}") from None
     joints = [joint.name for joint in machine.moving_joints]
     motors = [joint.name for joint in machine.motor_joints]
     columns: Columns = {}
-    for name, array in arrays.items():
+    for name, array in read_arrays(path).items():
         names = joints if name.startswith("q") else motors
         if _BLOCK.fullmatch(name) and array.ndim == 2:
             if array.shape[1] != len(names):

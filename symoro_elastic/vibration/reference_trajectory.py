@@ -20,7 +20,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
-from symoro_elastic.time_series.columns import MOST_SAMPLES, named_columns, read_columns
+from symoro_elastic.time_series.columns import named_columns, read_columns
+from symoro_elastic.time_series.reading import MOST_SAMPLES
 from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT
 
 RATE = 1000.0  # samples/s

@@ -1,0 +1,153 @@
+"""Law of the residuals of tau = Y X: spectral densities of the noise of positions and of torques.
+
+Rows are averages, so noise is correlated from one to the next. The noise of torques is white before averaging: its
+correlation is that of the windows, its size follows from the residuals. The noise of positions is that of its twins
+(`filtering`). Densities are at the frequencies of records padded with zeros to `padded` rows; their mean over all
+frequencies is the variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.array_types import AnyArray, Array
+
+FEWEST_LAGS, PART = 24, 4  # lags of the correlation of positions' noise that are kept: a quarter of the rows
+MOST_ALIKE = 0.98
+CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is no chance
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise in the rows of each joint, over its sigma: cross-spectral density (frequencies, n, n)."""
+
+    density: AnyArray
+    rows: int
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the rows of each joint, (n)."""
+        variance: Array = self.correlations(1)[0]
+        return variance
+
+    def correlations(self, lags: int) -> Array:
+        """Return E[r_j(t) r_j(t + lag)] for some lags from 0, (lags, n)."""
+        own = np.einsum("fjj->fj", self.density)
+        both: Array = np.fft.irfft(own, padded(self.rows), axis=0)[:lags]
+        return both
+
+    def of(self, joint: int) -> Noise:
+        """Return the noise of one joint alone."""
+        return Noise(self.density[:, joint : joint + 1, joint : joint + 1], self.rows)
+
+    def raised(self, factors: Array) -> Noise:
+        """Return the noise with the standard deviations of joints multiplied, (n)."""
+        return Noise(self.density * np.outer(factors, factors), self.rows)
+
+    def of_scores(self, Y: Array) -> Array:
+        """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times the noise."""
+        spectrum = np.fft.rfft(Y, padded(len(Y)), axis=0)
+        through = (self.density @ spectrum) * _both_signs(len(Y))[:, None, None]
+        total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded(len(Y))
+        return total
+
+
+def padded(rows: int) -> int:
+    """Return the length of records padded with zeros."""
+    return int(2 ** np.ceil(np.log2(2 * rows)))
+
+
+def _both_signs(rows: int) -> Array:
+    """Return how often each frequency of rfft counts."""
+    counts = np.full(padded(rows) // 2 + 1, 2.0)
+    counts[[0, -1]] = 1.0
+    return counts
+
+
+def of_correlation(correlation: Sequence[float], rows: int) -> Array:
+    """Return the spectral density of noise of variance 1 with this correlation 0, 1, 2 ... rows later."""
+    both = np.zeros(padded(rows))
+    both[: len(correlation)] = correlation
+    both[len(both) - len(correlation) + 1 :] = correlation[:0:-1]
+    return np.maximum(np.fft.rfft(both).real, 0.0)
+
+
+def of_records(records: Sequence[Array], used: Array) -> AnyArray:
+    """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n)."""
+    rows, joints = len(records[0]), len(used)
+    size = np.sqrt(np.maximum(used, 1))
+    spectra = [np.fft.rfft(record / size, padded(rows), axis=0) for record in records]
+    cross = sum(np.einsum("fj,fk->fjk", x, x.conj()) for x in spectra) / len(spectra)
+    correlation = np.fft.irfft(cross, padded(rows), axis=0)
+    lags = np.minimum(np.arange(padded(rows)), padded(rows) - np.arange(padded(rows)))
+    window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
+    density: AnyArray = np.fft.rfft(correlation * window[:, None, None], axis=0)
+    return density.reshape(-1, joints, joints)
+
+
+def _parzen(x: Array) -> Array:
+    """Return the lag window of Parzen, whose spectral densities are never negative."""
+    near, far = 1 - 6 * x**2 * (1 - x), 2 * np.maximum(1 - x, 0.0) ** 3
+    return np.where(x < 0.5, near, far)
+
+
+def residual_noise(Y: Array, residuals: Array, positions: Sequence[Array], correlation: Sequence[float]) -> Noise:
+    """Return the noise that leaves such residuals (rows, n), of rows and columns Y (rows, n, c) over sigma.
+
+    `positions` are the noises that those of the positions make in the rows. What they do not explain is noise of the
+    torques: of least squares with H = Q Q^T and variances v_k of the torques' noise,
+    E |r_j|^2 = sum_k v_k (delta_jk (tr R - 2 tr Q_j^T R Q_j) + tr Q_k^T R Q_k Q_j^T Q_j), solved for v.
+    """
+    rows, joints, columns = Y.shape
+    used = Y.any(axis=2).sum(axis=0)
+    Q = np.linalg.qr(Y.reshape(-1, columns))[0].reshape(Y.shape)
+    white = of_correlation(correlation, rows)
+    spread = [Noise(white[:, None, None], rows).of_scores(Q[:, [j]]) for j in range(joints)]
+    shares = [Q[:, j].T @ Q[:, j] for j in range(joints)]
+    A = np.array([[float((G * B).sum()) for G in spread] for B in shares])
+    A += np.diag([used[j] - 2 * float(np.trace(spread[j])) for j in range(joints)])
+    energy, density = (residuals**2).sum(axis=0), np.zeros((len(white), joints, joints), dtype=complex)
+    if positions:
+        density += of_records(positions, used)
+        energy = energy - _left_of(Noise(density, rows), Q, used, shares)
+    torques = _not_negative(A, energy, used)
+    return Noise(density + white[:, None, None] * np.diag(torques), rows)
+
+
+def colours(noise: Noise, residuals: Array) -> Array:
+    """Return by what slow noise, or what the model lacks, raises standard deviations of scores, (n).
+
+    Neighbours of residuals (rows, n) are more alike than averages of white noise: by e, as in a first-order process,
+    whose mean has sqrt((1 + e) / (1 - e)) times the standard deviation. 1 where e may be chance.
+    """
+    power, together = (residuals**2).sum(axis=0), (residuals[1:] * residuals[:-1]).sum(axis=0)
+    usual, alike = noise.correlations(2), together / np.where(power > 0, power, 1.0)
+    expected = usual[1] / np.where(usual[0] > 0, usual[0], 1.0)
+    excess = np.clip((alike - expected) / (1 - np.minimum(expected, MOST_ALIKE)), 0.0, MOST_ALIKE)
+    factors: Array = np.where(excess > CORRELATED, np.sqrt((1 + excess) / (1 - excess)), 1.0)
+    return factors
+
+
+def _left_of(noise: Noise, Q: Array, used: Array, shares: Sequence[Array]) -> Array:
+    """Return what the fit leaves of the squares of a noise, (n)."""
+    total = noise.of_scores(Q)
+    own = [float(np.trace(noise.of(j).of_scores(Q[:, [j]]))) for j in range(len(used))]
+    fitted = [float((total * B).sum()) for B in shares]
+    left: Array = noise.variance * used - 2 * np.array(own) + np.array(fitted)
+    return np.maximum(left, 0.0)
+
+
+def _not_negative(A: Array, energy: Array, used: Array) -> Array:
+    """Return v of A v = energy, entries that would be negative taken as zero."""
+    active = np.flatnonzero(used > 0)
+    v = np.zeros(len(energy))
+    while len(active):
+        found = np.linalg.lstsq(A[np.ix_(active, active)], energy[active], rcond=None)[0]
+        if (found >= 0).all():
+            v[active] = found
+            break
+        active = active[found >= 0]
+    return v

@@ -1,0 +1,218 @@
+"""Columns of numbers from .csv and .npz files, within bounds that are checked before any work.
+
+Nothing is unpickled, no array is made before its size is known, and no more is read than was announced.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import struct
+import warnings
+import zipfile
+import zlib
+from array import array
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+
+Columns = dict[str, Array]
+"""Arrays of a file by name."""
+
+MOST_SAMPLES = 5_000_000
+"""Of a file that is read or written."""
+MOST_NUMBERS = 30_000_000
+"""In a file: 240 MB, some 2 GB to work with them."""
+MOST_BYTES = 1_000_000_000
+MOST_COLUMNS = 1000
+MOST_IN_LINE = 100_000  # characters
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+NUMBERS = "fiu"  # kinds of dtype
+NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
+ARRAY_MAGIC = b"\x93NUMPY"
+DAMAGED = (
+    OSError, ValueError, TypeError, EOFError, RuntimeError, NotImplementedError, KeyError, OverflowError, SyntaxError,
+    MemoryError, struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
+def read_arrays(path: str | Path) -> Columns:
+    """Return the columns of a .csv file, or the arrays of a .npz file, by name. Raises `InputError`."""
+    path = Path(path)
+    readers = {".npz": _read_npz, ".csv": _read_csv, ".txt": _read_csv}
+    if path.suffix.lower() not in readers:
+        raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
+    _refuse_file(path)
+    return readers[path.suffix.lower()](path)
+
+
+def _refuse_file(path: Path) -> None:
+    try:
+        if path.exists() and not path.is_file():
+            raise _error(path, "is no file")
+        size = path.stat().st_size
+    except (OSError, ValueError) as error:
+        raise _error(path, f"cannot be read: {_reason(error)}") from None
+    if size == 0:
+        raise _error(path, "is empty")
+    if size > MOST_BYTES:
+        raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB are the most: cut or thin out the record")
+
+
+def _error(path: Path, what: str, place: str = "file") -> InputError:
+    return InputError(str(path), place, what)
+
+
+def _reason(error: Exception) -> str:
+    return error.strerror or "unknown reason" if isinstance(error, OSError) else "no such name can be"
+
+
+def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
+    """Raise `InputError` for more samples or numbers than there is room for."""
+    if rows > MOST_SAMPLES or numbers > MOST_NUMBERS:
+        what = (
+            f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_NUMBERS:.0e} numbers"
+        )
+        raise _error(path, f"{what} are the most: cut or thin out the record", place)
+
+
+# CSV
+
+
+def _read_csv(path: Path) -> Columns:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = _rows(path, file)
+            header = _header(path, *next(rows, (1, [])))
+            numbers = array("d")
+            for line, row in rows:
+                numbers.extend(_numbers(path, line, row, header))
+                _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        what = _reason(error) if isinstance(error, OSError) else "is no text of comma-separated columns in UTF-8"
+        raise _error(path, f"cannot be read: {what}") from None
+    if not numbers:
+        raise _error(path, "holds no samples: a header line, then one line a sample")
+    return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T.copy(), strict=True))
+
+
+def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
+    """Return the lines that are not empty, with their numbers."""
+    lines = iter(lambda: file.readline(MOST_IN_LINE), "")
+
+    def short() -> Iterator[str]:
+        for number, line in enumerate(lines, start=1):
+            if len(line) == MOST_IN_LINE:
+                raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is no table", f"line {number}")
+            yield line
+
+    for number, row in enumerate(csv.reader(short()), start=1):
+        if any(map(str.strip, row)):
+            yield number, row
+
+
+def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
+    """Return the names of the columns."""
+    header, place = [name.strip() for name in row], f"line {line}"
+    if not header:
+        raise _error(path, "holds no samples: a header line, then one line a sample")
+    for separator, name in SEPARATORS.items():
+        if len(header) == 1 and separator in header[0]:
+            what = f"columns are separated by {name}: separate them by commas, and write decimals with a point"
+            raise _error(path, what, place)
+    if len(header) > MOST_COLUMNS:
+        raise _error(path, f"{len(header)} columns, {MOST_COLUMNS} are the most", place)
+    if NUMBER.fullmatch(header[0]):
+        what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
+        raise _error(path, what, place)
+    if len(set(header)) < len(header):
+        double = next(name for name in header if header.count(name) > 1)
+        raise _error(path, "two columns have this name", double)
+    return header
+
+
+def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
+    if len(row) != len(header):
+        raise _error(path, f"has {len(row)} cells, the header has {len(header)}", f"line {line}")
+    try:
+        numbers = [float(cell) for cell in row]
+        if (text := "".join(row)).isascii() and "_" not in text:
+            return numbers
+    except ValueError:
+        pass
+    for name, cell in zip(header, row, strict=True):
+        if not NUMBER.fullmatch(cell.strip(" \t")):
+            what = f"{cell.strip()[:30]!r} is no number" if cell.strip() else "is empty: a gap in the data"
+            raise _error(path, f"line {line}: {what}; cut the record there or measure again", name)
+    return [float(cell) for cell in row]
+
+
+# NPZ
+
+
+def _read_npz(path: Path) -> Columns:
+    try:
+        with path.open("rb") as file:
+            if file.read(len(ARRAY_MAGIC)) == ARRAY_MAGIC:
+                raise _error(path, "is a single array (.npy): save it by numpy.savez(FILE, t=..., q=..., tau=...)")
+        with zipfile.ZipFile(path) as archive:
+            return _arrays(path, archive)
+    except DAMAGED:
+        raise _error(path, "cannot be read as arrays of numbers: damaged, or no file of numpy.savez") from None
+
+
+def _arrays(path: Path, archive: zipfile.ZipFile) -> Columns:
+    members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
+    if len(members) > MOST_COLUMNS:
+        raise _error(path, f"{len(members)} arrays, {MOST_COLUMNS} are the most")
+    names = [info.filename.removesuffix(".npy") for info in members]
+    if len(set(names)) < len(names):
+        raise _error(path, "two arrays have this name", next(name for name in names if names.count(name) > 1))
+    if not names:
+        raise _error(path, "holds no array")
+    count, arrays = 0, {}
+    for name, info in zip(names, members, strict=True):
+        with archive.open(info) as stream:
+            shape, fortran, dtype = _announced(path, name, stream)
+            count += math.prod(shape)
+            _refuse_size(path, name, shape[0], count)
+            arrays[name] = _array(path, name, stream, shape, fortran, dtype)
+    return arrays
+
+
+def _announced(path: Path, name: str, stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array from its header; refuse what is no table of real numbers."""
+    read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+    version = np.lib.format.read_magic(stream)
+    if version not in read:
+        raise ValueError
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        shape, fortran, dtype = read[version](stream)
+    if dtype.kind == "c":
+        raise _error(path, "holds complex numbers: save their real parts if that is what is meant", name)
+    if dtype.kind not in NUMBERS:
+        raise _error(path, "holds text or objects: cannot be read as arrays of numbers", name)
+    if len(shape) not in (1, 2) or min(shape) < 0:
+        raise _error(path, f"has shape {shape}: one axis, or samples x joints", name)
+    return shape, fortran, dtype
+
+
+def _array(
+    path: Path, name: str, stream: IO[bytes], shape: tuple[int, ...], fortran: bool, dtype: np.dtype[Any]
+) -> Array:
+    size = math.prod(shape) * dtype.itemsize
+    content = stream.read(size + 1)
+    if len(content) != size:
+        more = "more" if len(content) > size else "fewer"
+        raise _error(path, f"holds {more} numbers than its shape {shape} says", name)
+    found = np.frombuffer(content, dtype).reshape(shape, order="F" if fortran else "C")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return found.astype(float)

@@ -1,0 +1,200 @@
+"""How far estimates are from the truth, in their own standard deviations, over many runs of simulated noise:
+`python -m tests.benchmarks.identification [--runs N] [--json FILE]`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.identification.excitation import FourierMotion, Limits, random_motion
+from symoro_elastic.identification.identify import Identification, identify
+from symoro_elastic.identification.regression import ByLinearity, regressor
+from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Friction, Machine, Spring
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.time_series.measurements import Measurements
+from tests.benchmarks.machines import Row, arm_6, built, example
+from tests.benchmarks.tables import print_table, progress, save_json
+
+SAMPLING = 1000.0  # Hz
+RUNS = 50
+PERIODS = 2
+SEED = 1000  # of the noise of the first run
+TURN = 2 * np.pi
+
+
+@dataclass(frozen=True)
+class Case:
+    """A machine, one period of its true motion, its sensors, and the values that are not sought."""
+
+    title: str
+    machine: Machine
+    period: Measurements
+    sensors: Sensors
+    known: Mapping[str, float]
+
+    def record(self, periods: int, seed: int) -> Measurements:
+        """Return measurements of some periods."""
+        one = self.period
+        t = np.arange(periods * len(one.t)) / SAMPLING
+        q, tau = (np.tile(x, (periods, 1)) for x in (one.q, one.tau))
+        return measure(Measurements(t, q, tau), self.sensors, seed)
+
+    def identified(self, periods: int, seed: int) -> Identification:
+        """Return the parameters found from a record of some periods."""
+        return identify(self.machine, self.record(periods, seed), known=self.known, Y=_regressor(self.machine.name))
+
+
+@cache
+def _case(title: str) -> Case:
+    return CASES[title](title)
+
+
+@cache
+def _regressor(name: str) -> ByLinearity:
+    return regressor(next(_case(title).machine for title in CASES if _case(title).machine.name == name))
+
+
+def encoders(steps: Sequence[float], torque_noise: Array) -> Sensors:
+    """Return encoders of steps in rad or m, with noise of half a step."""
+    return Sensors(np.array(steps), np.array(steps) / 2, torque_noise)
+
+
+def with_friction(machine: Machine, friction: Mapping[str, tuple[float, float]]) -> Machine:
+    """Return the machine with viscous and dry friction of these joints."""
+    joints = tuple(
+        replace(j, friction=Friction(*map(Formula.parse, friction[j.name]))) if j.name in friction else j
+        for j in machine.joints
+    )
+    return replace(machine, name=f"{machine.name}_with_friction", joints=joints)
+
+
+def rigid_period(machine: Machine, motion: FourierMotion) -> Measurements:
+    """Return one period of a motion and its torques."""
+    t = np.arange(round(motion.period * SAMPLING)) / SAMPLING
+    q, qd, qdd = motion.at(t)
+    model = numpy_model(machine, ("inverse_dynamics",))
+    tau = np.asarray(model.inverse_dynamics(q, qd, qdd)[0])
+    return Measurements(t, q, tau)
+
+
+def rigid(title: str, machine: Machine, limits: Limits, steps: Sequence[float], seed: int = 0) -> Case:
+    """Return a case of a machine whose joints all have motors; torque noise is 0.5 % of the largest torque."""
+    period = rigid_period(machine, random_motion(limits, 0.1, 5, seed))
+    sensors = encoders(steps, 0.005 * np.abs(period.tau).max(axis=0))
+    return Case(title, machine, period, sensors, {})
+
+
+ARM = Limits.of([-2.0] * 6, [2.0] * 6, [2.0] * 6, [10.0] * 6)
+
+
+def rigid_6r(title: str) -> Case:
+    return rigid(title, arm_6(), ARM, [TURN / 2**17] * 6)
+
+
+def rigid_6r_with_friction(title: str) -> Case:
+    machine = arm_6()
+    names = [joint.name for joint in machine.moving_joints]
+    sizes = ((20.0, 15.0), (18.0, 15.0), (9.0, 8.0), (3.0, 3.0), (2.0, 2.0), (1.0, 1.2))
+    return rigid(title, with_friction(machine, dict(zip(names, sizes, strict=True))), ARM, [TURN / 2**17] * 6)
+
+
+def coarse_encoders(title: str) -> Case:
+    rows = [Row("turn", 0, "0", mass=20), Row("lift", 1, "0", d=0.1, mass=12), Row("wrist", 2, "pi/2", d=0.3, mass=4)]
+    machine = built("cylindrical", rows)
+    joints = list(machine.joints)
+    joints[1] = replace(joints[1], sigma=1)
+    machine = with_friction(
+        replace(machine, joints=tuple(joints)), {"turn": (3.0, 2.0), "lift": (30.0, 12.0), "wrist": (1.0, 0.5)}
+    )
+    limits = Limits.of([-2.0, -0.3, -2.0], [2.0, 0.3, 2.0], [2.0, 0.5, 3.0], [8.0, 3.0, 15.0])
+    return rigid(title, machine, limits, [TURN / 2**13, 5e-5, TURN / 2**13], seed=2)
+
+
+GEOMETRY = {"L2": 0.5, "G3": -9.81}
+LINKS = {
+    "ZZ1": 0.05, "M1": 2, "YY2": 0.5, "ZZ2": 0.5, "XX2": 0.02, "MX2": 1.5, "M2": 6,
+    "XX3": 0.004, "YY3": 0.003, "ZZ3": 0.005, "M3": 1,
+    "XX4": 0.012, "XY4": -0.01, "YY4": 0.16, "ZZ4": 0.165, "MX4": 0.6, "MY4": 0.05, "M4": 3,
+}  # fmt: skip
+MOTORS_AND_SPRINGS = {"IA1": 0.5, "IA3": 0.15, "k2": 1500.0, "k4": 400.0}
+DAMPING, NEUTRAL = {"j2": 0.4, "j4": 0.15}, {"j2": 0.01, "j4": -0.02}
+BALANCED = {f"{name}3": 0.0 for name in ("XY", "XZ", "YZ", "MX", "MY")}
+
+
+def elastic_two_axis(title: str) -> Case:
+    """Return flex4 under control: two motors, two springs."""
+    bare = with_friction(example("flex4.par"), {"j1": (3.0, 2.0), "j3": (1.0, 1.0)})
+    numbers = {p.name: 0.0 for p in bare.parameters} | GEOMETRY | LINKS | MOTORS_AND_SPRINGS
+    joints = []
+    for joint in bare.joints:
+        law = (joint.spring.stiffness, *(Formula.parse(x.get(joint.name, 0.0)) for x in (DAMPING, NEUTRAL)))
+        joints.append(replace(joint, spring=Spring(*law)) if joint.name in DAMPING else joint)
+    parameters = tuple(replace(p, value=Formula.parse(numbers[p.name])) for p in bare.parameters)
+    machine = replace(bare, joints=tuple(joints), parameters=parameters)
+    motion = random_motion(Limits.of([-1.2, -1.0], [1.2, 1.0], [2.5, 3.0], [15.0, 20.0]), 0.2, 8, 1)
+    controller = Controller.of_bandwidth([2.0, 0.4], frequency=4.0)
+    duration = motion.period - 1 / SAMPLING
+    true = simulate(machine, {}, motion.at, controller, duration, SAMPLING, settle=4 * motion.period)
+    return Case(title, machine, true, encoders([TURN / 2**20] * 4, np.array([0.3, 0.1])), BALANCED)
+
+
+CASES: dict[str, Callable[[str], Case]] = {
+    "rigid 6R arm": rigid_6r,
+    "rigid 6R arm, dry friction": rigid_6r_with_friction,
+    "elastic two-axis arm": elastic_two_axis,
+    "cylindrical arm, coarse encoders": coarse_encoders,
+}
+
+
+def deviations(title: str, periods: int, runs: int, first: int = SEED) -> tuple[Array, Array, list[str]]:
+    """Return (estimate - truth) / std and errors (runs, parameters), NaN where not found, and the labels."""
+    case = _case(title)
+    found = [case.identified(periods, first + run) for run in progress(range(runs), title)]
+    errors = np.array([[e.value - e.unknown.nominal for e in run.estimates] for run in found])
+    stds = np.array([[e.std for e in run.estimates] for run in found])
+    return errors / stds, errors, [e.unknown.label for e in found[0].estimates]
+
+
+def figures(title: str, runs: int) -> dict[str, Any]:
+    """Return coverage, mean shift and how errors fall with the length of the record."""
+    z, errors, _ = deviations(title, PERIODS, runs)
+    longer = deviations(title, 4 * PERIODS, max(runs // 5, 3))[1]
+    inside = {f"{k} std": float(np.mean(np.abs(z[np.isfinite(z)]) < k)) for k in (1, 2, 3)}
+    fall = np.sqrt(np.nanmean(errors**2, axis=0) / np.nanmean(longer**2, axis=0))
+    shift = np.nanmean(z, axis=0)
+    return {
+        "estimates": int(np.isfinite(z).sum()),
+        **inside,
+        "worst": float(np.nanmax(np.abs(z))),
+        "shift": float(np.mean(shift)),
+        "shift rms": float(np.sqrt(np.mean(shift**2))),
+        "fall": float(np.exp(np.mean(np.log(fall)))),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.identification", description=__doc__)
+    parser.add_argument("--runs", type=int, default=RUNS)
+    parser.add_argument("--json", type=Path, help="save the figures")
+    parser.add_argument("--only", nargs="*", default=list(CASES))
+    arguments = parser.parse_args()
+    found = {title: figures(title, arguments.runs) for title in arguments.only}
+    heads = ("machine", *next(iter(found.values())))
+    print_table(
+        "truth within standard deviations", heads, [(t, *(f"{x:.4g}" for x in f.values())) for t, f in found.items()]
+    )
+    if arguments.json:
+        save_json(arguments.json, found)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""Standard deviations say how far estimates are from the truth."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("scipy")
+
+from symoro_elastic.identification.estimation import solve
+from symoro_elastic.identification.filtering import Filter, average
+from symoro_elastic.identification.noise import Noise, of_correlation, of_records
+from tests.benchmarks.identification import deviations
+
+Array = NDArray[np.float64]
+CHOSEN = Filter(1000.0, 5.0, 25.0, window=99, step=33)
+SAMPLES = 99 + 33 * 59
+
+
+def averages(rng: np.random.Generator, joints: int) -> Array:
+    """Return 60 rows of averages of white noise."""
+    return average(rng.standard_normal((SAMPLES, joints)), CHOSEN)
+
+
+def slow_columns(rng: np.random.Generator, joints: int, columns: int) -> Array:
+    """Return columns that change over some rows, as those of a motion do."""
+    t = np.arange(60)[:, None, None]
+    period, phase = rng.uniform(10, 60, (1, joints, columns)), rng.uniform(0, 6, (1, joints, columns))
+    return np.sin(2 * np.pi * t / period + phase)
+
+
+def test_covariance_of_scores() -> None:
+    """Noise whose correlation is known: the sum over the correlation matrix, row by row."""
+    rng = np.random.default_rng(0)
+    Y, variance = slow_columns(rng, 2, 3), np.array([2.0, 0.5])
+    density = of_correlation(CHOSEN.correlation, 60)[:, None, None] * np.diag(variance)
+    padded = np.zeros(60)
+    padded[: len(CHOSEN.correlation)] = CHOSEN.correlation
+    R = padded[abs(np.subtract.outer(np.arange(60), np.arange(60)))]
+    wanted = sum(v * Y[:, j].T @ R @ Y[:, j] for j, v in enumerate(variance))
+    np.testing.assert_allclose(Noise(density.astype(complex), 60).of_scores(Y), wanted, rtol=1e-10, atol=1e-10)
+
+
+def test_spectral_density_of_records() -> None:
+    """Estimated from records of two joints that are alike: their correlation, and its sign."""
+    rng = np.random.default_rng(1)
+    common = average(rng.standard_normal((99 + 33 * 4000, 1)), CHOSEN)
+    rows = len(common)
+    found = of_records([np.hstack([common, -2 * common])], np.array([rows, rows]))
+    assert Noise(found, rows).correlations(4)[:, 0] / common.var() == pytest.approx(
+        [*CHOSEN.correlation, *[0.0] * (4 - len(CHOSEN.correlation))], abs=0.06
+    )
+    np.testing.assert_allclose(found[:, 0, 1], -2 * found[:, 0, 0], atol=1e-9 * abs(found).max())
+
+
+@pytest.mark.parametrize("columns", [2, 20])
+def test_few_rows_for_many_columns(columns: int) -> None:
+    """The variance of noise is found without bias where a third of the equations is fitted: V 2."""
+    rng = np.random.default_rng(2)
+    Y, true, runs = slow_columns(rng, 2, columns), np.array([1.0, 3.0]), 60
+    truth = rng.standard_normal(columns)
+    found, z = [], []
+    for _ in range(runs):
+        noise = averages(rng, 2) / math.sqrt(float(CHOSEN.weights @ CHOSEN.weights)) * true
+        solution = solve(Y, Y @ truth + noise, correlation=CHOSEN.correlation)
+        found.append(solution.sigma**2)
+        z.append((solution.X - truth) / solution.std)
+    assert np.mean(found, axis=0) == pytest.approx(true**2, rel=0.12)
+    assert math.sqrt(float(np.mean(np.square(z)))) == pytest.approx(1.0, abs=0.15)
+
+
+def test_slow_noise_raises_standard_deviations() -> None:
+    """Noise of the torques that lasts for many rows: estimates are as far off as they say, within a half."""
+    rng = np.random.default_rng(3)
+    t = np.arange(400)
+    Y = np.stack([np.ones(400), np.sin(t / 20)], axis=1)[:, None, :]
+    z = []
+    for _ in range(60):
+        noise = np.zeros((400, 1))
+        for k in range(1, 400):
+            noise[k] = 0.9 * noise[k - 1] + rng.standard_normal()
+        solution = solve(Y, noise)
+        assert solution.raised[0] > 2
+        z.append(solution.X / solution.std)
+    assert 0.67 < math.sqrt(float(np.mean(np.square(z)))) < 1.5
+
+
+def test_truth_lies_within_the_standard_deviations() -> None:
+    """10 runs of 16 parameters with dry friction and coarse encoders.
+
+    Parameters of a run are correlated, so 160 estimates are taken for 53 draws: three standard deviations of their
+    binomial shares are 0.19, 0.09 and 0.03. `python -m tests.benchmarks.identification` is the whole check.
+    """
+    z, _, labels = deviations("cylindrical arm, coarse encoders", 2, 10)
+    assert z.shape == (10, 16) and {"FS1", "FS2", "FS3"} <= set(labels)
+    inside = [float((abs(z) < k).mean()) for k in (1, 2, 3)]
+    assert abs(inside[0] - 0.683) < 0.19 and inside[1] > 0.954 - 0.09 and inside[2] > 0.997 - 0.03
+    assert abs(float(z.mean())) < 3 / math.sqrt(53)
