@@ -71,9 +71,8 @@ def refuse_folder(path: str | Path, place: str = "folder") -> None:
     with failures(path, place):
         for folder in (Path(path), *Path(path).parents):
             if folder.exists() and not folder.is_dir():
-                raise InputError(
-                    str(folder), place, "is a file, others cannot be written into it: choose another folder"
-                )
+                what = "is a file, others cannot be written into it: choose another folder"
+                raise InputError(str(folder), place, what)
 
 
 def write_file(content: bytes, path: str | Path, place: str = "file") -> None:

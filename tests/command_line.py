@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
+import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from click.testing import CliRunner, Result
 
-from symoro_elastic.cli import cli
+from symoro_elastic.cli import cli, main
 from symoro_elastic.errors import InputError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -23,3 +27,25 @@ def refused(*arguments: object) -> str:
     with pytest.raises(InputError) as error:
         run(*arguments)
     return str(error.value)
+
+
+class Ended(NamedTuple):
+    """How a command ended: exit code, standard output and standard error."""
+
+    code: int
+    out: str
+    err: str
+
+
+def ended(*arguments: object) -> Ended:
+    """`symoro-elastic ARGUMENTS` by its entry point; exceptions that it lets through are raised."""
+    out, err = io.StringIO(), io.StringIO()
+    argv, sys.argv = sys.argv, ["symoro-elastic", *map(str, arguments)]
+    try:
+        with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as caught:
+            main()
+    finally:
+        sys.argv = argv
+    code = caught.value.code
+    assert isinstance(code, int)
+    return Ended(code, out.getvalue(), err.getvalue())

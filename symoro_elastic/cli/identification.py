@@ -34,6 +34,8 @@ class MotorLimits:
         """Return the limits of every motor of the machine."""
         from symoro_elastic.identification.trajectory import limits_of
 
+        if not machine.motors:
+            raise machine.error("motors", "the machine has none: there is nothing to excite")
         given = {"--position": self.position, "--velocity": self.velocity, "--acceleration": self.acceleration}
         return limits_of(machine, given)
 

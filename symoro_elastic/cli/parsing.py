@@ -28,10 +28,21 @@ def among(names: Sequence[str], known: Sequence[str] | dict[str, Any], option: s
 
 
 def number(text: str) -> float:
-    """A number, read as in a machine file; raises `ValueError`."""
+    """A number, or a formula of numbers, read as in a machine file; raises `ValueError`."""
     from symoro_elastic.machine import formula
 
-    return formula.number(text)
+    try:
+        return formula.number(text)
+    except ValueError as error:
+        raise ValueError(f"is no number: {error}") from None
+
+
+def whole_number(text: str) -> int:
+    """A whole number, of any size; raises `ValueError`."""
+    number(text)
+    if not text.strip().lstrip("+-").isdecimal():
+        raise ValueError("is no whole number")
+    return int(text)
 
 
 class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
@@ -41,12 +52,11 @@ class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
         if not isinstance(value, str):
             return super().convert(value, param, ctx)
         try:
-            read = number(value)
             whole = isinstance(self, click.types.IntParamType)
-            given: float = int(value) if whole and value.strip().lstrip("+-").isdecimal() else read
+            given: float = whole_number(value) if whole else number(value)
         except ValueError as error:
             place = param.opts[0] if param else self.name
-            raise InputError("symoro-elastic", place, f"{value!r} is no number: {error}") from None
+            raise InputError("symoro-elastic", place, f"{value!r} {error}") from None
         return super().convert(given, param, ctx)
 
 
@@ -70,7 +80,7 @@ def named(given: Sequence[str], option: str, parse: Callable[[str], T], form: st
         try:
             value = parse(written)
         except ValueError as error:
-            reason = f": {error}" if str(error) else ""
+            reason = str(error).removeprefix("is no number")
             raise InputError("symoro-elastic", option, f"{text.removeprefix('=')!r}{form}{reason}") from None
         if found.setdefault(name, value) != value:
             what = f"{name or 'the value of all'} is given twice: give it one value"

@@ -1,0 +1,178 @@
+"""Every command on odd machines and on every example: an exit code of the table, one line for an error, strict JSON."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from symoro_elastic import cli
+from tests.command_line import EXAMPLES, Ended, ended
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+BODIES = """
+[bodies]
+a = { mass = 2, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.2] }
+b = { mass = 1, center_of_mass = [0.2, 0, 0], inertia = [0.1, 0.2, 0.3] }
+"""
+JOINTS = """
+gravity = [0, -9.81, 0]
+joints = [
+  { name = "a", kind = "KIND", sigma = 0, theta = "q1" },
+  { name = "b", kind = "KIND", sigma = 0, theta = "q2", d = 0.5 },
+]
+"""
+FIXED = """
+joints = [
+  { name = "a", kind = "fixed" },
+  { name = "b", kind = "fixed", d = 0.5 },
+]
+"""
+FLOATING = '[base]\nfloating = "quaternion"\nbody = { mass = 5, center_of_mass = [0, 0, 0], inertia = [1, 2, 3] }\n'
+RIGID = JOINTS.replace("KIND", "motor")
+
+
+def long_chain(joints: int) -> str:
+    rows = [f'  {{ name = "j{k}", kind = "motor", sigma = 0, theta = "q{k}", d = 0.1 }},' for k in range(1, joints + 1)]
+    bodies = [f"j{k} = {{ mass = 1, center_of_mass = [0.1, 0, 0] }}" for k in range(1, joints + 1)]
+    return "\n".join(["joints = [", *rows, "]", "[bodies]", *bodies])
+
+
+ODD = {
+    "no_joint": "joints = []\n",
+    "all_fixed": FIXED,
+    "fixed_bodies": FIXED + BODIES,
+    "all_passive": JOINTS.replace("KIND", "passive") + BODIES,
+    "all_elastic": JOINTS.replace("KIND", "elastic") + BODIES + "[springs]\na.stiffness = 9\nb.stiffness = 8\n",
+    "rigid": RIGID + BODIES,
+    "no_mass": RIGID,
+    "one_mass": RIGID + BODIES.split("b =", maxsplit=1)[0],
+    "no_values": RIGID + BODIES.replace("mass = 2", 'mass = "M1"') + "[parameters]\nM1 = nan\n",
+    "floating_only": FIXED + FLOATING,
+    "floating": RIGID + FLOATING + BODIES,
+    "long_chain": long_chain(40),
+}
+LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5", "--evaluations", "1", "--periods", "1")
+CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
+    "show": ((),),
+    "convert": (("other.par",), ("other.toml", "--base", "--force")),
+    "models": (),
+    "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
+    "generate": ((), ("--base", "--force")),
+    "check": (("--model", "inverse_dynamics"),),
+    "trade": (("--quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
+    "linearize": ((), ("--hold", "all"), ("--as-given", "--at", "a=1")),
+    "modes": ((), ("--hold", "all"), ("--over", "a=0:1:2", "--hold", "all"), ("--pd", "a=1e308:1e308")),
+    "response": (
+        ("--frequencies", "1:9:3"),
+        ("--hold", "all", "--frequencies", "1:9:3"),
+        ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--frequencies", "1:9:3"),
+    ),
+    "compare": (("--duration", "0.01"),),
+    "feed-forward": (("--duration", "0.1", "--rate", "50"),),
+    "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
+    "identify": (("data.csv",),),
+}
+"""Options with which every command is called on every odd machine; several times where they change the way."""
+FEW = {"long_chain": ("show", "convert", "linearize")}
+"""Commands that are called on a machine, where that is not every one."""
+TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")
+"""Machines that `trade` is called on, which compiles many times."""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_every_command_is_called() -> None:
+    assert CALLS.keys() == cli.cli.commands.keys()
+
+
+def odd_calls() -> Iterator[tuple[str, str]]:
+    for machine in ODD:
+        commands = FEW.get(machine, tuple(CALLS))
+        yield from ((machine, command) for command in commands if command != "trade" or machine in TRADED)
+
+
+@pytest.mark.parametrize(("machine", "command"), list(odd_calls()))
+def test_odd_machines_end_no_command_with_a_traceback(machine: str, command: str, tmp_path: Path) -> None:
+    (tmp_path / "odd.toml").write_text(ODD[machine])
+    rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
+    (tmp_path / "data.csv").write_text("\n".join(["t,q_a,q_b,tau_a,tau_b", *rows]))
+    for options in CALLS[command][: 1 if machine == "long_chain" else None]:
+        refuse_leaks(ended(command, "odd.toml", *options))
+
+
+PREFIXES = ("error: ", "warning: ", "note: ", "wrote ")
+
+
+def refuse_leaks(found: Ended) -> None:
+    """Exit code 0 or 1, or 2 with one line that says why."""
+    errors = [line for line in found.err.splitlines() if line.startswith("error: ")]
+    others = [line for line in found.err.splitlines() if not line.startswith(PREFIXES)]
+    assert found.code in (0, 1, 2) and others == [] and len(errors) == (found.code == 2), found
+    assert "Traceback" not in found.out + found.err
+
+
+# JSON
+
+MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in (".toml", ".par"))
+JSON: dict[str, tuple[str, ...]] = {
+    "show": (),
+    "generate": ("--model", "inertia_matrix", "--target", "c"),
+    "linearize": (),
+    "modes": ("--hold", "all"),
+    "response": ("--frequencies", "1:9:3"),
+    "compare": ("--duration", "0.01"),
+    "feed-forward": ("--duration", "0.01", "--rate", "500"),
+    "excite": (*LIMITS, "--rate", "20", "--out", "e.csv"),
+    "identify": ("data.csv",),
+}
+SLOW: dict[str, tuple[str, ...]] = {
+    "check": ("--model", "inertia_matrix"),
+    "trade": ("--quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
+}
+"""Commands that compile: called on one example only."""
+
+
+def with_json() -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    for command, options in JSON.items():
+        yield from ((command, machine, options) for machine in MACHINES)
+    yield from ((command, "planar_2r.toml", options) for command, options in SLOW.items())
+
+
+def strict(text: str) -> Any:
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_every_command_with_json_is_called() -> None:
+    takes = {name for name, command in cli.cli.commands.items() if any("--json" in p.opts for p in command.params)}
+    assert takes == {*JSON, *SLOW, "models"}
+
+
+@pytest.mark.parametrize(
+    ("command", "machine", "options"), list(with_json()), ids=lambda x: x if isinstance(x, str) else ""
+)
+def test_json_is_one_strict_object_and_nothing_else(command: str, machine: str, options: tuple[str, ...]) -> None:
+    if command in SLOW and not (shutil.which("gcc") or shutil.which("clang")):
+        pytest.skip("needs a C compiler")
+    found = ended(command, EXAMPLES / machine, *options, "--json")
+    refuse_leaks(found)
+    if found.code == 2:
+        assert found.out == ""
+    else:
+        assert isinstance(strict(found.out), dict) and found.out.count("\n") == 1
+
+
+def test_the_list_of_models_is_one_strict_object() -> None:
+    found = ended("models", "--json")
+    assert found.code == 0 and isinstance(strict(found.out), dict) and found.err == ""
