@@ -1,0 +1,13 @@
+"""Mutants of machine files; `python -m tests.fuzz --count 20000` tries more of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from tests.fuzz import mutant, outcome
+
+
+def test_mutants_raise_the_readers_own_error_only(tmp_path: Path) -> None:
+    found = Counter((outcome(mutant(seed), tmp_path), mutant(seed).suffix) for seed in range(300))
+    assert min(found.values()) > 10 and len(found) == 4
