@@ -72,7 +72,7 @@ ANTECEDENT = Key(
 )
 KIND = Key(
     *("kind", one_of(tuple(Kind))),
-    "what acts on the joint variable: a motor, a spring, nothing, or there is no variable",
+    "what acts on the joint: a motor, a spring (elastic), friction only (passive); fixed: it does not move",
     '"motor"',
 )
 SIGMA = Key(
@@ -188,12 +188,12 @@ PARAMETERS = Key(
         {"type": "object", "propertyNames": defined("name"), "additionalProperties": PARAMETER.schema},
         Table.table,
     ),
-    "named numbers: they stay arguments of the generated code",
+    "Named numbers, which stay arguments of the generated code.",
     '{ L2 = { value = 0.35, unit = "m" }, k2 = nan }',
     otherwise="none",
 )
 EXTRAS = Key(
-    *("extras", keys.TABLE_OF_TEXTS, "entries of another format that no model uses, kept for writing it"),
+    *("extras", keys.TABLE_OF_TEXTS, "Entries of another format that no model uses, kept for writing it."),
     '{ Type = "0" }',
     default={},
     otherwise="none",
@@ -209,7 +209,7 @@ MACHINE = Section(
     "Keys at the top of a machine file, above the first [table].",
     (
         *(FILE_NAME, NOTES, GRAVITY),
-        Key("joints", JOINTS.type, "the table of geometric parameters, a row for each joint", ""),
+        Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         PARAMETERS,
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(_table("base", BASE), _table("scene", SCENE), EXTRAS),
