@@ -37,13 +37,14 @@ def new(name: str, kind: str) -> None:
     It holds all tables and keys, those that are not needed as comments.
     """
     from symoro_elastic.machine.formats.starting import STARTS, starting_text
-    from symoro_elastic.machine.names import quoted, reserved
+    from symoro_elastic.machine.names import free_name, quoted, reserved
 
     among((kind,), [*STARTS], "--kind")
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     reason = reserved(path.stem)
     if reason:
-        raise InputError("symoro-elastic", "NAME", f"the name {quoted(path.stem)} cannot be used: {reason}")
+        what = f"the name {quoted(path.stem)} cannot be used: {reason}; {free_name(path.stem)!r} is free"
+        raise InputError("symoro-elastic", "NAME", what)
     if path.exists():
         raise InputError(str(path), "NAME", "exists already: choose another name, or remove it")
     write_text(starting_text(path.stem, kind), str(path))

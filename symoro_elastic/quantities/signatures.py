@@ -185,7 +185,6 @@ COLUMNS = (
         shape="columns",
         roles=(*ARGUMENT, *COLUMN),
         as_column="the parameters that its columns name",
-        is_word=True,
     ),
 )
 _Y = Quantity(
