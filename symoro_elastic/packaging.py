@@ -18,7 +18,7 @@ from symoro_elastic.models.model import Result as TracedResult
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
     """The package of these models of a machine; raises `InputError` for reserved names."""
-    refuse_taken_names(machine, traced)
+    refuse_taken_names(machine)
     return Package(
         name=machine.name,
         scene=scene,
@@ -97,23 +97,14 @@ def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, 
 
 
 def reserved_words() -> frozenset[str]:
-    """Names that every package uses: those of models, and those that targets reserve."""
+    """Names that no machine may use: those of models, and those of the languages and libraries of targets."""
     return RESERVED.union(MODELS)
 
 
-def refuse_taken_names(machine: Machine, traced: Sequence[TracedModel]) -> None:
-    """Raise `InputError` for a name of the machine that generated code uses itself.
-
-    Those of results, arguments and macros of the header are refused as names of parameters and joint variables.
-    """
-    macros = tuple(f"{machine.name.upper()}_{word}" for word in ("P_", "JOINTS", "MOTORS", "FRAMES", "PARAMETERS"))
-    own = {name for model in traced for name in (*model.results, *model.model.arguments)}
+def refuse_taken_names(machine: Machine) -> None:
+    """Raise `InputError` for a name of the machine that a language or its libraries use, or a model."""
     words = reserved_words()
     used = [p.name for p in machine.parameters] + [joint.variable for joint in machine.joints if joint.variable]
-    for name in used:
-        if name in own or name.startswith(macros):
-            what = "generated code uses this name: choose another for the parameter or joint variable"
-            raise machine.error(name, what)
     for name in (machine.name, *(joint.name for joint in machine.joints), *used):
         if name in words:
             raise machine.error(name, "generated code uses this name: choose another")

@@ -46,7 +46,7 @@ class Model:
     def __call__(self, *states, p):
         """Results for states and parameter sets, which may be stacked along leading axes and broadcast."""
         arrays = [x if type(x) is np.ndarray and x.dtype is DOUBLE else as_numbers(x) for x in states]
-        p = np.asarray(p, dtype=DOUBLE)
+        p = p if type(p) is np.ndarray and p.dtype is DOUBLE else np.asarray(real(p), dtype=DOUBLE)
         if [*[x.shape for x in arrays], p.shape] != self.single_state:
             return self.stack(arrays, p)
         try:
@@ -111,8 +111,15 @@ def prepared(constants, p):
     return constants(Floats, np.frombuffer(p).tolist())
 
 
-def as_numbers(value):
+def real(value):
     array = np.asarray(value)
+    if array.dtype.kind == "c":
+        raise TypeError("arguments are real numbers, not complex ones")
+    return array
+
+
+def as_numbers(value):
+    array = real(value)
     return np.asarray(array, dtype=SINGLE if array.dtype == SINGLE else DOUBLE)
 
 

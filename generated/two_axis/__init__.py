@@ -5,7 +5,8 @@ stacked along leading axes, which broadcast. NaN in the inputs a result depends 
 
 Results are new arrays and share no memory with the arguments, which are read only: one array may
 serve as several of them. Results are float32 where all states are (more than a few states are
-computed in it, too), float64 otherwise.
+computed in it, too), float64 otherwise. Complex arguments raise TypeError; masks of masked arrays are
+not looked at.
 """
 
 import numpy as np

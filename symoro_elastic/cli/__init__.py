@@ -15,6 +15,7 @@ from symoro_elastic import __version__
 from symoro_elastic.cli.code import check, equations, generate
 from symoro_elastic.cli.comparison import compare
 from symoro_elastic.cli.feed_forward import feed_forward
+from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.sections import Failure, SectionedGroup
@@ -33,6 +34,7 @@ def cli() -> None:
 
 
 SECTIONS = {
+    "Files": (new, formats, schema),
     "Models and code": (show, convert, models, equations, generate),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),

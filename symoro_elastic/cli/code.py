@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import (
     BASE,
     FOLD,
@@ -37,7 +38,11 @@ if TYPE_CHECKING:
 @gather("selection", Selection)
 @MODEL
 @click.option(
-    "--target", "targets", metavar="NAME", multiple=True, help="numpy, c (default: both) or c-batch; repeatable."
+    *("--target", "targets"),
+    metavar="NAME",
+    multiple=True,
+    shell_complete=completion.TARGETS,
+    help="numpy, c (default: both) or c-batch; repeatable.",
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."
@@ -47,6 +52,7 @@ if TYPE_CHECKING:
     "precisions",
     metavar="NAME",
     multiple=True,
+    shell_complete=completion.PRECISIONS,
     help="Precision of the C code: double (default), single, mixed, double-double; may be repeated.",
 )
 @FOLD
@@ -167,8 +173,22 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
 @click.command()
 @MACHINE
 @gather("selection", Selection)
-@click.option("--model", default="direct_dynamics", show_default=True, metavar="NAME", help="Model to write out.")
-@click.option("--format", "form", default="latex", show_default=True, metavar="NAME", help="latex, html or pdf.")
+@click.option(
+    *("--model",),
+    default="direct_dynamics",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=completion.MODELS,
+    help="Model to write out.",
+)
+@click.option(
+    *("--format", "form"),
+    default="latex",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=completion.DOCUMENTS,
+    help="latex, html or pdf.",
+)
 @click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
 @FOLD
 @ONLY

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from symoro_elastic.cli import completion
 from symoro_elastic.cli.parsing import NumberRange, bound, numbers, parsed_by
 
 Command = Callable[..., Any]
@@ -27,9 +28,19 @@ class OutputFolder(click.Path):
 
 
 MACHINE = click.argument("machine", metavar="MACHINE", type=InputFile())
-MODEL = click.option("--model", "models", metavar="NAME", multiple=True, help="Model to generate; may be repeated.")
+MODEL = click.option(
+    *("--model", "models"),
+    metavar="NAME",
+    multiple=True,
+    shell_complete=completion.MODELS,
+    help="Model to generate; may be repeated.",
+)
 FOLD = click.option(
-    "--fold", metavar="NAME|all", multiple=True, help="Parameter to replace by its value; may be repeated."
+    "--fold",
+    metavar="NAME|all",
+    multiple=True,
+    shell_complete=completion.PARAMETERS,
+    help="Parameter to replace by its value; may be repeated.",
 )
 ONLY = click.option(
     "--only",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import AT, VALUE, Command, gather
 from symoro_elastic.cli.parsing import gains, numbers, parsed_by
 from symoro_elastic.cli.reading import read_restricted
@@ -83,7 +84,13 @@ OPTIONS = (
     click.option(
         "--as-given", is_flag=True, help="Take --at, --rate and --torque as the state instead of an equilibrium."
     ),
-    click.option("--hold", metavar="MOTOR|all", multiple=True, help="Motor that is held (default: motors are free)."),
+    click.option(
+        "--hold",
+        metavar="MOTOR|all",
+        multiple=True,
+        shell_complete=completion.MOTORS,
+        help="Motor that is held (default: motors are free).",
+    ),
     click.option(
         "--pd",
         "gains",

@@ -106,7 +106,7 @@ class CFunction:
         package, function, state = self.package, self.function, self.precision.state
         joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motors): f"{self.macro}_MOTORS"}
         named = dict.fromkeys(PER_JOINT, joints) | dict.fromkeys(PER_MOTOR, motors)
-        self.indices = {p.name: f"{self.macro}_P_{p.name}" for p in package.parameters}
+        self.indices = {p.symbol: f"{self.macro}_P_{p.name}" for p in package.parameters}
         self.inputs = [
             Array(state, a.name, named.get(a.name, {}).get(a.size, str(a.size)), a.size) for a in function.arguments
         ]
@@ -133,7 +133,7 @@ class CFunction:
         program, package = self.function.program, self.package
         taken = {s.name for s in (*program.once, *program.statements)} | program.used
         taken |= {x for a in program.inputs for x in (a.name, *a.symbols)} | {a.name for a in self.signature}
-        taken |= {p.name for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
+        taken |= {p.symbol for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
         written, constants = self.printer.written, self.function.constants
         self.printer.literals = Literals(constants, written, taken, package.joint_names, package.antecedents)
 

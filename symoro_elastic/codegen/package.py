@@ -23,11 +23,17 @@ class Axis:
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """An entry of p; `value` is NaN where the machine gives none."""
+    """An entry of p; `value` is NaN where the machine gives none. `local` names its variable where `name` cannot."""
 
     name: str
     value: float
     unit: str
+    local: str = ""
+
+    @property
+    def symbol(self) -> str:
+        """The name of its variable in statements."""
+        return self.local or self.name
 
 
 @dataclass(frozen=True)

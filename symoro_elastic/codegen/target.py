@@ -31,7 +31,7 @@ class Target(Protocol):
 
     @property
     def reserved(self) -> frozenset[str]:
-        """Identifiers of its language, libraries and templates: no parameter, joint or machine may have them."""
+        """Identifiers of its language and libraries, refused as names; those of its templates are avoided."""
 
     def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
         """Return file names and texts, in each of the precisions.

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from symoro_elastic.machine.columns import Cell, cells, columns
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quoted, reserved
+from symoro_elastic.machine.names import IMPORTED, did_you_mean, free_name, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import Models, resolve
 
@@ -90,10 +90,12 @@ def _check_names(machine: Machine, taken: Collection[str]) -> None:
     ]
     parameters = [("parameters", parameter.name) for parameter in machine.parameters]
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
-        reason = reserved(name, taken)
+        words = {*taken, *IMPORTED} if place == "name" else taken
+        reason = reserved(name, words)
         if reason:
             origin = f" ({machine.name_origin})" if place == "name" and machine.name_origin else ""
-            raise machine.error(place, f"the name {quoted(name)} cannot be used: {reason}{origin}")
+            what = f"the name {quoted(name)} cannot be used: {reason}; {free_name(name, words)!r} is free{origin}"
+            raise machine.error(place, what)
     _check_distinct(machine, joints)
     _check_distinct(machine, [*parameters, *variables])
 

@@ -66,6 +66,7 @@ class Column:
     `key` is its key in TOML, in the table `section`; `par` is its key in .par files, one for each entry or one for
     all: a list of that format, or else an extension line. `title` is its name in messages, `symbol` its name in the
     table that `show` prints. Numbers in it become parameters `<joint>.<name>` of sensitivities where it is `tunable`.
+    `meaning` and `example`, as TOML writes its value, stand in the reference of the formats.
     """
 
     key: str
@@ -76,6 +77,8 @@ class Column:
     title: str = ""
     symbol: str = ""
     tunable: bool = False
+    meaning: str = ""
+    example: str = "0"
 
     @property
     def cells(self) -> tuple[Cell, ...]:
@@ -120,13 +123,15 @@ def column(
     title: str = "",
     symbol: str = "",
     tunable: bool = False,
+    meaning: str = "",
+    example: str = "0",
     central: Column | None = None,
 ) -> Any:
     """A dataclass field that holds a column, zero unless given; its key is the field's name unless given.
 
     `central` describes the column where the owner's `central` is true.
     """
-    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable)
+    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable, meaning, example)
     default = (ZERO,) * len(parts) if parts else ZERO
     return field(default=default, metadata={COLUMN: one, CENTRAL: central or one})
 
@@ -147,11 +152,14 @@ def cells(owner: Any) -> Iterator[tuple[Cell, Formula]]:
         yield from zip(one.cells, values, strict=True)
 
 
-def declared(owner: type, section: str = "") -> tuple[Column, ...]:
-    """Columns of a class, all or those of one section of a TOML file; those of bodies about their origin."""
+def declared(owner: type, section: str = "", form: str = COLUMN) -> tuple[Column, ...]:
+    """Columns of a class, all or those of one section of a TOML file.
+
+    Those of bodies about the origin of their frame; about their centre of mass where `form` is `CENTRAL`.
+    """
     found: list[Column] = []
     for _, one in _layout(owner):
-        found += declared(one) if isinstance(one, type) else [one[COLUMN]]
+        found += declared(one, form=form) if isinstance(one, type) else [one[form]]
     return tuple(one for one in found if section in ("", one.section))
 
 

@@ -21,6 +21,7 @@ Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 BASE_PARAMETERS = "base_parameters"
 """Key of the extras of a machine whose inertial parameters have been grouped."""
+TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
 
@@ -44,19 +45,33 @@ class Body:
     `moments`.
     """
 
-    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True)
+    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True, meaning="mass of the body", example="2.5")
     moments: Vector3 = column(
         *(Dimension.FIRST_MOMENT, "bodies", "MX MY MZ", AXES),
         key="first_moments",
         tunable=True,
-        central=Column("center_of_mass", "bodies", Dimension.LENGTH, (), AXES, tunable=True),
+        meaning="mass times the coordinates x y z of the centre of mass, in the frame of the body",
+        example="[0.25, 0, 0]",
+        central=Column(
+            *("center_of_mass", "bodies", Dimension.LENGTH, (), AXES),
+            tunable=True,
+            meaning="coordinates x y z of the centre of mass, in the frame of the body",
+            example="[0.1, 0, 0]",
+        ),
     )
     inertia: Inertia6 = column(
         *(Dimension.INERTIA, "bodies", " ".join(TENSOR), TENSOR),
         key="inertia_at_origin",
         title="inertia",
         tunable=True,
-        central=Column("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR, tunable=True),
+        meaning=f"inertia tensor about the origin of the frame: {TENSOR_IS}",
+        example="[0.01, 0.05, 0.05]",
+        central=Column(
+            *("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR),
+            tunable=True,
+            meaning=f"inertia tensor about the centre of mass, in axes of the frame: {TENSOR_IS}",
+            example="[0.01, 0, 0.002, 0.03, 0, 0.03]",
+        ),
     )
     central: bool = False
 
@@ -65,9 +80,27 @@ class Body:
 class Spring:
     """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
 
-    stiffness: Formula = column(Dimension.STIFFNESS, "springs", "k", symbol="k", tunable=True)
-    damping: Formula = column(Dimension.DAMPING, "springs", "damping", symbol="d", tunable=True)
-    neutral: Formula = column(Dimension.POSITION, "springs", "neutral", symbol="q0", tunable=True)
+    stiffness: Formula = column(
+        *(Dimension.STIFFNESS, "springs", "k"),
+        symbol="k",
+        tunable=True,
+        meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd",
+        example="4.0e5",
+    )
+    damping: Formula = column(
+        *(Dimension.DAMPING, "springs", "damping"),
+        symbol="d",
+        tunable=True,
+        meaning="damping of the spring",
+        example="120",
+    )
+    neutral: Formula = column(
+        *(Dimension.POSITION, "springs", "neutral"),
+        symbol="q0",
+        tunable=True,
+        meaning="position of the joint at which the spring exerts no force",
+        example="0.001",
+    )
 
 
 @dataclass(frozen=True)
@@ -75,17 +108,36 @@ class Friction:
     """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
 
     viscous: Formula = column(
-        Dimension.VISCOUS_FRICTION, "friction", "FV", title="viscous friction", symbol="Fv", tunable=True
+        *(Dimension.VISCOUS_FRICTION, "friction", "FV"),
+        title="viscous friction",
+        symbol="Fv",
+        tunable=True,
+        meaning="friction in proportion to the velocity of the joint",
+        example="0.8",
     )
-    coulomb: Formula = column(Dimension.COULOMB_FRICTION, "friction", "FS", title="coulomb friction", symbol="Fs")
+    coulomb: Formula = column(
+        *(Dimension.COULOMB_FRICTION, "friction", "FS"),
+        title="coulomb friction",
+        symbol="Fs",
+        meaning="dry friction, against the sense of motion; none at rest",
+        example="1.5",
+    )
 
 
 @dataclass(frozen=True)
 class Wrench:
     """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
 
-    force: Vector3 = column(Dimension.FORCE, "wrenches", "FX FY FZ", AXES)
-    moment: Vector3 = column(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES)
+    force: Vector3 = column(
+        *(Dimension.FORCE, "wrenches", "FX FY FZ", AXES),
+        meaning="force that the body exerts on its surroundings at the origin of its frame, in its frame",
+        example="[0, 0, 50]",
+    )
+    moment: Vector3 = column(
+        *(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES),
+        meaning="moment that the body exerts on its surroundings about the origin of its frame, in its frame",
+        example="[0, 0, 0.2]",
+    )
 
 
 @dataclass(frozen=True)
@@ -102,15 +154,48 @@ class Joint:
     kind: Kind
     sigma: int
     variable: str | None = None
-    gamma: Formula = column(Dimension.ANGLE, "joints", "gamma")
-    b: Formula = column(Dimension.LENGTH, "joints", "b", tunable=True)
-    alpha: Formula = column(Dimension.ANGLE, "joints", "alpha")
-    d: Formula = column(Dimension.LENGTH, "joints", "d", tunable=True)
-    theta: Formula = column(Dimension.ANGLE, "joints", "theta")
-    r: Formula = column(Dimension.LENGTH, "joints", "r", tunable=True)
+    gamma: Formula = column(
+        *(Dimension.ANGLE, "joints", "gamma"),
+        meaning="rotation about z of the antecedent, before alpha: for branches of trees",
+        example='"pi/6"',
+    )
+    b: Formula = column(
+        *(Dimension.LENGTH, "joints", "b"),
+        tunable=True,
+        meaning="translation along z of the antecedent, before alpha: for branches of trees",
+        example="0.1",
+    )
+    alpha: Formula = column(
+        *(Dimension.ANGLE, "joints", "alpha"),
+        meaning="angle between z of the antecedent and z of the joint, about x",
+        example='"pi/2"',
+    )
+    d: Formula = column(
+        *(Dimension.LENGTH, "joints", "d"),
+        tunable=True,
+        meaning="distance between z of the antecedent and z of the joint, along x",
+        example='"L2"',
+    )
+    theta: Formula = column(
+        *(Dimension.ANGLE, "joints", "theta"),
+        meaning="angle about z of the joint; the joint variable where sigma = 0, alone or plus a constant",
+        example='"q1 + pi/2"',
+    )
+    r: Formula = column(
+        *(Dimension.LENGTH, "joints", "r"),
+        tunable=True,
+        meaning="translation along z of the joint; the joint variable where sigma = 1, alone or plus a constant",
+        example='"q2"',
+    )
     body: Body = Body()
     spring: Spring = Spring()
-    rotor_inertia: Formula = column(Dimension.ROTOR_INERTIA, "motors", "IA", symbol="Ia", tunable=True)
+    rotor_inertia: Formula = column(
+        *(Dimension.ROTOR_INERTIA, "motors", "IA"),
+        symbol="Ia",
+        tunable=True,
+        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio",
+        example="1.2",
+    )
     friction: Friction = Friction()
     wrench: Wrench = Wrench()
 
@@ -138,11 +223,31 @@ class Parameter:
 class Base:
     """Motion of frame 0, in frame 0, and gravity (m/s2), in frame 0."""
 
-    gravity: Vector3 = column(Dimension.GRAVITY, "", "G", AXES)
-    velocity: Vector3 = column(Dimension.VELOCITY, "base", "V0", AXES)
-    angular_velocity: Vector3 = column(Dimension.ANGULAR_VELOCITY, "base", "W0", AXES)
-    acceleration: Vector3 = column(Dimension.ACCELERATION, "base", "VP0", AXES)
-    angular_acceleration: Vector3 = column(Dimension.ANGULAR_ACCELERATION, "base", "WP0", AXES)
+    gravity: Vector3 = column(
+        *(Dimension.GRAVITY, "", "G", AXES),
+        meaning="acceleration of gravity, in frame 0; in axes of the world where the base floats",
+        example="[0, 0, -9.81]",
+    )
+    velocity: Vector3 = column(
+        *(Dimension.VELOCITY, "base", "V0", AXES),
+        meaning="velocity of the origin of frame 0, in frame 0",
+        example="[0.5, 0, 0]",
+    )
+    angular_velocity: Vector3 = column(
+        *(Dimension.ANGULAR_VELOCITY, "base", "W0", AXES),
+        meaning="angular velocity of frame 0, in frame 0",
+        example="[0, 0, 0.1]",
+    )
+    acceleration: Vector3 = column(
+        *(Dimension.ACCELERATION, "base", "VP0", AXES),
+        meaning="acceleration of the origin of frame 0, in frame 0",
+        example="[0, 0.2, 0]",
+    )
+    angular_acceleration: Vector3 = column(
+        *(Dimension.ANGULAR_ACCELERATION, "base", "WP0", AXES),
+        meaning="angular acceleration of frame 0, in frame 0",
+        example="[0, 0, 0.05]",
+    )
 
 
 class Orientation(StrEnum):

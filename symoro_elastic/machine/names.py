@@ -29,6 +29,8 @@ KEYWORDS = _words(
     """
 )
 
+IMPORTED = _words("math np numpy")
+"""Modules that generated Python imports: no machine is called so."""
 FORMULA = _words("pi Pi sin cos tan sqrt atan2 nan inf NaN Inf infinity")
 LIBRARY = _words(
     """
@@ -63,15 +65,23 @@ def reserved(name: str, taken: Collection[str] = ()) -> str | None:
         return "a name with two underscores in a row belongs to the C++ compiler"
     if name in KEYWORDS:
         return "it is a keyword of C, C++ or Python"
-    if name in taken or name in words():
-        return "generated code uses this name"
     if name in FORMULA:
         return "formulas use this name"
     if name in LIBRARY or _MACRO.fullmatch(name):
         return "the standard libraries of C or Python use this name"
+    if name in taken or name in words():
+        return "generated code uses this name"
     if is_intermediate(name):
         return "generated code names an intermediate quantity so"
     return None
+
+
+def free_name(name: str, taken: Collection[str] = ()) -> str:
+    """A valid name like one that is not valid."""
+    stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")[: MAX_NAME - 3] or "x"
+    stem = stem if stem[0].isalpha() else f"x{stem}"
+    candidates = (stem, f"{stem}_", f"{stem}1", f"my_{stem}", f"my_{stem}_1")
+    return next((found for found in candidates if reserved(found, taken) is None), "x1")
 
 
 def quoted(text: object) -> str:

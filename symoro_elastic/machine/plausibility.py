@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
@@ -39,12 +40,24 @@ def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
         angle = _value(formula, values)
         if formula.is_zero or angle is None:
             continue
+        if abs(angle) > 2 * math.pi:
+            yield f"{key} = {formula} is {angle / (2 * math.pi):.3g} turns, as angles are in rad{_from_degrees(angle)}"
+            continue
         turns = round(angle / (math.pi / 2))
         exact = turns * math.pi / 2
         ulps = 8 if _holds_pi(formula.tree) else 1
         if ulps * math.ulp(exact) < abs(angle - exact) < NEARLY_A_TURN:
             turn = _quarters(turns)
             yield f"{key} = {formula} is {angle - exact:.2g} rad off {turn}: taken as written; write {turn} if meant"
+
+
+def _from_degrees(angle: float) -> str:
+    """The question whether an angle is meant in degrees, with the same in rad where it is simple."""
+    part = Fraction(angle / 180).limit_denominator(360)
+    if part.denominator > 36 or abs(angle - float(180 * part)) > 1e-9:
+        return ": degrees? divide by 180 and write *pi"
+    above = ("-" if part < 0 else "") + ("pi" if abs(part.numerator) == 1 else f"{abs(part.numerator)}*pi")
+    return f": degrees? write {above}" + (f"/{part.denominator}" if part.denominator > 1 else "")
 
 
 def _quarters(turns: int) -> str:

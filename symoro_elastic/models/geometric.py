@@ -175,7 +175,7 @@ GEOMETRIC = (
             replace(
                 quantity("Vd"),
                 meaning="(dJ/dt) qd of each frame",
-                frame="in the axes of the base unless seen from another",
+                frame="of the motion relative to frame 0, in its axes or in those of the frame it is asked in",
                 frame0=True,
             ),
         ),

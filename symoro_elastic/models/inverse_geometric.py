@@ -19,7 +19,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
-from symoro_elastic.quantities import quantity
+from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level, operand
@@ -280,9 +280,18 @@ def _zero_parameters(bound: Bound, numbers: Sequence[int], solve: Solve) -> list
 
 
 FAMILY = "inverse geometry"
-_SOLUTIONS = replace(
-    quantity("q"), meaning="joint variables of each solution", note="NaN where there is none", shape="solutions x n"
-)
+
+
+def _solutions(joints: int) -> Quantity:
+    """Joint variables of each solution; fewer than this number of joints reach few targets."""
+    return replace(
+        quantity("q"),
+        meaning="joint variables of each solution",
+        note=f"NaN where there is none: fewer than {joints} joints need a target that is in reach to 12 digits",
+        shape="solutions x n",
+    )
+
+
 _PLACEMENT = replace(
     quantity("T"), meaning="placement of the frame, 4 x 4, row by row", shape=str(len(PLACEMENT)), frame0=False
 )
@@ -296,7 +305,7 @@ INVERSE_GEOMETRIC = (
         _inverse_geometric_model,
         FAMILY,
         Parts.FRAMES,
-        own=(_PLACEMENT, _SOLUTIONS),
+        own=(_PLACEMENT, _solutions(6)),
         on_base=(),
         least_bits=DOUBLE_BITS,
     ),
@@ -309,7 +318,7 @@ INVERSE_GEOMETRIC = (
         _inverse_position_model,
         FAMILY,
         Parts.FRAMES,
-        own=(_SOLUTIONS,),
+        own=(_solutions(3),),
         on_base=(),
         least_bits=DOUBLE_BITS,
     ),

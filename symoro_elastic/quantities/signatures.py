@@ -185,7 +185,6 @@ COLUMNS = (
         shape="columns",
         roles=(*ARGUMENT, *COLUMN),
         as_column="the parameters that its columns name",
-        is_word=True,
     ),
 )
 _Y = Quantity(
@@ -232,7 +231,7 @@ OF_FRAMES = (
     Quantity(
         name="V",
         meaning="velocity of the origin, then angular velocity of each frame",
-        frame="in its axes unless seen from another",
+        frame="relative to frame 0, in its own axes or in those of the frame it is asked in",
         symbol="V",
         unit=VELOCITY,
         shape="frames x 6",
@@ -242,7 +241,7 @@ OF_FRAMES = (
     Quantity(
         name="Vd",
         meaning="acceleration of the origin, then angular acceleration of each frame",
-        frame="in its axes unless seen from another",
+        frame="relative to frame 0, in its own axes or in those of the frame it is asked in",
         symbol=r"\dot{V}",
         unit=ACCELERATION,
         shape="frames x 6",
@@ -252,7 +251,7 @@ OF_FRAMES = (
     Quantity(
         name="J",
         meaning="Jacobian of each frame",
-        frame="in the axes of the base unless seen from another",
+        frame="of the motion relative to frame 0, in its axes or in those of the frame it is asked in",
         note="V = J qd on a base at rest",
         symbol="J",
         unit=VELOCITY / VELOCITY,

@@ -166,7 +166,11 @@ def catalogue_table() -> Any:
 
 NOTES = (
     "n joints that move, m motors, so n - m elastic and passive joints; frames: all rows of the table, or those a "
-    "scene asks for ('tool in ram' is seen from ram, 'tool at (0.1, 0, L2) in base' is a point in axes of tool, m)",
+    "scene asks for ('tool at (0.1, 0, L2)' is a point in axes of tool, m)",
+    "'tool in ram': geometric_model gives the placement of tool relative to ram; velocities, accelerations, jacobian "
+    "and jacobian_dot_qd give its motion relative to frame 0, with components along the axes of ram",
+    "inverse models: a target that is out of reach by more than rounding (1e-12) has no solution, so that fewer joints "
+    "than it has degrees of freedom (6, or 3 for a position) need a target of 12 digits",
     "y ...: y and as many derivatives by time as the chain needs: yd, ydd, yddd ...",
     f"where a model solves for accelerations: {SINGULAR}, and so are their derivatives",
 )

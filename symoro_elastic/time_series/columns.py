@@ -115,17 +115,17 @@ def _factor(unit: str | None, key: tuple[str, str], machine: Machine, source: st
     wanted = "t" if quantity == "t" else ("force" if slides else "torque") if quantity == "tau" else (
         "slide" if slides else "turn"
     )  # fmt: skip
-    per_second = _per_second(quantity.count("d"))
-    for ending in per_second:
+    endings = per_second(quantity.count("d"))
+    for ending in endings:
         kind, factor = COLUMN_UNITS.get(unit.strip().removesuffix(ending) if ending else unit.strip(), ("", 0.0))
         if kind == wanted and unit.strip().endswith(ending):
             return factor
-    choices = ", ".join(name + per_second[0] for name, (kind, _) in COLUMN_UNITS.items() if kind == wanted)
+    choices = ", ".join(name + endings[0] for name, (kind, _) in COLUMN_UNITS.items() if kind == wanted)
     raise InputError(source, header, f"no unit [{unit}] here: choose from {choices}")
 
 
-def _per_second(order: int) -> tuple[str, ...]:
-    """Return the endings of a unit for a time derivative."""
+def per_second(order: int) -> tuple[str, ...]:
+    """Return the endings of a unit for a derivative by time."""
     if order < 2:
         return ("/s",) if order else ("",)
     return (f"/s{order}", f"/s^{order}", "/s" + str(order).translate(SUPERSCRIPTS))

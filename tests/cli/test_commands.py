@@ -127,6 +127,15 @@ def scene_file(folder: Path, text: str) -> Path:
     return file
 
 
+def test_models_say_what_a_frame_in_another_means() -> None:
+    """The placement is relative to it; motions are relative to frame 0, in its axes."""
+    notes = " ".join(json.loads(run("models", "--json").stdout)["notes"])
+    assert "placement of tool relative to ram" in notes and "motion relative to frame 0" in notes
+    found = json.loads(run("models", "--json").stdout)["models"]
+    for model in ("velocities", "accelerations", "jacobian", "jacobian_dot_qd"):
+        assert all("relative to frame 0" in said for _, said in found[model]["results"].values()), model
+
+
 def test_check_knows_frames_seen_from_others(tmp_path: Path) -> None:
     frames = '"tool in bed_x", "ram", "base in tool"'
     scene = scene_file(tmp_path, f'models = ["geometric_model"]\noutputs = {{ geometric_model = [{frames}] }}\n')

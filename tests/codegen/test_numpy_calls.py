@@ -322,3 +322,22 @@ def test_only_placements_may_be_matrices(tmp_path: Path) -> None:
     module = imported(tmp_path)
     with pytest.raises(ValueError, match=r"q has shape \(4, 4\): \(\.\.\., 16\) is expected"):
         module.bias_forces(np.zeros((4, 4)), np.zeros(16), np.ones(len(module.PARAMETERS)))
+
+
+@pytest.mark.parametrize("count", [1, 3, 100])
+@pytest.mark.parametrize("which", range(4))
+def test_complex_arguments_are_refused(which: int, count: int) -> None:
+    """A derivative by complex steps would be zero without a word."""
+    given: list[Any] = [*drawn((2, 2, 2), (count,) if count > 1 else ()), two_r().DEFAULTS]
+    two_r().inverse_dynamics(*given[:3], p=given[3])
+    given[which] = given[which] + 1e-20j
+    with pytest.raises(TypeError, match="real numbers"):
+        two_r().inverse_dynamics(*given[:3], p=given[3])
+
+
+def test_masks_are_not_looked_at() -> None:
+    q, qd, qdd = drawn((2, 2, 2), (30,))
+    masked = np.ma.masked_array(q, mask=q > 0)
+    tau, _ = two_r().inverse_dynamics(masked, qd, qdd)
+    assert type(tau) is np.ndarray and np.array_equal(tau, two_r().inverse_dynamics(q, qd, qdd)[0])
+    assert "masks" in str(two_r().__doc__)

@@ -379,6 +379,16 @@ def test_a_placement_that_the_arm_cannot_give_has_no_solution(name: str, folder:
     assert np.isnan(solve(_module(name, POSE, folder), machine, T)[0]).all()
 
 
+@pytest.mark.parametrize("name", ["scara_rrpr", "planar_3r"])
+def test_fewer_than_six_joints_need_twelve_digits(name: str, folder: Path) -> None:
+    """As `models` and the generated docstring say."""
+    machine, module = arm(name), _module(name, POSE, folder)
+    T = direct(machine, random_positions(machine, 50))
+    assert np.isnan(solve(module, machine, T @ _screw(0, 1e-9, 0))[0]).all()
+    assert not np.isnan(solve(module, machine, T @ _screw(0, 1e-13, 0))[0]).all(axis=(-2, -1)).any()
+    assert "12 digits" in module.inverse_geometric_model.__doc__
+
+
 @pytest.mark.parametrize("name", ["rx90", "gantry", "parallel_elbow", "mixed"])
 def test_a_matrix_that_is_no_rotation_has_no_solution(name: str, folder: Path) -> None:
     machine, module = arm(name), _module(name, POSE, folder)

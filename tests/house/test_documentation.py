@@ -16,7 +16,10 @@ ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
 PROMISE = re.compile(r"^\| (?P<promise>[^|]+) \| `(?P<path>[\w/]+\.py)::(?P<name>\w+)` \|$", re.MULTILINE)
 PROMISES = PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
-DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md")
+DOCUMENTS = (
+    *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md"),
+    *("docs/formats.md", "docs/completion.md"),
+)
 
 
 def text(document: str) -> str:

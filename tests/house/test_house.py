@@ -39,7 +39,7 @@ ROOMS: dict[str, set[str]] = {
     "traced": {"machine", "models", "codegen", "packaging"},
     "numerics": {"packages", "machine", "symbolic", "equations", "models", "codegen", "traced"},
     "simulation": set(),
-    "report": {"machine", "symbolic", "models", "codegen", "numerics"},
+    "report": {"machine", "time_series", "symbolic", "models", "codegen", "numerics"},
     "grouping": {"machine", "models", "numerics"},
     "pipeline": {
         "machine",

@@ -107,6 +107,27 @@ def test_an_angle_that_is_meant(angle: str) -> None:
     assert warnings('alpha = "pi/2"', f"alpha = {angle}") == []
 
 
+@pytest.mark.parametrize(
+    ("angle", "way_out"),
+    [
+        ("90", "write pi/2"),
+        ("-45", "write -pi/4"),
+        ("180", "write pi"),
+        ("-180", "write -pi"),
+        ("12.3", "divide by 180"),
+    ],
+)
+def test_an_angle_in_degrees_is_questioned(angle: str, way_out: str) -> None:
+    warning = one_warning('alpha = "pi/2"', f"alpha = {angle}")
+    assert f"alpha = {angle} is" in warning and "turns" in warning
+    assert warning.split("degrees? ")[1].startswith(way_out)
+
+
+@pytest.mark.parametrize("angle", ['"2*pi"', '"-2*pi"', "6.2", '"3*pi/2"'])
+def test_an_angle_within_a_turn_is_not_questioned(angle: str) -> None:
+    assert warnings('alpha = "pi/2"', f"alpha = {angle}") == []
+
+
 def test_zero_is_not_negative() -> None:
     assert warnings("damping = 3", 'damping = "L2 - 0.35"') == []
 

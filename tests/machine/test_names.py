@@ -57,9 +57,9 @@ def test_ordinary_names_are_free(name: str) -> None:
         ("I", "libraries"),
         ("M_PI", "libraries"),
         ("DBL_MAX", "libraries"),
-        ("np", "generated"),
+        ("qdd_motor", "generated"),
         ("direct_dynamics", "generated"),
-        ("nan", "generated"),
+        ("nan", "formulas"),
         ("H5", "intermediate"),
         ("qd12", "intermediate"),
         ("K5_33", "intermediate"),
@@ -73,10 +73,24 @@ def test_reasons(name: str, reason: str) -> None:
 
 def test_every_name_the_contract_reserves() -> None:
     listed = """
-    q qd qdd tau p c qdd_motor pi Pi sin cos tan sqrt atan2 sign math np numpy JOINTS MOTORS ELASTIC PARAMETERS
-    DEFAULTS FRAMES OUTPUTS parameters direct_dynamics inverse_dynamics inertia_matrix bias_forces geometric_model
+    q qd qdd tau qdd_motor pi Pi sin cos tan sqrt atan2
+    direct_dynamics inverse_dynamics inertia_matrix bias_forces geometric_model
     NULL NAN INFINITY EOF"""
     assert [name for name in listed.split() if reserved(name) is None] == []
+
+
+def test_names_of_generated_code_itself_are_free() -> None:
+    """Generated code avoids the clash (codegen/test_local_names.py)."""
+    listed = """
+    p c sign math np numpy JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters b x t T M K spill sine
+    cosine angle stride live LOAD STORE states numbers"""
+    assert [name for name in listed.split() if reserved(name)] == []
+
+
+@pytest.mark.parametrize("name", ["math", "np", "numpy"])
+def test_no_machine_is_called_as_a_module_that_its_code_imports(name: str) -> None:
+    with pytest.raises(InputError, match=f"name: the name '{name}' cannot be used: .*; '{name}_' is free"):
+        check(toml.read(TOML.replace('"arm"', f'"{name}"'), "arm.toml"), reserved_words())
 
 
 def test_every_keyword_of_this_python_is_refused() -> None:

@@ -15,7 +15,7 @@ from symoro_elastic.codegen.targets.numpy import NUMPY
 TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH)}
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))
-"""Identifiers that some target uses itself."""
+"""Identifiers that the language or the libraries of some target use."""
 
 
 def render_targets(package: Package, targets: Iterable[str], precisions: Sequence[Precision] = (DOUBLE,)) -> Files:

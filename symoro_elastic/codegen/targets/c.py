@@ -11,6 +11,7 @@ from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
 from symoro_elastic.codegen.c_text import FunctionText, function_text
 from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.local_names import with_local_names
 from symoro_elastic.codegen.package import Axis, Package, ParameterValue
 from symoro_elastic.codegen.pair_arithmetic import with_needed
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
@@ -93,7 +94,7 @@ def _sincos(function: str) -> tuple[str, ...]:
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return `<name>.h` and `<name>.c`, the precision in their names unless it is double."""
-    text = source_text(package, precision)
+    text = source_text(with_local_names(package, OWN), precision)
     return {
         f"{text.name}.h": fitted(render("c/model.h.j2", **vars(text))),
         f"{text.name}.c": fitted(render("c/model.c.j2", **vars(text))),
@@ -154,7 +155,7 @@ class _C:
     title: str = "C99 without extensions: one state a call"
     suffixes: tuple[str, ...] = (".h", ".c")
     precisions: tuple[Precision, ...] = tuple(PRECISIONS.values())
-    reserved: frozenset[str] = KEYWORDS | LIBRARY | OWN
+    reserved: frozenset[str] = KEYWORDS | LIBRARY
 
     def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
         """Return `<name>.h` and `<name>.c` for each precision."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Writer
 from symoro_elastic.codegen.described import Files, described, shared
+from symoro_elastic.codegen.local_names import with_local_names
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.printers import Printer
@@ -35,6 +36,7 @@ OWN = words("JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters
 
 def render_numpy(package: Package) -> Files:
     """`__init__.py`, `_runtime.py` that carries programs out, and a module of straight-line code for each model."""
+    package = with_local_names(package, OWN)
     functions = [_python_function(package, function) for function in package.functions]
     context = shared(package) | {
         "functions": functions,
@@ -59,7 +61,7 @@ def _matrices() -> dict[str, int]:
 
 def _python_function(package: Package, function: Function) -> dict[str, Any]:
     arguments = [a.name for a in function.arguments]
-    parameters = [p.name for p in package.parameters]
+    parameters = [p.symbol for p in package.parameters]
     prepare, body = _bodies(function, parameters, package.joint_names)
     return described(function) | {
         "module": f"_{function.name}",
@@ -111,7 +113,7 @@ class _Numpy:
     title: str = "a Python package that needs numpy only; states stack along leading axes"
     suffixes: tuple[str, ...] = (".py",)
     precisions: tuple[Precision, ...] = (DOUBLE,)
-    reserved: frozenset[str] = KEYWORDS | BUILTINS | OWN
+    reserved: frozenset[str] = KEYWORDS | BUILTINS
 
     def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
         """Return the modules of the package; arrays keep the precision that they are given in."""

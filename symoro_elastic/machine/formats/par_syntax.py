@@ -12,16 +12,17 @@ from typing import Any
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import declared
+from symoro_elastic.machine.formats.par_keys import Place, names
 from symoro_elastic.machine.machine import Joint
 from symoro_elastic.machine.names import did_you_mean, quoted
 
-INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-GEOMETRIC = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
-BODY = (*INERTIAL, "IA", "FV", "FS", "FX", "FY", "FZ", "CX", "CY", "CZ")
-JOINT = ("eta", "k", "QP", "QDP", "GAM")
-VECTORS = ("W0", "WP0", "V0", "VP0", "G")
-LISTS = (*GEOMETRIC, *BODY, *JOINT, *VECTORS, "Z")
-NUMBERS = ("NL", "NJ", "NF", "Type", "is_floating", "is_mobile")
+INERTIAL = names(Place.INERTIAL)
+GEOMETRIC = names(Place.GEOMETRIC)
+BODY = (*INERTIAL, *names(Place.ACTING))
+JOINT = names(Place.JOINT)
+VECTORS = names(Place.BASE)
+LISTS = (*GEOMETRIC, *BODY, *JOINT, *VECTORS, *names(Place.FRAME))
+NUMBERS = names(Place.NUMBER)
 ALIASES = {
     **{key.capitalize(): key for key in (*GEOMETRIC, "eta", "k") if key.capitalize() not in LISTS},
     **{key.capitalize(): key for key in ("IA", "FV", "FS")},
@@ -29,10 +30,7 @@ ALIASES = {
 }
 EXTENDED = tuple(key for column in declared(Joint) for key in column.par if key not in LISTS)
 """Cells of joints that are no lists of the format: they stand in extension lines."""
-EXTENSIONS = (
-    *("name", "names", "parameters", "values", "units", *EXTENDED, "central"),
-    *("notes", "scene", "extras", "orientation"),
-)
+EXTENSIONS = tuple(dict.fromkeys((*names(Place.EXTENSION), *EXTENDED)))
 # Headings that writers of .par files put in; they are no remarks about the machine.
 HEADINGS = (
     "Geometric parameters",

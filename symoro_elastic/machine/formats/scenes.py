@@ -6,11 +6,10 @@ from pathlib import Path
 
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.tables import Table, load
+from symoro_elastic.machine.formats.toml_keys import SCENE
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models, resolve
-from symoro_elastic.machine.scene import ALL, Scene
-
-KEYS = ("models", "outputs", "locked", "fold", "gravity")
+from symoro_elastic.machine.scene import Scene
 
 
 def read_scene(path: str | Path, machine: Machine, models: Models | None = None) -> Scene:
@@ -23,13 +22,4 @@ def read_scene(path: str | Path, machine: Machine, models: Models | None = None)
 
 def scene_of(table: Table) -> Scene:
     """The scene in a table, its names as written."""
-    table.only(KEYS)
-    outputs, locked = table.table("outputs"), table.table("locked")
-    fold = table.entries.get("fold", [])
-    return Scene(
-        models=table.texts("models"),
-        outputs={model: outputs.texts(model) for model in outputs.entries},
-        locked={joint: locked.formula(joint) for joint in locked.entries},
-        fold=ALL if fold == ALL else table.texts("fold"),
-        gravity=table.truth("gravity", True),
-    )
+    return Scene(**SCENE.within(table))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.cells import formula
+from symoro_elastic.machine.formats.cells import formula, whole
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
 from symoro_elastic.machine.names import did_you_mean, quoted
@@ -102,12 +102,19 @@ class Table:
             raise self.fail(key, "must be a list of texts in quotes")
         return tuple(found)
 
-    def truth(self, key: str, default: bool) -> bool:
+    def truth(self, key: str) -> bool:
         """The truth value under `key`."""
-        found = self.entries.get(key, default)
+        found = self.entries[key]
         if not isinstance(found, bool):
             raise self.fail(key, "must be true or false")
         return found
+
+    def whole(self, key: str) -> int:
+        """The whole number under `key`."""
+        value = self.entries[key]
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise self.fail(key, "must be a whole number")
+        return whole(value, self.source, self.at(key))
 
     def formula(self, key: str, default: Formula = ZERO) -> Formula:
         """The number or formula under `key`."""

@@ -5,23 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.columns import Column, Values, declared, with_columns
-from symoro_elastic.machine.formats.cells import OTHER, SELECTED, split, whole
+from symoro_elastic.machine.columns import Column, Values, with_columns
+from symoro_elastic.machine.formats.cells import OTHER, SELECTED, split
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.formats.scenes import scene_of
-from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite, load
-from symoro_elastic.machine.formats.toml_writing import SECTIONS, write
-from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.formats.tables import Table, load
+from symoro_elastic.machine.formats.toml_keys import (
+    ABOUT_CENTER,
+    ABOUT_ORIGIN,
+    ANTECEDENT,
+    BASE,
+    BODY,
+    EXTRAS,
+    FILE_NAME,
+    FLOATING,
+    GRAVITY,
+    JOINTS,
+    KIND,
+    KNOWN,
+    MACHINE,
+    NAME,
+    NOTES,
+    OF_BASE,
+    OF_JOINTS,
+    PARAMETER,
+    PARAMETERS,
+    SIGMA,
+    key_of,
+    section_of,
+)
+from symoro_elastic.machine.formats.toml_writing import write
 from symoro_elastic.machine.machine import (
     Base,
     Body,
     Floating,
     Given,
-    Inertia6,
     Joint,
     Kind,
     Machine,
@@ -33,29 +54,23 @@ from symoro_elastic.machine.resolve import resolve
 
 __all__ = ["FORMAT", "read", "write"]
 
-JOINT_KEYS = ("name", "antecedent", "kind", "sigma", *(column.key for column in declared(Joint, "joints")))
-KEYS = (
-    *("name", "notes", "gravity", "joints", "parameters"),
-    *SECTIONS,
-    *("base", "scene", "extras"),
-)
-MOTION = tuple(column.key for column in declared(Base, "base"))
-FLOATING = ("floating", "known", "body")
-
 
 def read(text: str, source: str) -> Machine:
     """The machine in a TOML text; raises `InputError`. Consistency is checked by `checks.check`."""
-    top = load(text, source).only(KEYS)
-    parameters = tuple(_parameter(top.table("parameters"), name) for name in top.table("parameters").entries)
+    top = load(text, source).only(MACHINE.names)
+    listed = PARAMETERS.type.read(top, PARAMETERS.name)
+    parameters = tuple(Parameter(name, *PARAMETER.read(listed, name)) for name in listed.entries)
     machine = Machine(
-        name=top.text("name", name_of(Path(source).stem)),
-        name_origin="" if "name" in top.entries else 'it is made of the name of the file, give another by name = "..."',
+        name=FILE_NAME.read(top, name_of(Path(source).stem)),
+        name_origin=""
+        if FILE_NAME.name in top.entries
+        else 'it is made of the name of the file, give another by name = "..."',
         joints=_joints(top, {parameter.name for parameter in parameters}),
         parameters=parameters,
         base=_base(top),
-        floating=_floating(top),
-        notes=top.texts("notes"),
-        extras={key: top.table("extras").text(key) for key in top.table("extras").entries},
+        floating=_floating(top.table("base")),
+        notes=NOTES.read(top),
+        extras=EXTRAS.read(top),
         source=source,
     )
     if "scene" not in top.entries:
@@ -63,44 +78,19 @@ def read(text: str, source: str) -> Machine:
     return replace(machine, scene=resolve(scene_of(top.table("scene")), machine))
 
 
-def _parameter(table: Table, name: str) -> Parameter:
-    value: Any = table.entries[name]
-    if isinstance(value, dict):
-        entry = table.table(name).only(("value", "unit"))
-        if is_not_finite(entry.entries.get("value")):
-            raise entry.fail("value", f"{entry.entries['value']} is not finite: leave out what is not known")
-        value, unit = entry.entries.get("value", Number("nan")), entry.text("unit", "")
-    else:
-        unit = ""
-    if is_not_finite(value) and "nan" in value:
-        return Parameter(name, None, unit)
-    return Parameter(name, table.cell(value, name), unit)
-
-
 def _base(top: Table) -> Base:
-    table = top.table("base").only((*MOTION, *FLOATING))
-    return replace(with_columns(Base(), _reader(table, "base")), gravity=top.vector("gravity"))
+    table = top.table("base").only(BASE.names)
+    return replace(with_columns(Base(), _reader(table, "base")), gravity=GRAVITY.read(top))
 
 
-def _floating(top: Table) -> Floating | None:
-    table = top.table("base")
-    if "floating" not in table.entries:
-        for key in FLOATING[1:]:
+def _floating(table: Table) -> Floating | None:
+    if FLOATING.name not in table.entries:
+        for key in (KNOWN.name, OF_BASE.name):
             if key in table.entries:
                 raise table.fail(key, 'only a floating base has one: add floating = "rotation"')
         return None
-    return Floating(
-        Orientation(_one_of(table, "floating", tuple(Orientation))),
-        Given(_one_of(table, "known", tuple(Given), Given.WRENCH)),
-        _body_of(table.table("body")),
-    )
-
-
-def _one_of(table: Table, key: str, known: tuple[str, ...], default: str | None = None) -> str:
-    text = table.text(key, default)
-    if text not in known:
-        raise table.fail(key, f"no {key} {quoted(text)}{did_you_mean(text, known)}")
-    return text
+    body = _body_of(table.table(OF_BASE.name))
+    return Floating(Orientation(FLOATING.read(table)), Given(KNOWN.read(table)), body)
 
 
 def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
@@ -109,7 +99,7 @@ def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
     joints = [_joint(row, j, numbers, parameters) for j, row in enumerate(rows, start=1)]
-    for section in SECTIONS:
+    for section in OF_JOINTS:
         for name in top.table(section).entries:
             if name not in numbers:
                 raise InputError(top.source, section, f"no joint {quoted(name)}{did_you_mean(name, numbers)}")
@@ -127,35 +117,19 @@ def _named(row: Table, j: int) -> Table:
 
 
 def _joint(row: Table, j: int, numbers: dict[str, int], parameters: set[str]) -> Joint:
-    row.only(JOINT_KEYS)
-    kind = _kind(row)
-    if "sigma" not in row.entries and kind != Kind.FIXED:
+    row.only(JOINTS.names)
+    kind = Kind(KIND.read(row))
+    if SIGMA.name not in row.entries and kind != Kind.FIXED:
         raise row.fail("sigma", "is missing: 0 revolute, 1 prismatic, 2 fixed frame")
-    joint = Joint(
-        name=row.text("name"),
-        antecedent=_antecedent(row, j, numbers),
-        kind=kind,
-        sigma=_number(row, "sigma") if "sigma" in row.entries else 2,
-    )
+    joint = Joint(NAME.read(row), _antecedent(row, j, numbers), kind, SIGMA.read(row, 2))
     joint = with_columns(joint, _reader(row, "joints"))
     return _with_variable(joint, row, parameters) if joint.sigma in (0, 1) else joint
 
 
-def _kind(row: Table) -> Kind:
-    return Kind(_one_of(row, "kind", tuple(Kind)))
-
-
-def _number(row: Table, key: str) -> int:
-    value = row.entries[key]
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise row.fail(key, "must be a whole number")
-    return whole(value, row.source, row.at(key))
-
-
 def _antecedent(row: Table, j: int, numbers: dict[str, int]) -> int:
-    value = row.entries.get("antecedent", j - 1)
-    if not isinstance(value, str) or isinstance(value, Number):
-        return _number(row, "antecedent") if "antecedent" in row.entries else j - 1
+    value = ANTECEDENT.read(row, j - 1)
+    if isinstance(value, int):
+        return value
     if value not in numbers:
         raise row.fail("antecedent", f"no joint {quoted(value)}{did_you_mean(value, numbers)}")
     return numbers[value]
@@ -181,7 +155,7 @@ def _with_section(joint: Joint, section: str, table: Table) -> Joint:
     """The joint with the entries of one section in its columns."""
     if section == "bodies":
         return replace(joint, body=_body_of(table))
-    table.only(tuple(column.key for column in declared(Joint, section)))
+    table.only(section_of(section, Joint).names)
     return with_columns(joint, _reader(table, section))
 
 
@@ -191,31 +165,21 @@ def _reader(table: Table, section: str) -> Callable[[Column, Values], Values]:
     def read(column: Column, values: Values) -> Values:
         if column.section != section:
             return values
-        return table.vector(column.key) if column.parts else (table.formula(column.key),)
+        found = key_of(column).read(table)
+        return found if column.parts else (found,)
 
     return read
 
 
 def _body_of(table: Table) -> Body:
-    keys = ("mass", "center_of_mass", "inertia"), ("mass", "first_moments", "inertia_at_origin")
-    table.only((*keys[0], *keys[1][1:]))
-    central = [key for key in keys[0][1:] if key in table.entries]
-    about_origin = [key for key in keys[1][1:] if key in table.entries]
+    table.only(BODY.names)
+    central, about_origin = (
+        [key.name for key in form[1:] if key.name in table.entries] for form in (ABOUT_CENTER, ABOUT_ORIGIN)
+    )
     if central and about_origin:
         what = "one of both: center_of_mass and inertia, or first_moments and inertia_at_origin"
         raise table.fail(f"{central[0]}, {about_origin[0]}", what)
-    moments, inertia = keys[0][1:] if central else keys[1][1:]
-    return Body(table.formula("mass"), table.vector(moments), _inertia(table, inertia), bool(central))
-
-
-def _inertia(table: Table, key: str) -> Inertia6:
-    if key not in table.entries:
-        return (ZERO,) * 6
-    entries = table.formulas(key, (3, 6))
-    if len(entries) == 3:
-        xx, yy, zz = entries
-        entries = (xx, ZERO, ZERO, yy, ZERO, zz)
-    return cast(Inertia6, entries)
+    return with_columns(Body(central=bool(central)), _reader(table, "bodies"))
 
 
 FORMAT = Format("TOML", (".toml",), read, write)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from symoro_elastic.machine.columns import Column, Values, columns, declared
+from symoro_elastic.machine.columns import Column, Values, columns
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
+from symoro_elastic.machine.formats.toml_keys import OF_JOINTS
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
@@ -14,8 +15,6 @@ from symoro_elastic.machine.scene import Scene
 # Numbers that TOML reads back with the same text (`-0` would lose its sign).
 _NUMBER = re.compile(r"(?!-0$)-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?", re.ASCII)
 
-SECTIONS = tuple(dict.fromkeys(column.section for column in declared(Joint) if column.section != "joints"))
-"""Tables with an entry for each joint."""
 REQUIRED = ("mass", "center_of_mass")
 """Columns of a body that are written even where they are zero."""
 DIAGONAL = ("XX", "YY", "ZZ")
@@ -38,7 +37,7 @@ def write(machine: Machine) -> str:
 
 def _sections(machine: Machine) -> Iterable[tuple[str, list[str]]]:
     yield "parameters", _table((parameter.name, _parameter(parameter)) for parameter in machine.parameters)
-    for section in SECTIONS:
+    for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
         yield section, _named((name, _entry(owner, section)) for name, owner in owners)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])

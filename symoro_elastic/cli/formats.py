@@ -1,0 +1,91 @@
+"""Commands about file formats: new, formats, schema."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from symoro_elastic.cli.completion import completed_from
+from symoro_elastic.cli.output import write_text
+from symoro_elastic.cli.parsing import among
+from symoro_elastic.errors import InputError
+
+OUT = click.option("--out", metavar="FILE", type=click.Path(), help="File to write (default: standard output).")
+
+
+def _kinds() -> list[str]:
+    from symoro_elastic.machine.formats.starting import STARTS
+
+    return [*STARTS]
+
+
+@click.command()
+@click.argument("name", metavar="NAME")
+@click.option(
+    "--kind",
+    default="arm",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=completed_from(_kinds),
+    help="Machine to start from: arm, cartesian, elastic (a drive with a spring), floating (a flying base).",
+)
+def new(name: str, kind: str) -> None:
+    """Write NAME.toml, a commented machine to start from.
+
+    It holds all tables and keys, those that are not needed as comments.
+    """
+    from symoro_elastic.machine.formats.starting import STARTS, starting_text
+    from symoro_elastic.machine.names import free_name, quoted, reserved
+
+    among((kind,), [*STARTS], "--kind")
+    path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    reason = reserved(path.stem)
+    if reason:
+        what = f"the name {quoted(path.stem)} cannot be used: {reason}; {free_name(path.stem)!r} is free"
+        raise InputError("symoro-elastic", "NAME", what)
+    if path.exists():
+        raise InputError(str(path), "NAME", "exists already: choose another name, or remove it")
+    write_text(starting_text(path.stem, kind), str(path))
+    click.echo(f"wrote {path}: symoro-elastic generate {path}")
+
+
+@click.command()
+@OUT
+def formats(out: str | None) -> None:
+    """Print the reference of all file formats.
+
+    Every table and key of machine files and scenes, every column of motions and measurements, as Markdown.
+    """
+    from symoro_elastic.report.formats import formats_page
+
+    _print_or_write(formats_page(), out)
+
+
+@click.command()
+@click.argument(
+    "file",
+    metavar="[machine|scene]",
+    default="machine",
+    shell_complete=completed_from(lambda: ("machine", "scene")),
+)
+@OUT
+def schema(file: str, out: str | None) -> None:
+    """Print the JSON Schema of machine or scene files.
+
+    Editors complete and check TOML files by it (draft 2020-12).
+    """
+    from symoro_elastic.machine.formats.schema import SCHEMAS
+    from symoro_elastic.models.catalogue import MODELS
+
+    among((file,), [*SCHEMAS], "FILE")
+    _print_or_write(json.dumps(SCHEMAS[file](MODELS), indent=2) + "\n", out)
+
+
+def _print_or_write(text: str, out: str | None) -> None:
+    if out is None:
+        click.echo(text, nl=False)
+        return
+    write_text(text, out)
+    click.echo(f"wrote {out}", err=True)

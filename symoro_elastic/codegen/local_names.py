@@ -1,0 +1,52 @@
+"""Names of local variables that do not clash with those of generated code itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.symbolic.renaming import renamed
+
+
+def with_local_names(package: Package, own: Collection[str]) -> Package:
+    """Return the package with other local names for the variables and parameters whose names generated code uses.
+
+    `own` are the identifiers of a target's templates; arrays of functions, and functions and macros of the machine, are
+    used too. Users see the names of parameters and joints as they are: only local variables are renamed, `c` to `c_`.
+    """
+    used = {*own}
+    for function in package.functions:
+        used |= {a.name for a in function.arguments} | {r.name for r in function.results}
+    prefixes = (f"{package.name}_", f"{package.name.upper()}_")
+    symbols = {*_symbols(package)}
+    taken = used | symbols | {s.name for f in package.functions for s in (*f.program.once, *f.program.statements)}
+    names: dict[str, str] = {}
+    for name in sorted(symbols):
+        if name in used or name.startswith(prefixes):
+            names[name] = _free(name, prefixes, taken)
+            taken.add(names[name])
+    if not names:
+        return package
+    return replace(
+        package,
+        parameters=tuple(replace(p, local=names.get(p.symbol, p.symbol)) for p in package.parameters),
+        functions=tuple(replace(f, program=renamed(f.program, names)) for f in package.functions),
+    )
+
+
+def _symbols(package: Package) -> Iterator[str]:
+    """Names of parameters and of the entries of arguments."""
+    yield from (p.symbol for p in package.parameters)
+    for function in package.functions:
+        for argument in function.program.inputs:
+            yield from argument.symbols
+
+
+def _free(name: str, prefixes: tuple[str, ...], taken: Collection[str]) -> str:
+    """The name with an underscore behind it, or where that is taken with a number, and before it where it must be."""
+    stem = f"of_{name}" if name.startswith(prefixes) else name
+    number, found = 1, f"{stem.rstrip('_')}_"
+    while found in taken:
+        number, found = number + 1, f"{stem.rstrip('_')}_{number}"
+    return found

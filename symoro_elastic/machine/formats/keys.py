@@ -1,0 +1,206 @@
+"""Keys of files: what stands under them, how it is read, and what the reference and the schemas say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from symoro_elastic.machine.formats.tables import Number, Table
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
+from symoro_elastic.machine.names import did_you_mean, quoted
+
+Schema = Mapping[str, Any]
+"""A part of a JSON Schema."""
+
+FORMULA_CHARACTERS = r"^(?!.*[A-Za-z_]\s*\.)[-+*/^(),.A-Za-z0-9_\s]+$"
+NAME = r"^[A-Za-z](_?[A-Za-z0-9])*_?$"
+DEFINITIONS: Schema = {
+    "formula": {
+        "anyOf": [{"type": "number"}, {"type": "string", "pattern": FORMULA_CHARACTERS, "maxLength": 1000}],
+        "description": "a number, or a formula of numbers, parameters, pi, + - * / ^ and sin cos tan sqrt atan2",
+    },
+    "nonnegative": {
+        "anyOf": [
+            {"type": "number", "minimum": 0},
+            {"type": "string", "pattern": FORMULA_CHARACTERS, "maxLength": 1000},
+        ],
+        "description": "a number that is not negative, or a formula",
+    },
+    "name": {"type": "string", "pattern": NAME, "maxLength": 63},
+    "names": {"type": "array", "items": {"type": "string"}},
+}
+
+
+def defined(name: str) -> Schema:
+    """The schema that refers to a definition."""
+    return {"$ref": f"#/$defs/{name}"}
+
+
+@dataclass(frozen=True, eq=False)
+class Type:
+    """What stands under a key: its title, its schema, and how it is read from a table in which it is."""
+
+    title: str
+    schema: Schema
+    read: Callable[[Table, str], Any]
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: the value it has where it is left out, None where it must be given or the reader finds one.
+
+    `otherwise` says that value in words, `example` is a value as TOML writes it.
+    """
+
+    name: str
+    type: Type
+    meaning: str
+    example: str
+    default: Any = None
+    otherwise: str = ""
+    unit: str = ""
+
+    @property
+    def is_required(self) -> bool:
+        """Whether a file must give it."""
+        return self.default is None and not self.otherwise
+
+    def read(self, table: Table, default: Any = None) -> Any:
+        """The value in a table, or the default; raises `InputError` where it is missing, or of another type."""
+        if self.name in table.entries:
+            return self.type.read(table, self.name)
+        found = self.default if default is None else default
+        if found is None:
+            raise table.fail(self.name, "is missing")
+        return found
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table of a file, by its heading: its keys; `rules` are what the schema says beside them.
+
+    Where `entries` is not empty, it holds a table with these keys for each of them; `rows`, a list of such tables.
+    """
+
+    heading: str
+    meaning: str
+    keys: tuple[Key, ...]
+    entries: str = ""
+    rows: bool = False
+    rules: Schema = field(default_factory=dict)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of its keys."""
+        return tuple(key.name for key in self.keys)
+
+    def within(self, table: Table) -> Mapping[str, Any]:
+        """The values of all its keys in a table, defaults among them; raises `InputError` for any other key."""
+        table.only(self.names)
+        return {key.name: key.read(table) for key in self.keys}
+
+    @property
+    def schema(self) -> Schema:
+        """What the schema says of the table."""
+        one = {
+            "type": "object",
+            "properties": {key.name: described(key) for key in self.keys},
+            "required": [key.name for key in self.keys if key.is_required],
+            "additionalProperties": False,
+            **self.rules,
+        }
+        if self.rows:
+            return {"type": "array", "items": one, "minItems": 1}
+        return (
+            {"type": "object", "propertyNames": defined("name"), "additionalProperties": one} if self.entries else one
+        )
+
+    @property
+    def type(self) -> Type:
+        """The type of a key under which it stands."""
+        if self.rows:
+            return Type("list of tables", self.schema, Table.tables)
+        return Type("table of tables" if self.entries else "table", self.schema, Table.table)
+
+
+def described(key: Key) -> Schema:
+    """What the schema says of a key."""
+    notes = [key.unit, key.otherwise and f"default {key.otherwise}"]
+    said = "; ".join(note for note in notes if note)
+    return {**key.type.schema, "description": f"{key.meaning} ({said})" if said else key.meaning}
+
+
+def _texts(table: Table, key: str) -> tuple[str, ...]:
+    return table.texts(key)
+
+
+def _formulas(table: Table, key: str) -> dict[str, Formula]:
+    of = table.table(key)
+    return {name: of.formula(name) for name in of.entries}
+
+
+def _lists_of_texts(table: Table, key: str) -> dict[str, tuple[str, ...]]:
+    of = table.table(key)
+    return {name: of.texts(name) for name in of.entries}
+
+
+def _table_of_texts(table: Table, key: str) -> dict[str, str]:
+    of = table.table(key)
+    return {name: of.text(name) for name in of.entries}
+
+
+def _tensor(table: Table, key: str) -> tuple[Formula, ...]:
+    """Six entries of a tensor, or the three of its diagonal."""
+    entries = table.formulas(key, (3, 6))
+    if len(entries) == 6:
+        return entries
+    xx, yy, zz = entries
+    return xx, ZERO, ZERO, yy, ZERO, zz
+
+
+def _list_schema(*lengths: int) -> Schema:
+    return {
+        "type": "array",
+        "items": defined("formula"),
+        "anyOf": [{"minItems": length, "maxItems": length} for length in lengths],
+    }
+
+
+TEXT = Type("text", {"type": "string"}, Table.text)
+NAMED = Type("name", defined("name"), Table.text)
+TEXTS = Type("list of texts", defined("names"), _texts)
+TRUTH = Type("true or false", {"type": "boolean"}, Table.truth)
+WHOLE = Type("whole number", {"type": "integer"}, Table.whole)
+FORMULA = Type("number or formula", defined("formula"), Table.formula)
+NOT_NEGATIVE = Type("number or formula, not negative", defined("nonnegative"), Table.formula)
+VECTOR = Type("3 numbers or formulas", _list_schema(3), Table.vector)
+TENSOR = Type("3 or 6 numbers or formulas", _list_schema(3, 6), _tensor)
+FORMULAS = Type(
+    "table of numbers or formulas", {"type": "object", "additionalProperties": defined("formula")}, _formulas
+)
+LISTS_OF_TEXTS = Type(
+    "table of lists of texts", {"type": "object", "additionalProperties": defined("names")}, _lists_of_texts
+)
+TABLE_OF_TEXTS = Type("table of texts", {"type": "object", "additionalProperties": {"type": "string"}}, _table_of_texts)
+NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INERTIA}
+"""Zero of each type of a column."""
+
+
+def one_of(known: tuple[str, ...]) -> Type:
+    """A text that is one of these words."""
+
+    def read(table: Table, key: str) -> str:
+        text = table.text(key)
+        if text not in known:
+            raise table.fail(key, f"no {key} {quoted(text)}{did_you_mean(text, known)}")
+        return text
+
+    return Type(" or ".join(f'"{word}"' for word in known), {"enum": list(known)}, read)
+
+
+def is_text(value: Any) -> bool:
+    """Whether a value of a TOML text is a text, and no number with a point."""
+    return isinstance(value, str) and not isinstance(value, Number)

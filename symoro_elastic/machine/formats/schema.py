@@ -1,0 +1,48 @@
+"""JSON Schemas (draft 2020-12) of machine files and scenes in TOML, for editors: made of the rows of the reader."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from symoro_elastic.machine.formats.keys import DEFINITIONS, Schema
+from symoro_elastic.machine.formats.toml_keys import MACHINE, SCENE
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def machine_schema(models: Collection[str]) -> dict[str, Any]:
+    """The schema of a machine file; its scene may name these models."""
+    schema = dict(MACHINE.schema)
+    scene = schema["properties"]["scene"]
+    schema["properties"] = schema["properties"] | {"scene": _naming(scene, models)}
+    return {"$schema": DRAFT, "title": "Machine of symoro-elastic", **schema, "$defs": DEFINITIONS}
+
+
+def scene_schema(models: Collection[str]) -> dict[str, Any]:
+    """The schema of a scene file, its keys under [scene] or at the top; it may name these models."""
+    scene = _naming(SCENE.schema, models)
+    properties = {**scene["properties"], "scene": scene}
+    alone = {"scene": {"maxProperties": 1}}
+    return {
+        **{"$schema": DRAFT, "title": "Scene of symoro-elastic", "type": "object"},
+        **{"properties": properties, "additionalProperties": False, "dependentSchemas": alone, "$defs": DEFINITIONS},
+    }
+
+
+SCHEMAS = {"machine": machine_schema, "scene": scene_schema}
+"""The schemas by what they describe."""
+
+
+def _naming(scene: Schema, models: Collection[str]) -> dict[str, Any]:
+    """The schema of a scene whose models are among these."""
+    name = {"enum": list(models)}
+    properties = scene["properties"]
+    return {
+        **scene,
+        "properties": {
+            **properties,
+            "models": {**properties["models"], "type": "array", "items": name},
+            "outputs": {**properties["outputs"], "propertyNames": name},
+        },
+    }

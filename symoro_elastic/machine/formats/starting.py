@@ -1,0 +1,189 @@
+"""Commented TOML files to start a machine from: what each kind gives, and every other key as a comment."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from symoro_elastic.machine.formats.keys import Section
+from symoro_elastic.machine.formats.toml_keys import (
+    BASE,
+    EXTRAS,
+    GRAVITY,
+    JOINTS,
+    NOTES,
+    OF_JOINTS,
+    PARAMETERS,
+    SCENE,
+    section_of,
+)
+
+
+@dataclass(frozen=True)
+class Start:
+    """A machine to start from: what it is, the rows of its joints, and the lines of its tables by their headings."""
+
+    title: str
+    joints: str
+    tables: Mapping[str, str]
+
+
+ARM = Start(
+    "an arm of three revolute joints: the first about the vertical, the others about horizontal axes",
+    """
+  { name = "waist",    kind = "motor", sigma = 0, alpha = 0,      d = 0,    theta = "q1", r = "L1" },
+  { name = "shoulder", kind = "motor", sigma = 0, alpha = "pi/2", d = 0,    theta = "q2", r = 0 },
+  { name = "elbow",    kind = "motor", sigma = 0, alpha = 0,      d = "L2", theta = "q3", r = 0 },
+  { name = "tool",     kind = "fixed", sigma = 2, alpha = 0,      d = "L3", theta = 0,    r = 0 },
+""",
+    {
+        "parameters": """
+L1 = { value = 0.4, unit = "m" }
+L2 = { value = 0.35, unit = "m" }
+L3 = { value = 0.3, unit = "m" }
+""",
+        "bodies": """
+waist    = { mass = 6, center_of_mass = [0, 0, -0.1], inertia = [0.05, 0.05, 0.03] }
+shoulder = { mass = 4, center_of_mass = [0.15, 0, 0], inertia = [0.01, 0.05, 0.05] }
+elbow    = { mass = 2, center_of_mass = [0.12, 0, 0], inertia = [0.004, 0.02, 0.02] }
+""",
+        "motors": """
+waist    = { rotor_inertia = 0.8 }
+shoulder = { rotor_inertia = 0.8 }
+elbow    = { rotor_inertia = 0.3 }
+""",
+        "friction": """
+waist    = { viscous = 2, coulomb = 4 }
+""",
+    },
+)
+CARTESIAN = Start(
+    "three prismatic axes along x, y and z of frame 0, with a tool whose frame has the axes of frame 0",
+    """
+  { name = "x_axis", kind = "motor", sigma = 1, gamma = "pi/2", alpha = "pi/2", d = 0, theta = "pi/2", r = "qx" },
+  { name = "y_axis", kind = "motor", sigma = 1, gamma = 0,      alpha = "pi/2", d = 0, theta = "pi/2", r = "qy" },
+  { name = "z_axis", kind = "motor", sigma = 1, gamma = 0,      alpha = "pi/2", d = 0, theta = 0,      r = "qz" },
+  { name = "tool",   kind = "fixed", sigma = 2, gamma = 0,      alpha = 0,      d = 0, theta = 0,      r = "-L4" },
+""",
+    {
+        "parameters": """
+L4 = { value = 0.2, unit = "m" }
+""",
+        "bodies": """
+x_axis = { mass = 120, center_of_mass = [0, 0, 0], inertia = [4, 4, 4] }
+y_axis = { mass = 60,  center_of_mass = [0, 0, 0], inertia = [2, 2, 2] }
+z_axis = { mass = 25,  center_of_mass = [0, 0, 0.1], inertia = [0.5, 0.5, 0.1] }
+""",
+        "motors": """
+x_axis = { rotor_inertia = 80 }
+y_axis = { rotor_inertia = 40 }
+z_axis = { rotor_inertia = 30 }
+""",
+    },
+)
+ELASTIC = Start(
+    "a motor that drives an arm through a spring: the joint of the motor, then that of the spring",
+    """
+  { name = "drive", kind = "motor",   sigma = 0, alpha = "pi/2", d = 0,    theta = "q1", r = 0 },
+  { name = "arm",   kind = "elastic", sigma = 0, alpha = 0,      d = 0,    theta = "q2", r = 0 },
+  { name = "tool",  kind = "fixed",   sigma = 2, alpha = 0,      d = "L3", theta = 0,    r = 0 },
+""",
+    {
+        "parameters": """
+L3 = { value = 0.5, unit = "m" }
+k2 = { value = 2.0e4, unit = "N m/rad" }
+""",
+        "bodies": """
+drive = { mass = 3, center_of_mass = [0, 0, 0], inertia = [0.01, 0.01, 0.01] }
+arm   = { mass = 5, center_of_mass = [0.25, 0, 0], inertia = [0.01, 0.12, 0.12] }
+""",
+        "springs": """
+arm = { stiffness = "k2", damping = 5 }
+""",
+        "motors": """
+drive = { rotor_inertia = 1.5 }
+""",
+    },
+)
+FLOATING = Start(
+    "a flying base with an arm of two revolute joints",
+    """
+  { name = "shoulder", kind = "motor", sigma = 0, alpha = "pi/2", d = 0,    theta = "q1", r = 0 },
+  { name = "elbow",    kind = "motor", sigma = 0, alpha = 0,      d = "L2", theta = "q2", r = 0 },
+  { name = "tool",     kind = "fixed", sigma = 2, alpha = 0,      d = 0.15, theta = 0,    r = 0 },
+""",
+    {
+        "parameters": """
+L2 = { value = 0.2, unit = "m" }
+""",
+        "bodies": """
+shoulder = { mass = 0.3, center_of_mass = [0.1, 0, 0], inertia = [0.0001, 0.001, 0.001] }
+elbow    = { mass = 0.2, center_of_mass = [0.08, 0, 0], inertia = [0.0001, 0.0005, 0.0005] }
+""",
+        "motors": """
+shoulder = { rotor_inertia = 0.002 }
+elbow    = { rotor_inertia = 0.001 }
+""",
+        "base": """
+floating = "rotation"
+body = { mass = 3, center_of_mass = [0, 0, 0.02], inertia = [0.05, 0.05, 0.08] }
+""",
+    },
+)
+STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FLOATING}
+"""Machines to start from, by kind."""
+WIDTH = 120
+HEAD = """# {title}
+# Numbers are examples: SI units, angles in rad ("pi/2"). Lines that begin with # are options: remove the # to use one.
+# Write the name of a joint in place of joint_name. All keys: symoro-elastic formats. Editors complete and
+# check this file after  symoro-elastic schema > machine.schema.json  with the first line  #:schema machine.schema.json
+"""
+
+
+def starting_text(name: str, kind: str) -> str:
+    """The text of a machine file of this kind."""
+    start = STARTS[kind]
+    blocks = [
+        HEAD.format(title=f"{name}: {start.title}."),
+        f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
+        f"gravity = {GRAVITY.example}  # {GRAVITY.unit}: {GRAVITY.meaning}",
+        "\n".join([*_comments(JOINTS), f"joints = [\n{start.joints.strip(chr(10))}\n]"]),
+        _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
+    ]
+    blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
+    blocks += [_of_section("base", BASE, start), _of_section("scene", SCENE, start)]
+    blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
+    return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+
+
+def _of_section(name: str, section: Section, start: Start) -> str:
+    """A table as the kind gives it, or as a comment, below its keys."""
+    if section.entries:
+        own = [
+            key for key in section.keys if not (name == "bodies" and key.name in ("first_moments", "inertia_at_origin"))
+        ]
+        example = "{joint} = {{ " + ", ".join(f"{key.name} = {key.example}" for key in own) + " }}"
+        lines = example.format(joint="joint_name")
+    else:
+        lines = "\n".join(f"{key.name} = {key.example}" for key in section.keys)
+    return _table(name, "\n".join(_comments(section)), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))
+
+
+def _table(name: str, comments: str, tables: Mapping[str, str], otherwise: str) -> str:
+    heading = f"[{name}]" if name in tables else f"# [{name}]"
+    return "\n".join([comments, heading, tables.get(name, otherwise).strip("\n")])
+
+
+def _comments(section: Section) -> Iterator[str]:
+    """Lines that say what a table and each of its keys mean."""
+    yield from _wrapped(section.meaning, "# ")
+    for key in section.keys:
+        unit = f" ({key.unit})" if key.unit else ""
+        default = f"; default: {key.otherwise}" if key.otherwise else ""
+        yield from _wrapped(f"{key.name}: {key.meaning}{unit}{default}", "#   ")
+
+
+def _wrapped(text: str, indent: str) -> list[str]:
+    following = indent if len(indent) == 2 else indent + "  "
+    return textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=following, break_on_hyphens=False)

@@ -1,0 +1,219 @@
+"""The tables and keys of a TOML machine file and of a scene, a row each: what the reader takes them from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared
+from symoro_elastic.machine.formats import keys
+from symoro_elastic.machine.formats.keys import Key, Section, Type, defined, one_of
+from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Base, Body, Given, Joint, Kind, Orientation
+from symoro_elastic.machine.scene import ALL
+
+
+def key_of(column: Column) -> Key:
+    """The key under which a column stands."""
+    if column.parts:
+        kind = keys.VECTOR if column.parts == AXES else keys.TENSOR
+    else:
+        kind = keys.NOT_NEGATIVE if column.dimension.is_nonnegative else keys.FORMULA
+    unit = " or ".join(dict.fromkeys(column.dimension.units))
+    return Key(column.key, kind, column.meaning, column.example, keys.NOTHING[kind], "0", unit)
+
+
+def keys_of(columns: Iterable[Column]) -> tuple[Key, ...]:
+    """The keys of columns, each once."""
+    return tuple({column.key: key_of(column) for column in columns}.values())
+
+
+def _joint_or_row(table: Table, key: str) -> int | str:
+    value = table.entries[key]
+    return value if keys.is_text(value) else table.whole(key)
+
+
+def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
+    """Value of a parameter, None for nan, and its unit."""
+    value: Any = table.entries[key]
+    unit = ""
+    if isinstance(value, dict):
+        entry = table.table(key).only(WITH_UNIT.names)
+        value, unit = entry.entries.get(VALUE.name, Number("nan")), UNIT.read(entry)
+        if VALUE.name in entry.entries and is_not_finite(value):
+            raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
+    if is_not_finite(value) and "nan" in value:
+        return None, unit
+    return table.cell(value, key), unit
+
+
+def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
+    return ALL if table.entries[key] == ALL else table.texts(key)
+
+
+VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no value")
+UNIT = Key("unit", keys.TEXT, "unit for the reader: SI, as nothing converts values", '"m"', default="", otherwise='""')
+WITH_UNIT = Section("[parameters], an entry", "Value and unit of a parameter.", (VALUE, UNIT))
+PARAMETER = Type(
+    "number or formula of numbers, nan for none, or a table",
+    {"anyOf": [defined("formula"), WITH_UNIT.schema]},
+    _value_and_unit,
+)
+JOINT_OR_ROW = Type(
+    "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, defined("name")]}, _joint_or_row
+)
+ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, defined("names")]}, _all_or_texts)
+
+NAME = Key("name", keys.NAMED, "name of the joint, of its frame and of the body that it carries", '"elbow"')
+ANTECEDENT = Key(
+    *("antecedent", JOINT_OR_ROW, "joint that carries this one, by name or row; 0 is the base", '"shoulder"'),
+    otherwise="the row above",
+)
+KIND = Key(
+    *("kind", one_of(tuple(Kind))),
+    "what acts on the joint: a motor, a spring (elastic), friction only (passive); fixed: it does not move",
+    '"motor"',
+)
+SIGMA = Key(
+    *("sigma", keys.WHOLE, "0 revolute, 1 prismatic, 2 fixed frame", "0"),
+    otherwise="2 where the kind is fixed, else it must be given",
+)
+BY_KIND = {
+    "if": {"properties": {"kind": {"const": Kind.FIXED.value}}},
+    "then": {"properties": {"sigma": {"const": 2}}},
+    "else": {"properties": {"sigma": {"enum": [0, 1]}}, "required": ["sigma"]},
+}
+JOINTS = Section(
+    "joints",
+    "A row for each joint, from the base outwards: "
+    "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r).",
+    (NAME, ANTECEDENT, KIND, SIGMA, *keys_of(declared(Joint, "joints"))),
+    "joint",
+    rows=True,
+    rules=BY_KIND,
+)
+
+ABOUT_ORIGIN, ABOUT_CENTER = (keys_of(declared(Body, form=form)) for form in ("column", CENTRAL))
+_NOT_AT_ORIGIN = {"properties": {key.name: False for key in ABOUT_ORIGIN[1:]}}
+BODY = Section(
+    "[bodies]",
+    "Inertial parameters by joint, about the centre of mass or about the origin of the frame. A joint that is not "
+    "listed carries a body without mass.",
+    tuple(dict.fromkeys((*ABOUT_CENTER, *ABOUT_ORIGIN[1:]))),
+    "joint",
+    rules={"dependentSchemas": {key.name: _NOT_AT_ORIGIN for key in ABOUT_CENTER[1:]}},
+)
+MEANINGS = {
+    "springs": "Law of the spring (and damper) of each elastic joint.",
+    "motors": "Rotors, by joint.",
+    "friction": "Friction, by joint.",
+    "wrenches": "Force and moment that a body exerts on its surroundings, by joint: a load, a tool.",
+}
+
+
+def section_of(name: str, owner: type = Joint) -> Section:
+    """The table of this name, which has an entry for each joint."""
+    if name == "bodies":
+        return BODY
+    return Section(f"[{name}]", MEANINGS.get(name, ""), keys_of(declared(owner, name)), "joint")
+
+
+OF_JOINTS = tuple(dict.fromkeys(column.section for column in declared(Joint) if column.section != "joints"))
+"""Names of the tables with an entry for each joint."""
+FLOATING = Key(
+    *("floating", one_of(tuple(Orientation)), "the base floats; how its orientation is given", '"quaternion"'),
+    otherwise="the base does not float",
+)
+KNOWN = Key(
+    *("known", one_of(tuple(Given)), "what is known of a floating base: the wrench on it, or its acceleration"),
+    '"wrench"',
+    default=Given.WRENCH.value,
+    otherwise='"wrench"',
+)
+OF_BASE = Key(
+    *("body", Section("", "", BODY.keys, rules=BODY.rules).type, "the body of a floating base, as in [bodies]"),
+    "{ mass = 3, center_of_mass = [0, 0, 0.02], inertia = [0.05, 0.05, 0.08] }",
+    otherwise="no mass",
+)
+BASE = Section(
+    "[base]",
+    "Motion of the base: given in the file, or an argument of the models where the base floats.",
+    (*keys_of(declared(Base, "base")), FLOATING, KNOWN, OF_BASE),
+    rules={"dependentRequired": {key.name: [FLOATING.name] for key in (KNOWN, OF_BASE)}},
+)
+
+SCENE = Section(
+    "[scene]",
+    "What is generated. The same keys may stand in a file of their own for `--scene`, under [scene] or without it.",
+    (
+        Key(
+            *("models", keys.TEXTS, "models to generate", '["inverse_dynamics", "jacobian"]'),
+            default=(),
+            otherwise="direct_dynamics and inverse_dynamics",
+        ),
+        Key(
+            *("outputs", keys.LISTS_OF_TEXTS),
+            "parts of models: joints, frames as 'tool', 'tool in ram', 'tool at (0.1, 0, L2) in base', or columns of "
+            "derivatives as 'by q2, qd'",
+            '{ jacobian = ["tool"] }',
+            default={},
+            otherwise="all",
+        ),
+        Key(
+            *("locked", keys.FORMULAS, "joints that are held, and the value of their variable", '{ elbow = "pi/2" }'),
+            default={},
+            otherwise="none",
+            unit="rad or m",
+        ),
+        Key(
+            *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
+            default=(),
+            otherwise="none",
+        ),
+        Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True, otherwise="true"),
+    ),
+)
+
+(GRAVITY,) = keys_of(declared(Base, "")[:1])
+FILE_NAME = Key(
+    *("name", keys.NAMED, "name of the machine: of the folder and of the functions in C", '"arm"'),
+    otherwise="the name of the file",
+)
+NOTES = Key("notes", keys.TEXTS, "remarks", '["masses are estimates"]', default=(), otherwise="none")
+PARAMETERS = Key(
+    "parameters",
+    Type(
+        "table of parameters",
+        {"type": "object", "propertyNames": defined("name"), "additionalProperties": PARAMETER.schema},
+        Table.table,
+    ),
+    "Named numbers, which stay arguments of the generated code.",
+    '{ L2 = { value = 0.35, unit = "m" }, k2 = nan }',
+    otherwise="none",
+)
+EXTRAS = Key(
+    *("extras", keys.TABLE_OF_TEXTS, "Entries of another format that no model uses, kept for writing it."),
+    '{ Type = "0" }',
+    default={},
+    otherwise="none",
+)
+
+
+def _table(name: str, section: Section) -> Key:
+    return Key(name, section.type, section.meaning, "", otherwise="none")
+
+
+MACHINE = Section(
+    "top",
+    "Keys at the top of a machine file, above the first [table].",
+    (
+        *(FILE_NAME, NOTES, GRAVITY),
+        Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
+        PARAMETERS,
+        *(_table(name, section_of(name)) for name in OF_JOINTS),
+        *(_table("base", BASE), _table("scene", SCENE), EXTRAS),
+    ),
+)
+SECTIONS = (MACHINE, JOINTS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE)
+"""All tables of a machine file, in the order of the reference."""

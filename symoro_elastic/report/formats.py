@@ -1,0 +1,96 @@
+"""The reference of the file formats as Markdown: made of the rows that the readers read by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from symoro_elastic.machine.formats.keys import Section
+from symoro_elastic.machine.formats.par_keys import KEYS, Place
+from symoro_elastic.machine.formats.toml_keys import SCENE, SECTIONS
+from symoro_elastic.machine.formula import FUNCTIONS, PI
+from symoro_elastic.time_series.column_names import NAMED_COLUMNS
+
+INTRODUCTION = f"""# File formats
+
+Written by `symoro-elastic formats` from the rows that the readers read by. `symoro-elastic new NAME` writes a commented
+machine file to start from. `symoro-elastic schema machine` and `schema scene` print JSON Schemas, by which editors
+complete and check keys: Taplo and VS Code read `#:schema machine.schema.json` in the first line of a TOML file.
+
+Quantities are in SI units, angles in rad: where a unit reads "N m/rad or N/m", the first is that of a revolute, the
+second of a prismatic joint. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]},
+`+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins with a letter; letters, digits and single
+underscores follow; words of the generated languages are refused.
+
+Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/all_keys.par`,
+`examples/scenes/tool.toml`.
+"""
+TOML = """## Machine file in TOML (`.toml`)
+
+The joint variable is the one name in the cell that sigma selects (theta or r) which is not declared in `[parameters]`.
+"""
+PAR = """## Machine file of SYMORO (`.par`)
+
+`key = value` and `key = {v1, v2, ...}`, an entry for each joint; comments are `(* ... *)`. What SYMORO's format lacks
+stands in comments `(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about
+the origin of the frame. Names in the table that are no joint variables are parameters.
+"""
+SERIES = """## Motions and measurements (`.csv`, `.npz`)
+
+A `.csv` file has one header line that names the columns, then a line for each sample, separated by commas. A joint is
+called by its name or by its variable. A unit may follow in brackets, as in `q_elbow [deg]`: the column is converted;
+without, it is in SI units. Other columns are skipped with a warning. `excite` and `feed-forward` write such files;
+`identify`, `compare --motion` and `feed-forward` read them.
+
+A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q` (N x joints that move), `tau`
+(N x motors), and likewise `qd`, `qdd`, `y`, `yd`.
+"""
+HEAD = ("key", "type", "unit", "default", "meaning", "example")
+
+
+def formats_page() -> str:
+    """The reference page."""
+    blocks = [
+        INTRODUCTION,
+        TOML,
+        *(block for section in SECTIONS for block in _section(section) if section is not SCENE),
+    ]
+    blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:], PAR, *_par()]
+    blocks += [SERIES, _table(("column", "units", "meaning", "example"), _columns())]
+    return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+
+
+def _section(section: Section) -> list[str]:
+    """Heading, meaning and table of keys of a section."""
+    heading = f"### `{section.heading}`" if section.heading != "top" else "### Top of the file"
+    form = f" One table for each {section.entries}." if section.entries and not section.rows else ""
+    rows = (
+        (
+            f"`{key.name}`",
+            key.type.title,
+            key.unit,
+            "must be given" if key.is_required else key.otherwise,
+            key.meaning,
+            key.example and f"`{key.example}`",
+        )
+        for key in section.keys
+    )
+    return [heading, section.meaning + form, _table(HEAD, rows)]
+
+
+def _par() -> Iterator[str]:
+    """Heading and table of the keys of each place of a .par file."""
+    for place in Place:
+        yield f"### {place.value[0].upper()}{place.value[1:]}"
+        rows = ((f"`{k.name}`", k.unit, k.default, k.meaning, f"`{k.example}`") for k in KEYS if k.place is place)
+        yield _table(("key", "unit", "default", "meaning", "example"), rows)
+
+
+def _columns() -> Iterator[Sequence[str]]:
+    """Rows of the columns of motions and measurements."""
+    for column in NAMED_COLUMNS:
+        yield f"`{column.name}`", ", ".join(column.units), column.meaning, f"`{column.example}`"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |".replace("|  |", "| |") for line in lines)

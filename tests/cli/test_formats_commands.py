@@ -1,0 +1,79 @@
+"""`new`, `formats`, `schema`, and what the shell completes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.shell_completion import ShellComplete
+
+from symoro_elastic.cli import cli
+from symoro_elastic.machine.formats.starting import STARTS
+from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.report.formats import formats_page
+from tests.command_line import EXAMPLES, refused, run
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_generate_and_check_take_a_new_machine_as_it_is(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    assert "mine.toml" in run("new", path, "--kind", kind).output
+    assert run("generate", path, "--out", tmp_path).exit_code == 0
+    assert json.loads(run("check", path, "--json").output)["ok"]
+
+
+def test_new_never_writes_over_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("mine")
+    assert "exists" in refused("new", tmp_path / "mine")
+    assert path.read_text() == "mine"
+
+
+def test_new_refuses_unknown_kinds_and_names_that_no_machine_has(tmp_path: Path) -> None:
+    assert "choose from arm, cartesian" in refused("new", tmp_path / "mine", "--kind", "scara")
+    assert "letters, digits" in refused("new", tmp_path / "my-machine")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_schemas_and_reference_are_printed() -> None:
+    assert json.loads(run("schema").output)["title"].startswith("Machine")
+    assert json.loads(run("schema", "scene").output)["title"].startswith("Scene")
+    assert "choose from machine, scene" in refused("schema", "robot")
+    assert run("formats").output == formats_page()
+
+
+def completed(*words: str) -> list[str]:
+    *arguments, begun = words
+    found = ShellComplete(cli, {}, "symoro-elastic", "_SYMORO_ELASTIC_COMPLETE").get_completions(arguments, begun)
+    return [item.value for item in found]
+
+
+TWO_AXIS = str(EXAMPLES / "two_axis.toml")
+
+
+@pytest.mark.parametrize(
+    ("words", "values"),
+    [
+        (("generate", TWO_AXIS, "--model", "inverse_d"), ["inverse_dynamics", "inverse_dynamics_derivatives"]),
+        (("generate", TWO_AXIS, "--precision", "d"), ["double", "double-double"]),
+        (("generate", TWO_AXIS, "--target", "n"), ["numpy"]),
+        (("generate", TWO_AXIS, "--fold", "D"), ["D4", "D12", "D13"]),
+        (("equations", TWO_AXIS, "--format", ""), ["latex", "html", "pdf"]),
+        (("modes", TWO_AXIS, "--hold", ""), ["motor_x", "motor_y", "all"]),
+        (("response", "no such file", "--hold", ""), []),
+        (("new", "mine", "--kind", "c"), ["cartesian"]),
+        (("schema", ""), ["machine", "scene"]),
+    ],
+    ids=lambda words: " ".join(words[2:]) if isinstance(words, tuple) else "",
+)
+def test_values_are_completed(words: tuple[str, ...], values: list[str]) -> None:
+    assert [value for value in completed(*words) if value in values or "derivative" not in value] == values
+
+
+def test_every_option_that_names_a_model_a_target_or_a_motor_is_completed() -> None:
+    for command in cli.commands.values():
+        for option in command.params:
+            if {"--model", "--target", "--hold", "--precision", "--fold"} & {*option.opts}:
+                assert option._custom_shell_complete is not None, (command.name, option.opts)
+    assert {*completed("equations", TWO_AXIS, "--model", "")} == {*MODELS}

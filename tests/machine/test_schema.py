@@ -1,0 +1,89 @@
+"""The JSON Schemas accept what the reader reads, and refuse mistakes of keys, types, lengths and names."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.formats.schema import machine_schema, scene_schema
+from symoro_elastic.models.catalogue import MODELS
+from tests.machine.samples import TOML
+from tests.machine.test_bad_toml import BAD
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+MACHINE, SCENE = (jsonschema.Draft202012Validator(schema(MODELS)) for schema in (machine_schema, scene_schema))
+# Reasons of the reader that only the reader can give: they need arithmetic, other rows, or the value of a number.
+BEYOND = (
+    *("needs arithmetic", "not arithmetic", "exponent", "there are sin", "ends too early"),
+    *("out of the range", "no value", "division by zero", "terms and signs", "deeper", "bits", "digits", "not finite"),
+    *("holds names", "did you mean 'lift'", "closed loops", "taken by", "joint variable", "keyword", "generated code"),
+    *("stands in r", "not declared", "plus a constant", "variable of joint", "needs a stiffness", "only an elastic"),
+    *("intermediate", "out of range"),
+)
+
+
+def refusals(validator: Any, text: str) -> list[str]:
+    return [error.message for error in validator.iter_errors(tomllib.loads(text))]
+
+
+def test_the_schemas_are_schemas() -> None:
+    jsonschema.Draft202012Validator.check_schema(MACHINE.schema)
+    jsonschema.Draft202012Validator.check_schema(SCENE.schema)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=[path.name for path in EXAMPLES])
+def test_every_example_is_accepted(path: Path) -> None:
+    assert refusals(MACHINE, path.read_text(encoding="utf-8")) == []
+
+
+def test_the_sample_is_accepted() -> None:
+    assert refusals(MACHINE, TOML) == []
+
+
+AS_WRITTEN = ('d = "10^10^10"', "sigma = 1.0", f"sigma = {'1' * 100}", 'mass = "L2 - 1"')
+WRONG = [case for case in BAD if case[1] not in AS_WRITTEN and not any(reason in case[3] for reason in BEYOND)]
+
+
+@pytest.mark.parametrize(("old", "new", "place", "reason"), WRONG, ids=[new[:30] for _, new, _, _ in WRONG])
+def test_what_the_reader_refuses_of_keys_types_and_lengths_is_refused(
+    old: str, new: str, place: str, reason: str
+) -> None:
+    text = TOML.replace(old, new, 1)
+    with pytest.raises(InputError):
+        check(toml.read(text, "arm.toml"))
+    assert refusals(MACHINE, text) != []
+
+
+def test_many_wrong_files_are_compared() -> None:
+    assert len(WRONG) >= 35
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['models = ["jacobian"]', "[scene]\ngravity = false", 'outputs = { jacobian = ["tool at (0.1, 0, 0)"] }', ""],
+)
+def test_scenes_are_accepted(text: str) -> None:
+    assert refusals(SCENE, text) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'models = ["jacobean"]',
+        'model = ["jacobian"]',
+        "gravity = 0",
+        'fold = "none"',
+        "locked = { elbow = true }",
+        "[scene]\ngravity = 1",
+        'fold = "all"\n[scene]\ngravity = false',
+    ],
+)
+def test_wrong_scenes_are_refused(text: str) -> None:
+    assert refusals(SCENE, text) != []
