@@ -54,6 +54,7 @@ def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) 
         "parameters": [p.name for p in machine.parameters],
         "base_parameters": base.formulas,
         "base_parameters_parts": base.parts,
+        "base_parameters_zero": base.zero,
         "base_parameters_check": base.check,
         "base_parameters_condition": base.condition,
         "degenerate": degenerate,
@@ -72,6 +73,8 @@ def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) ->
     click.echo(f"\nbase inertial parameters: {base.check}")
     for name, formula in {**base.parts, **base.formulas}.items():
         click.echo(f"  {name} = {formula}")
+    if base.zero:
+        click.echo(f"  zero for these bodies: {', '.join(base.zero)}")
     click.echo(base.conditioning)
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
