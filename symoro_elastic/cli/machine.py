@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE
-from symoro_elastic.cli.output import print_json, print_table
+from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
@@ -64,7 +64,7 @@ def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) 
 def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) -> None:
     from symoro_elastic.report.tables import machine_table
 
-    print_table(machine_table(machine), machine.name)
+    print_table(machine_table(machine), machine.name, keys=2)
     for parameter in machine.parameters:
         click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
     if machine.floating:
@@ -100,10 +100,9 @@ def models(as_json: bool) -> None:
 
     With the numbers of their equations.
     """
-    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_table
+    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_lines
 
     if as_json:
         print_json(catalogue_json())
     else:
-        print_table(catalogue_table())
-        click.echo("\n".join(NOTES))
+        click.echo("\n".join(["", *catalogue_lines(line_width()), "", *NOTES]))

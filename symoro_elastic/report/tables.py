@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -151,17 +152,18 @@ def _described(model: Model, name: str) -> list[str]:
     return [row.shape, row.sentence]
 
 
-def catalogue_table() -> Any:
-    """Every model in a line or two."""
-    from rich.table import Table
-
-    table = Table("model", "of", "gives", "shape", "meaning", "equations")
-    table.columns[0].min_width = max(map(len, MODELS))
+def catalogue_lines(width: int) -> list[str]:
+    """Every model with its arguments and equations, then a line or two for each of its results."""
+    rows = [(name, *_described(model, name)) for model in MODELS.values() for name in model.results]
+    names, shapes = (max(len(row[k]) for row in rows) for k in (0, 1))
+    lines = []
     for model in MODELS.values():
-        for k, name in enumerate(model.results):
-            head = (model.name, _shown_arguments(model)) if k == 0 else ("", "")
-            table.add_row(*head, name, *_described(model, name), model.equations if k == 0 else "")
-    return table
+        lines.append(f"{model.name} of {_shown_arguments(model)} {model.equations}".rstrip())
+        for name in model.results:
+            shape, meaning = _described(model, name)
+            head = f"  {name:{names}}  {shape:{shapes}}  "
+            lines += textwrap.wrap(head + meaning, width, subsequent_indent=" " * len(head), break_on_hyphens=False)
+    return lines
 
 
 NOTES = (
