@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.described import SINGULAR
 from symoro_elastic.machine.columns import cells, declared
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.quantities import MOTION
@@ -82,10 +84,19 @@ def _any(machine: Machine, name: str) -> bool:
 
 
 def _cell(joint: Joint, name: str) -> str:
-    offset = getattr(joint, name)
+    offset: Formula = getattr(joint, name)
     if joint.variable is None or (name, joint.sigma) not in (("theta", 0), ("r", 1)):
-        return str(offset)
-    return joint.variable if offset.is_zero else f"{joint.variable} + {offset}"
+        return _written(offset)
+    return joint.variable if offset.is_zero else _added(joint.variable, _written(offset))
+
+
+def _written(formula: Formula) -> str:
+    """A formula as it stands in the file, pi always by the same name."""
+    return re.sub(r"\bPi\b", "pi", str(formula))
+
+
+def _added(variable: str, offset: str) -> str:
+    return f"{variable} - {offset[1:].lstrip()}" if offset.startswith("-") else f"{variable} + {offset}"
 
 
 def _body(joint: Joint) -> str:
@@ -95,7 +106,7 @@ def _body(joint: Joint) -> str:
 
 def _law(joint: Joint) -> str:
     shown = ((cell.column.symbol, formula) for cell, formula in cells(joint) if cell.column.symbol)
-    return ", ".join(f"{symbol} = {formula}" for symbol, formula in shown if not formula.is_zero)
+    return ", ".join(f"{symbol} = {_written(formula)}" for symbol, formula in shown if not formula.is_zero)
 
 
 def verification_table(result: Verification) -> Any:

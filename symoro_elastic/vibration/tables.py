@@ -21,6 +21,8 @@ from symoro_elastic.vibration.zeros import PolesAndZeros
 
 LEAST_SHARE = 0.1
 MOST_LISTED = 3
+ROUNDING = 1e-12
+"""Of the numbers from which another is computed; what is smaller is printed as zero."""
 LEAST_LOSS = 1e-12
 """Of a quantity of the full model, for a difference to be more than rounding."""
 
@@ -38,13 +40,28 @@ def state_lines(linear: Linearization) -> list[str]:
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
     units = [motion.joints[k].force_unit for k in motion.motors]
-    torques = [f"{motion.names[k]} {state.tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
+    scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
+    tau = [_cleared(state.tau[k], scale) for k in motion.motors]
+    torques = [f"{motion.names[k]} {x:.6g} {unit}" for k, x, unit in zip(motion.motors, tau, units, strict=True)]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
     if sag and np.abs(state.q[sag]).max() > 0:
         most = max(sag, key=lambda k: abs(state.q[k]))
         lines.append(f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g}")
     return lines
+
+
+def _weight(linear: Linearization) -> float:
+    """Return the weight of the whole machine, N."""
+    motion = linear.motion
+    masses = (joint.body.mass.value(motion.parameters) for joint in motion.machine.joints)
+    gravity = (formula.value(motion.parameters) for formula in motion.machine.base.gravity)
+    return sum(masses) * math.hypot(*gravity)
+
+
+def _cleared(x: float, scale: float) -> float:
+    """Return a number, zero where it is only rounding of numbers of this size."""
+    return float(x) if abs(x) > ROUNDING * scale else 0.0
 
 
 def linearization_json(linear: Linearization) -> dict[str, Any]:
@@ -63,7 +80,8 @@ def modes_table(modal: Modes, slopes: Sensitivity) -> Any:
         ratio = modal.damping_ratios[k]
         table.add_row(
             str(k + 1), _hertz(f, modal.growth[k], 6),
-            "-" if math.isnan(ratio) else f"{100 * ratio:.3g} %", _most(strain, k), _most(kinetic, k), _by(slopes, k),
+            "-" if math.isnan(ratio) else f"{100 * _cleared(ratio, 1.0):.3g} %",
+            _most(strain, k), _most(kinetic, k), _by(slopes, k),
         )  # fmt: skip
     return table
 
