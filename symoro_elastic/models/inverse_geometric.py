@@ -22,6 +22,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
+from symoro_elastic.models.modular import SEED, modulo_prime
 from symoro_elastic.quantities import quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
@@ -31,7 +32,6 @@ from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, sq
 from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
 
-SEED = 20260
 POSE, POSITION = slice(0, 6), slice(0, 3)
 DOUBLE_BITS = 53
 """What tells reachable places from others are bounds that are the rounding errors of doubles."""
@@ -171,9 +171,7 @@ def _listed(joints: Sequence[int]) -> str:
 
 def _jacobian_modulo_prime(bound: Bound, frame: Frame, moving: Sequence[int]) -> dict[int, Twist]:
     """Columns [z x P; z] or [z; 0] of a frame at a random position, exactly: zero means zero at every position."""
-    leaves: list[Any] = []
-    bound.mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
-    mechanism = bound.mechanism.map(ModularAngles(SEED).values(leaves))
+    mechanism = modulo_prime(bound.mechanism)
     placed = frames(mechanism)
     columns: dict[int, Twist] = {}
     for j in moving:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from symoro_elastic.machine.columns import cells, declared
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.joint_axes import PlacedMachine
 from symoro_elastic.quantities import MOTION
 from symoro_elastic.symbolic.program import OperationCount, saved
 
@@ -107,6 +109,56 @@ def _body(joint: Joint) -> str:
 def _law(joint: Joint) -> str:
     shown = ((cell.column.symbol, formula) for cell, formula in cells(joint) if cell.column.symbol)
     return ", ".join(f"{symbol} = {_written(formula)}" for symbol, formula in shown if not formula.is_zero)
+
+
+MOVES = ("turns about", "slides along", "is fixed, z:")
+DIRECTIONS = {(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z"}
+ROUNDING = 1e-12
+
+
+def axes_table(placed: PlacedMachine) -> Any:
+    """Origin and axis of each joint in frame 0; `-` where they depend on parameters without value."""
+    from rich.table import Table
+
+    table = Table("j", "name", "q", "origin x, m", "y, m", "z, m", "it", "this axis")
+    size = max((abs(x) for one in placed.joints for x in one.origin if not math.isnan(x)), default=0.0)
+    for j, one in enumerate(placed.joints, start=1):
+        q = _number(placed.q[one.joint.name]) if one.joint.name in placed.q else ""
+        origin = (_number(_cleared(x, size)) for x in one.origin)
+        table.add_row(str(j), one.joint.name, q, *origin, MOVES[one.joint.sigma], _direction(one.axis))
+    return table
+
+
+def position_json(placed: PlacedMachine) -> dict[str, float | None]:
+    """The position by joint, rad or m."""
+    return {name: _finite(x) for name, x in placed.q.items()}
+
+
+def axes_json(placed: PlacedMachine) -> dict[str, Any]:
+    """Origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
+    return {
+        one.joint.name: {"origin": list(map(_finite, one.origin)), "axis": list(map(_finite, one.axis))}
+        for one in placed.joints
+    }
+
+
+def _direction(axis: Sequence[float]) -> str:
+    x, y, z = (_cleared(x, 1.0) for x in axis)
+    return DIRECTIONS.get((x, y, z)) or f"{_number(x)}, {_number(y)}, {_number(z)}"
+
+
+def _cleared(x: float, size: float) -> float:
+    """A number; the nearest whole one where only rounding of numbers of this size lies between."""
+    whole = 0.0 if math.isnan(x) else float(round(x))
+    return whole if abs(x - whole) <= ROUNDING * size else x
+
+
+def _number(x: float) -> str:
+    return "-" if math.isnan(x) else f"{x:.6g}"
+
+
+def _finite(x: float) -> float | None:
+    return None if math.isnan(x) else x
 
 
 def verification_table(result: Verification) -> Any:
