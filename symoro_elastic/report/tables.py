@@ -112,7 +112,10 @@ def _law(joint: Joint) -> str:
 
 
 MOVES = ("turns about", "slides along", "is fixed, z:")
-DIRECTIONS = {(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z"}
+DIRECTIONS: dict[tuple[float, ...], str] = {
+    **{(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z"},
+    **{(-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z"},
+}
 ROUNDING = 1e-12
 
 
