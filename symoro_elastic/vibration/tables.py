@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -132,20 +133,32 @@ def modes_json(modal: Modes, slopes: Sensitivity) -> dict[str, Any]:
 
 
 def modes_conclusion(modal: Modes, slopes: Sensitivity) -> str:
-    """Return the spring that limits the first frequency, and the gain of a stiffer one."""
+    """Return the spring that limits the first frequency, and the gain of a stiffer one.
+
+    Where gravity is what brings the machine back, as a pendulum, the first frequency that a spring limits, too.
+    """
     vibrating = np.flatnonzero(modal.frequencies > 0)
     unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(modal.growth)]
     if not len(vibrating):
         return "; ".join(["nothing vibrates here: no mode has a frequency above 0 Hz", *unstable])
-    first = int(vibrating[np.argmin(modal.frequencies[vibrating])])
-    return "; ".join([*_limit(modal, slopes, first), *unstable, *map(_repeated, slopes.repeated)])
+    by_frequency = sorted(map(int, vibrating), key=lambda k: float(modal.frequencies[k]))
+    strain = strain_shares(modal)
+    swings = list(takewhile(lambda k: strain.largest(k)[0] == GRAVITY_AND_LOADS, by_frequency))
+    parts = _limit(modal, slopes, by_frequency[0], "the first vibration")
+    if swings and len(swings) < len(by_frequency):
+        parts += _limit(modal, slopes, by_frequency[len(swings)], "the first that springs limit")
+    parts += [_FREE] * bool(swings and modal.linear.motion.motors and not modal.linear.held)
+    return "; ".join([*parts, *unstable, *map(_repeated, slopes.repeated)])
 
 
-def _limit(modal: Modes, slopes: Sensitivity, first: int) -> list[str]:
+_FREE = "motors are free here: --hold all holds them"
+
+
+def _limit(modal: Modes, slopes: Sensitivity, first: int, which: str) -> list[str]:
     """Return the springs that limit a frequency, and the gain of a stiffer one."""
     strain, sharing = strain_shares(modal), list(slopes.sharing(first))
     whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
-    said = f"the first vibration, {modal.frequencies[first]:.4g} Hz, is limited by"
+    said = f"{which}, {modal.frequencies[first]:.4g} Hz, is limited by"
     if len(sharing) > 1:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)

@@ -116,6 +116,22 @@ def test_a_given_state_that_is_not_at_rest_says_so(tmp_path: Path) -> None:
     assert figures("modes", *asked)["state"]["notes"] == [note]
 
 
+def test_a_swing_does_not_hide_the_first_vibration_of_a_spring() -> None:
+    """A pendulum on a free motor, a mass on a spring at its end: both are named, and that the motor is free."""
+    body = Body(cell(2), vector(0, "-2*0.5", 0), (cell(1.5), cell(0), cell(0), cell(1), cell(0), cell(1.5)))
+    swing = Joint("swing", 0, Kind.MOTOR, 0, "q_swing", alpha=cell("pi/2"), body=body)
+    end = slide("end", 1, Kind.ELASTIC, 1, alpha=cell("pi/2"), spring=spring(1e5))
+    machine = machine_of("swing", swing, end, base=WEIGHT)
+    free = modes_of(machine)
+    said = modes_conclusion(free, sensitivity(free))
+    assert "Hz, is limited by gravity and loads" in said
+    assert "; the first that springs limit, 50" in said and "Hz, is limited by end (100% of its strain energy)" in said
+    assert said.endswith("motors are free here: --hold all holds them")
+    held = modes_of(machine, held=["swing"])
+    said = modes_conclusion(held, sensitivity(held))
+    assert said.startswith("the first vibration, 50.3") and "gravity" not in said and "free" not in said
+
+
 def test_torques_and_damping_that_are_rounding_are_zero() -> None:
     found = linearized(replace(drive(), base=WEIGHT))
     (k,) = found.motion.motors
