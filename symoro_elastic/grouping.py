@@ -52,11 +52,13 @@ def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
 class BaseParameters:
     """Formulas of the base inertial parameters and of the sums they share, how they were checked, and conditioning.
 
-    `condition` is that of the base regressor at random states, None where there is no such figure.
+    `zero` are labels of those that are zero for the bodies of this machine. `condition` is that of the base regressor
+    at random states, None where there is no such figure.
     """
 
     formulas: dict[str, str]
     parts: dict[str, str]
+    zero: list[str]
     check: str
     condition: float | None
     conditioning: str
@@ -65,12 +67,13 @@ class BaseParameters:
 def base_parameters(machine: Machine) -> BaseParameters:
     """The base inertial parameters of a machine, how they were checked, and their conditioning."""
     if machine.floating:
-        return BaseParameters({}, {}, "not offered on a floating base", None, "")
+        return BaseParameters({}, {}, [], "not offered on a floating base", None, "")
     grouping, check = checked_grouping(machine)
     formulas = base_formulas(grouping, check)
     parts = {name: text for name, text in formulas.items() if name in grouping.composites}
     own = {name: text for name, text in formulas.items() if name not in parts}
-    return BaseParameters(own, parts, check.message, check.conditioning.condition, conditioning_text(check))
+    zero = [] if check.refused else grouping.zero
+    return BaseParameters(own, parts, zero, check.message, check.conditioning.condition, conditioning_text(check))
 
 
 def conditioning_text(check: CrossCheck) -> str:

@@ -25,6 +25,7 @@ from symoro_elastic.machine.scene import BASE, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, degeneracies
+from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.tracing import prune, schedule
 from symoro_elastic.output_folder import write_files
@@ -60,7 +61,7 @@ def prepare(
     announce("read")
     machine = read(file)
     announce("check")
-    for line in check(machine, reserved_words(), MODELS):
+    for line in (*check(machine, reserved_words(), MODELS), *implausible_motions(machine)):
         warn(line)
     if not base:
         return machine

@@ -8,40 +8,56 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, OutputFile, writes
-from symoro_elastic.cli.output import print_json, print_table
+from symoro_elastic.cli.output import line_width, print_json, print_table
+from symoro_elastic.cli.parsing import numbers, parsed_by
 from symoro_elastic.cli.reading import read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.models.joint_axes import PlacedMachine
 
 
 @click.command()
 @MACHINE
 @SCENE
+@click.option(
+    "--at",
+    "positions",
+    metavar="JOINT=X",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Position at which origins and axes are printed, rad or m (default 0, springs neutral); may be repeated.",
+)
 @JSON
-def show(machine: str, scene: str | None, as_json: bool) -> None:
+def show(machine: str, scene: str | None, positions: dict[str, float], as_json: bool) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
-    Names the joints, if any, whose inertia is singular at every position.
+    Prints where each joint is and how it moves, seen from frame 0. Names the joints, if any, whose inertia is
+    singular at every position.
     """
     from symoro_elastic.grouping import base_parameters
     from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.models.joint_axes import placed_machine
     from symoro_elastic.pipeline import found_degeneracies
 
     found = read(machine)
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
+    placed = placed_machine(kept, positions)
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
     base = base_parameters(kept)
     if as_json:
-        print_json(_as_json(kept, base, degenerate))
+        print_json(_as_json(kept, placed, base, degenerate))
     else:
-        _print(kept, base, degenerate)
+        _print(kept, placed, base, degenerate)
 
 
-def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) -> dict[str, Any]:
+def _as_json(
+    machine: Machine, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
+) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
+    from symoro_elastic.report.tables import axes_json, position_json
 
     by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
     return {
@@ -49,19 +65,23 @@ def _as_json(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) 
         "joints": [joint.name for joint in machine.moving_joints],
         "motors": by_kind[Kind.MOTOR],
         "elastic": by_kind[Kind.ELASTIC],
+        "position": position_json(placed),
+        "axes": axes_json(placed),
         "parameters": [p.name for p in machine.parameters],
         "base_parameters": base.formulas,
         "base_parameters_parts": base.parts,
+        "base_parameters_zero": base.zero,
         "base_parameters_check": base.check,
         "base_parameters_condition": base.condition,
         "degenerate": degenerate,
     }
 
 
-def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) -> None:
-    from symoro_elastic.report.tables import machine_table
+def _print(machine: Machine, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.report.tables import axes_table, machine_table
 
-    print_table(machine_table(machine), machine.name)
+    print_table(machine_table(machine), machine.name, keys=2)
+    print_table(axes_table(placed), "origins and axes in frame 0", keys=2)
     for parameter in machine.parameters:
         click.echo(f"{parameter.name} = {parameter.value or 'no value'} {parameter.unit}".rstrip())
     if machine.floating:
@@ -70,6 +90,8 @@ def _print(machine: Machine, base: BaseParameters, degenerate: Sequence[str]) ->
     click.echo(f"\nbase inertial parameters: {base.check}")
     for name, formula in {**base.parts, **base.formulas}.items():
         click.echo(f"  {name} = {formula}")
+    if base.zero:
+        click.echo(f"  zero for these bodies: {', '.join(base.zero)}")
     click.echo(base.conditioning)
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
@@ -94,10 +116,9 @@ def models(as_json: bool) -> None:
 
     With the numbers of their equations.
     """
-    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_table
+    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_lines
 
     if as_json:
         print_json(catalogue_json())
     else:
-        print_table(catalogue_table())
-        click.echo("\n".join(NOTES))
+        click.echo("\n".join(["", *catalogue_lines(line_width()), "", *NOTES]))

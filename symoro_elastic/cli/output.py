@@ -11,23 +11,40 @@ from typing import Any, TextIO
 
 import click
 
+PIPED = 160
+"""Width of tables that no terminal shows."""
+
 
 def print_json(figures: dict[str, Any]) -> None:
     """One line of JSON on standard output."""
     click.echo(json.dumps(figures))
 
 
-def print_table(table: Any, title: str = "") -> None:
-    """A table of rich on standard output."""
-    from rich import box
+def line_width() -> int:
+    """Return the characters of a line: those of the terminal, else 160."""
     from rich.console import Console
+
+    return Console().width if _is_terminal(sys.stdout) else PIPED
+
+
+def print_table(table: Any, title: str = "", keys: int = 1) -> None:
+    """A table of rich on standard output, as several of them, each with the first `keys` columns, where it is too wide.
+
+    Nothing is cut; a pipe or a file has lines of up to 160 characters.
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    from symoro_elastic.report.fitting import fitted
 
     class Output(Console):
         def on_broken_pipe(self) -> None:
             raise  # noqa: PLE0704  (the error that this handles, instead of exit code 1)
 
-    table.box, table.title = box.SIMPLE_HEAD, title or None
-    Output(highlight=False, width=None if _is_terminal(sys.stdout) else 160).print(table)
+    console = Output(highlight=False, width=line_width())
+    for part, one in enumerate(fitted(table, console.width, keys)):
+        one.title = Text(title, style="table.title") if title and not part else None
+        console.print(one)
 
 
 def write_text(text: str, out: str) -> None:

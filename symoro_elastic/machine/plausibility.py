@@ -22,7 +22,7 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
         found = (*_angles(joint, values), *inertia, *_without_effect(joint))
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
-    return lines
+    return lines + _moving_nothing(machine, values)
 
 
 def _value(formula: Formula, values: Mapping[str, float]) -> float | None:
@@ -138,6 +138,39 @@ def _rotate(a: Matrix, i: int, k: int) -> None:
         [c * x + s * y for x, y in zip(a[i], a[k], strict=True)],
         [c * y - s * x for x, y in zip(a[i], a[k], strict=True)],
     )
+
+
+def _moving_nothing(machine: Machine, values: Mapping[str, float]) -> list[str]:
+    """Motors without mass, or inertia, beyond them in a machine that has some."""
+    bodies = [_heaviness(joint.body, values) for joint in machine.joints]
+    if machine.is_grouped or not any(map(any, bodies)):
+        return []
+    lines = []
+    for j in machine.motors:
+        masses, inertias = zip(*(bodies[k - 1] for k in _carried(machine, j)), strict=True)
+        slides = machine.joint(j).sigma == 1
+        if not any(masses) and (slides or not any(inertias)):
+            lines.append(f"joint {j} ({machine.joint(j).name}): no body beyond this motor has mass{_or(slides)}")
+    return lines
+
+
+def _or(slides: bool) -> str:
+    return "" if slides else " or inertia"
+
+
+def _heaviness(body: Body, values: Mapping[str, float]) -> tuple[bool, bool]:
+    """Whether a body has mass, and moments or inertia; formulas without value count as not zero."""
+    mass, *others = (_value(formula, values) != 0.0 for formula in (body.mass, *body.moments, *body.inertia))
+    return mass, any(others)
+
+
+def _carried(machine: Machine, j: int) -> list[int]:
+    """Numbers of the bodies beyond a joint."""
+    carried = {j}
+    for k, joint in enumerate(machine.joints, start=1):
+        if joint.antecedent in carried:
+            carried.add(k)
+    return sorted(carried)
 
 
 def _without_effect(joint: Joint) -> Iterator[str]:

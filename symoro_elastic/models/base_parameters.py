@@ -21,6 +21,7 @@ from symoro_elastic.machine.checks import formulas as formulas_of
 from symoro_elastic.machine.checks import parameter_values, refuse_floating
 from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import (
     BASE_PARAMETERS,
     Body,
@@ -49,7 +50,7 @@ Relations = Mapping[Label, Mapping[Label, float]]
 
 @dataclass(frozen=True)
 class BaseParameter:
-    """One base inertial parameter: `XXR3` where others joined it, `XX3` where none did.
+    """One base inertial parameter: `XXR3` where others joined it, `XX3` where none did (see `ParameterLabels`).
 
     `formula` is over the names of the machine and of the composites.
     """
@@ -67,13 +68,15 @@ class Grouping:
     `effects` tells what became of every parameter: (joint, entry) -> kept, grouped or without
     effect; `count` is the number of those kept for bodies in general, `parameters` are those which
     are not zero for the bodies of this machine. `composites` are sums that have a name because
-    formulas would be too long, in the order in which they can be computed. `machine` has the same
-    torques, but neither the same reaction wrenches nor, with base parameters only, real bodies.
+    formulas would be too long, in the order in which they can be computed. `labels` name all that are
+    kept, also those that are zero for the bodies of this machine. `machine` has the same torques, but
+    neither the same reaction wrenches nor, with base parameters only, real bodies.
     """
 
     parameters: tuple[BaseParameter, ...]
     composites: Mapping[str, Formula]
     effects: Mapping[Label, str]
+    labels: Mapping[Label, str]
     machine: Machine
 
     @property
@@ -85,6 +88,12 @@ class Grouping:
     def count(self) -> int:
         """Their number."""
         return len(self.kept)
+
+    @property
+    def zero(self) -> list[str]:
+        """Labels of those that are zero for the bodies of this machine."""
+        named = {(p.joint, p.entry) for p in self.parameters}
+        return [name for label, name in self.labels.items() if label not in named]
 
     @cached_property
     def formulas(self) -> dict[str, str]:
@@ -147,7 +156,9 @@ def _sums(mechanism: Mechanism, relations: Relations, simplify: Simplify) -> dic
 def _grouping(texts: _Texts, effects: Mapping[Label, str]) -> Grouping:
     parameters = tuple(texts.parameters)
     composites = _needed(texts.composites, [parameter.formula for parameter in parameters])
-    return Grouping(parameters, composites, effects, _regrouped(texts.machine, parameters, composites))
+    named = {(p.joint, p.entry): p.name for p in parameters}
+    labels = {x: named.get(x) or texts.label(x[1], x[0]) for x, effect in effects.items() if effect == KEPT}
+    return Grouping(parameters, composites, effects, labels, _regrouped(texts.machine, parameters, composites))
 
 
 class ZeroPosition:
@@ -232,8 +243,7 @@ class _Texts:
         self._names: dict[Formula, str] = {}
         self.parameters: list[BaseParameter] = []
         self.sources = _inertial_names(zero.machine)
-        self._taken = {*(p.name for p in self.machine.parameters), *(str(x.variable) for x in self.machine.joints)}
-        self._taken |= {joint.name for joint in self.machine.joints}
+        self.labels = ParameterLabels(zero.machine)
 
     def simplify(self, j: int, entry: str, x: Any) -> Any:
         """A sum as it is, or the name that it gets."""
@@ -244,7 +254,7 @@ class _Texts:
         if not formula.names:
             return Polynomial.of(Fraction(repr(formula.value())))
         if formula not in self._names:
-            self._names[formula] = name = self.free_name(f"{entry}C", j)
+            self._names[formula] = name = self.label(f"{entry}C", j)
             self.composites[name] = formula
             self.sources.add(name)
         return Polynomial.factor(self._names[formula])
@@ -253,12 +263,11 @@ class _Texts:
         """A sum as it is written."""
         return written(Polynomial.of(x), self.sources)
 
-    def free_name(self, start: str, j: int) -> str:
-        """A name that the machine does not use yet: XXR3, XXRR3 ..."""
-        while f"{start}{j}" in self._taken:
-            start += start[-1]
-        self._taken.add(f"{start}{j}")
-        return f"{start}{j}"
+    def label(self, entry: str, j: int, regrouped: bool = False) -> str:
+        """A label that the machine does not use yet; it is used from now on."""
+        label = self.labels.grouped(j, entry) if regrouped else self.labels(j, entry)
+        self.labels.taken.add(label)
+        return label
 
     def add(self, j: int, entry: str, x: Any, unchanged: bool) -> None:
         """One grouped parameter of body j, unless it is zero."""
@@ -266,8 +275,7 @@ class _Texts:
         formula = self.composites.get(formula.text, formula)
         if formula.is_zero:
             return
-        name = f"{entry}{j}" if unchanged else self.free_name(f"{entry}R", j)
-        self.parameters.append(BaseParameter(name, j, entry, formula))
+        self.parameters.append(BaseParameter(self.label(entry, j, not unchanged), j, entry, formula))
 
 
 def _written_sums(

@@ -16,9 +16,7 @@ from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.symbolic.arithmetic import ModularAngles
-
-SEED = 20260
+from symoro_elastic.models.modular import modulo_prime
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,4 @@ def _nonzero(residue: Any) -> bool:
 
 def _modulo_prime(bound: Bound) -> Mechanism:
     """The mechanism at rest, without gravity, at random values modulo a prime."""
-    still = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST)
-    leaves: list[Any] = []
-    still.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
-    return still.map(ModularAngles(SEED).values(leaves))
+    return modulo_prime(replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST))

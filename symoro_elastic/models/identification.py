@@ -24,6 +24,7 @@ from symoro_elastic.equations.regressor import (
 )
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Joint, Kind
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
@@ -52,13 +53,15 @@ class LinearParameter:
 def linear_parameters(bound: Bound) -> list[LinearParameter]:
     """The parameters of a machine that are not the number zero, joint by joint.
 
-    A label is the parameter's own name where its cell is one that no other cell is, else XX3, FV2 ...
+    A label is the parameter's own name where its cell is one that no other cell is, else XX3, FV2 ... or XX_3 where
+    XX3 is a name of the machine's own.
     """
     found = [(j, entry, x) for j in range(1, len(bound.machine.joints) + 1) for entry, x in _values(bound, j)]
     found = [(j, entry, x) for j, entry, x in found if isinstance(x, Expression) or x != 0]
     cells = [_cell_name(bound.machine.joint(j), entry) for j, entry, _ in found]
+    labels = ParameterLabels(bound.machine)
     return [
-        LinearParameter(name if name and cells.count(name) == 1 else f"{entry}{j}", j, entry, x)
+        LinearParameter(name if name and cells.count(name) == 1 else labels(j, entry), j, entry, x)
         for (j, entry, x), name in zip(found, cells, strict=True)
     ]
 

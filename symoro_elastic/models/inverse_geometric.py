@@ -1,4 +1,7 @@
-"""Inverse geometric models: what a chain of motors must be to place a frame."""
+"""Inverse geometric models: all positions of the chain of joints to a frame that give the frame its placement.
+
+Joints that are not on the way to the frame do not move it: they have no column in the result.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
+from symoro_elastic.models.modular import SEED, modulo_prime
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
@@ -28,7 +32,6 @@ from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, sq
 from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
 
-SEED = 20260
 POSE, POSITION = slice(0, 6), slice(0, 3)
 DOUBLE_BITS = 53
 """What tells reachable places from others are bounds that are the rounding errors of doubles."""
@@ -61,18 +64,19 @@ def _target(bound: Bound) -> Pose:
 def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
     frame = _frame(bound.machine, asked)
     numbers = _path(bound.machine, frame)
-    _check_independent(bound, frame, rows)
+    moving = tuple(j for j in numbers if bound.machine.joint(j).sigma != 2)
+    _check_independent(bound, frame, moving, rows)
     try:
         branches = _branches(bound, numbers, solve)
     except NoClosedForm as error:
         raise _refused(bound, numbers, solve, error) from None
     _name_branches(bound, branches)
     variables = [{found.joint: found.variable for found in branch.found} for branch in branches]
-    q = tuple(entries[j] for entries in variables for j in bound.machine.moving)
+    q = tuple(entries[j] for entries in variables for j in moving)
     measures = tuple(branch.measure for branch in branches)
     size = len(branches)
     return {
-        "q": Result(None, q, (size, len(bound.machine.moving))),
+        "q": Result(None, q, (size, len(moving)), column_labels=_some_joints(bound.machine, moving)),
         "singularity": Result(None, measures, (size,)),
     }
 
@@ -115,10 +119,13 @@ def _frame(machine: Machine, asked: Frames) -> Frame:
     return Frame(len(machine.joints))
 
 
+def _some_joints(machine: Machine, chain: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the joints of a chain; none where they are all that move."""
+    return () if chain == machine.moving else tuple(machine.joint(j).name for j in chain)
+
+
 def _path(machine: Machine, frame: Frame) -> list[int]:
-    """Joints between the frame it is seen from and the frame to be placed; all that move must be there."""
-    if not machine.moving:
-        raise InverseRefused(machine, 0, "no joint moves")
+    """Joints and fixed frames between the frame it is seen from and the frame to be placed."""
     path: list[int] = []
     j, start = frame.number, frame.seen_from or 0
     while j > start:
@@ -126,40 +133,48 @@ def _path(machine: Machine, frame: Frame) -> list[int]:
         j = machine.joint(j).antecedent
     if j != start:
         raise InverseRefused(machine, start, f"frame {start} does not carry frame {frame.number}")
-    for number in machine.moving:
-        joint = machine.joint(number)
-        if number not in path:
-            what = f"this joint does not move the frame to be placed, {machine.joint(frame.number).name}"
-            raise InverseRefused(machine, number, f"{what}: lock it in a scene, or ask for a frame beyond it")
-        if joint.kind is not Kind.MOTOR:
-            what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
-            raise InverseRefused(machine, number, f"{what}; lock it in a scene")
+    if all(machine.joint(j).sigma == 2 for j in path):
+        raise InverseRefused(machine, 0, "no joint moves the frame to be placed")
+    _check_kinds(machine, path)
     return path
 
 
-def _check_independent(bound: Bound, frame: Frame, rows: slice) -> None:
+def _check_kinds(machine: Machine, path: Sequence[int]) -> None:
+    """Refuse joints that forces move; a table without any motor is geometry only, as SYMORO's with mu = 0."""
+    set_by_forces = {Kind.ELASTIC, Kind.PASSIVE} if machine.motors or machine.elastic else set()
+    for j in path:
+        joint = machine.joint(j)
+        if joint.kind in set_by_forces:
+            what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
+            raise InverseRefused(machine, j, f"{what}; lock it in a scene")
+
+
+def _check_independent(bound: Bound, frame: Frame, moving: Sequence[int], rows: slice) -> None:
     """Refuse joints that move against each other at every position, the frame (or its origin) being still."""
-    columns = _jacobian_modulo_prime(bound, frame)
+    columns = _jacobian_modulo_prime(bound, frame, moving)
     dependent = first_dependent({j: _residues(column.entries[rows]) for j, column in columns.items()})
-    if dependent:
-        what = f"{_listed(dependent)} can move against each other at every position while the frame to be placed"
-        stays = "stays where it is" if rows == POSE else "keeps its origin"
-        raise InverseRefused(bound.machine, dependent[0], f"{what} {stays}: lock one of them in a scene")
+    if not dependent:
+        return
+    still = f"while the frame to be placed {'stays where it is' if rows == POSE else 'keeps its origin'}"
+    if len(dependent) == 1:
+        what = f"it can move at every position {still}: lock it in a scene"
+    else:
+        what = f"{_listed(dependent)} can move against each other at every position {still}"
+        what += ": the arm is redundant, lock one of them in a scene"
+    raise InverseRefused(bound.machine, dependent[0], what)
 
 
 def _listed(joints: Sequence[int]) -> str:
-    numbers = list(map(str, joints))
-    return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
+    *others, last = map(str, joints)
+    return f"joints {', '.join(others)} and {last}"
 
 
-def _jacobian_modulo_prime(bound: Bound, frame: Frame) -> dict[int, Twist]:
+def _jacobian_modulo_prime(bound: Bound, frame: Frame, moving: Sequence[int]) -> dict[int, Twist]:
     """Columns [z x P; z] or [z; 0] of a frame at a random position, exactly: zero means zero at every position."""
-    leaves: list[Any] = []
-    bound.mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
-    mechanism = bound.mechanism.map(ModularAngles(SEED).values(leaves))
+    mechanism = modulo_prime(bound.mechanism)
     placed = frames(mechanism)
     columns: dict[int, Twist] = {}
-    for j in bound.machine.moving:
+    for j in moving:
         z, arm = placed[j].z, placed[frame.number].origin - placed[j].origin
         columns[j] = Twist(cross(z, arm), z) if mechanism.link(j).axis is Axis.REVOLUTE else Twist(z, ZERO)
     return columns
@@ -286,7 +301,7 @@ def _solutions(joints: int) -> Quantity:
     """Joint variables of each solution; fewer than this number of joints reach few targets."""
     return replace(
         quantity("q"),
-        meaning="joint variables of each solution",
+        meaning="variables of the joints that move the frame, for each solution",
         note=f"NaN where there is none: fewer than {joints} joints need a target that is in reach to 12 digits",
         shape="solutions x n",
     )

@@ -224,7 +224,7 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
     stacked = stacked_regressor(motion)
     count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
     kept = grouping.kept
-    spread = conditioning(stacked.columns(kept), [f"{entry}{j}" for j, entry in kept])
+    spread = conditioning(stacked.columns(kept), [grouping.labels[label] for label in kept])
     error = torque_error(machine, grouping, motion, values, seed)
     return CrossCheck(grouping.count, count, error, spread, _doubt(grouping.count, count, error))
 

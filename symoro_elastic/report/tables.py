@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import re
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.described import SINGULAR
 from symoro_elastic.machine.columns import cells, declared
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.joint_axes import PlacedMachine
 from symoro_elastic.quantities import MOTION
 from symoro_elastic.symbolic.program import OperationCount, saved
 
@@ -81,10 +86,19 @@ def _any(machine: Machine, name: str) -> bool:
 
 
 def _cell(joint: Joint, name: str) -> str:
-    offset = getattr(joint, name)
+    offset: Formula = getattr(joint, name)
     if joint.variable is None or (name, joint.sigma) not in (("theta", 0), ("r", 1)):
-        return str(offset)
-    return joint.variable if offset.is_zero else f"{joint.variable} + {offset}"
+        return _written(offset)
+    return joint.variable if offset.is_zero else _added(joint.variable, _written(offset))
+
+
+def _written(formula: Formula) -> str:
+    """A formula as it stands in the file, pi always by the same name."""
+    return re.sub(r"\bPi\b", "pi", str(formula))
+
+
+def _added(variable: str, offset: str) -> str:
+    return f"{variable} - {offset[1:].lstrip()}" if offset.startswith("-") else f"{variable} + {offset}"
 
 
 def _body(joint: Joint) -> str:
@@ -94,7 +108,60 @@ def _body(joint: Joint) -> str:
 
 def _law(joint: Joint) -> str:
     shown = ((cell.column.symbol, formula) for cell, formula in cells(joint) if cell.column.symbol)
-    return ", ".join(f"{symbol} = {formula}" for symbol, formula in shown if not formula.is_zero)
+    return ", ".join(f"{symbol} = {_written(formula)}" for symbol, formula in shown if not formula.is_zero)
+
+
+MOVES = ("turns about", "slides along", "is fixed, z:")
+DIRECTIONS: dict[tuple[float, ...], str] = {
+    **{(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z"},
+    **{(-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z"},
+}
+ROUNDING = 1e-12
+
+
+def axes_table(placed: PlacedMachine) -> Any:
+    """Origin and axis of each joint in frame 0; `-` where they depend on parameters without value."""
+    from rich.table import Table
+
+    table = Table("j", "name", "q", "origin x, m", "y, m", "z, m", "it", "this axis")
+    size = max((abs(x) for one in placed.joints for x in one.origin if not math.isnan(x)), default=0.0)
+    for j, one in enumerate(placed.joints, start=1):
+        q = _number(placed.q[one.joint.name]) if one.joint.name in placed.q else ""
+        origin = (_number(_cleared(x, size)) for x in one.origin)
+        table.add_row(str(j), one.joint.name, q, *origin, MOVES[one.joint.sigma], _direction(one.axis))
+    return table
+
+
+def position_json(placed: PlacedMachine) -> dict[str, float | None]:
+    """The position by joint, rad or m."""
+    return {name: _finite(x) for name, x in placed.q.items()}
+
+
+def axes_json(placed: PlacedMachine) -> dict[str, Any]:
+    """Origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
+    return {
+        one.joint.name: {"origin": list(map(_finite, one.origin)), "axis": list(map(_finite, one.axis))}
+        for one in placed.joints
+    }
+
+
+def _direction(axis: Sequence[float]) -> str:
+    x, y, z = (_cleared(x, 1.0) for x in axis)
+    return DIRECTIONS.get((x, y, z)) or f"{_number(x)}, {_number(y)}, {_number(z)}"
+
+
+def _cleared(x: float, size: float) -> float:
+    """A number; the nearest whole one where only rounding of numbers of this size lies between."""
+    whole = 0.0 if math.isnan(x) else float(round(x))
+    return whole if abs(x - whole) <= ROUNDING * size else x
+
+
+def _number(x: float) -> str:
+    return "-" if math.isnan(x) else f"{x:.6g}"
+
+
+def _finite(x: float) -> float | None:
+    return None if math.isnan(x) else x
 
 
 def verification_table(result: Verification) -> Any:
@@ -151,17 +218,18 @@ def _described(model: Model, name: str) -> list[str]:
     return [row.shape, row.sentence]
 
 
-def catalogue_table() -> Any:
-    """Every model in a line or two."""
-    from rich.table import Table
-
-    table = Table("model", "of", "gives", "shape", "meaning", "equations")
-    table.columns[0].min_width = max(map(len, MODELS))
+def catalogue_lines(width: int) -> list[str]:
+    """Every model with its arguments and equations, then a line or two for each of its results."""
+    rows = [(name, *_described(model, name)) for model in MODELS.values() for name in model.results]
+    names, shapes = (max(len(row[k]) for row in rows) for k in (0, 1))
+    lines = []
     for model in MODELS.values():
-        for k, name in enumerate(model.results):
-            head = (model.name, _shown_arguments(model)) if k == 0 else ("", "")
-            table.add_row(*head, name, *_described(model, name), model.equations if k == 0 else "")
-    return table
+        lines.append(f"{model.name} of {_shown_arguments(model)} {model.equations}".rstrip())
+        for name in model.results:
+            shape, meaning = _described(model, name)
+            head = f"  {name:{names}}  {shape:{shapes}}  "
+            lines += textwrap.wrap(head + meaning, width, subsequent_indent=" " * len(head), break_on_hyphens=False)
+    return lines
 
 
 NOTES = (

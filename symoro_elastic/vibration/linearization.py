@@ -100,8 +100,12 @@ class Linearization:
     @property
     def notes(self) -> tuple[str, ...]:
         """A line if the state moves, and one for each motor that is held."""
-        held = [self.motion.names[k] for k in self.motion.motors if k not in self.kept]
-        return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in held)
+        return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in self.held)
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the motors that are held."""
+        return tuple(self.motion.names[k] for k in self.motion.motors if k not in self.kept)
 
     @property
     def is_symmetric(self) -> bool:

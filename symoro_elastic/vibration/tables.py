@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from symoro_elastic.vibration.zeros import PolesAndZeros
 
 LEAST_SHARE = 0.1
 MOST_LISTED = 3
+ROUNDING = 1e-12
+"""Of the numbers from which another is computed; what is smaller is printed as zero."""
 LEAST_LOSS = 1e-12
 """Of a quantity of the full model, for a difference to be more than rounding."""
 
@@ -38,13 +41,28 @@ def state_lines(linear: Linearization) -> list[str]:
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
     units = [motion.joints[k].force_unit for k in motion.motors]
-    torques = [f"{motion.names[k]} {state.tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
+    scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
+    tau = [_cleared(state.tau[k], scale) for k in motion.motors]
+    torques = [f"{motion.names[k]} {x:.6g} {unit}" for k, x, unit in zip(motion.motors, tau, units, strict=True)]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
     if sag and np.abs(state.q[sag]).max() > 0:
         most = max(sag, key=lambda k: abs(state.q[k]))
         lines.append(f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g}")
     return lines
+
+
+def _weight(linear: Linearization) -> float:
+    """Return the weight of the whole machine, N."""
+    motion = linear.motion
+    masses = (joint.body.mass.value(motion.parameters) for joint in motion.machine.joints)
+    gravity = (formula.value(motion.parameters) for formula in motion.machine.base.gravity)
+    return sum(masses) * math.hypot(*gravity)
+
+
+def _cleared(x: float, scale: float) -> float:
+    """Return a number, zero where it is only rounding of numbers of this size."""
+    return float(x) if abs(x) > ROUNDING * scale else 0.0
 
 
 def linearization_json(linear: Linearization) -> dict[str, Any]:
@@ -63,7 +81,8 @@ def modes_table(modal: Modes, slopes: Sensitivity) -> Any:
         ratio = modal.damping_ratios[k]
         table.add_row(
             str(k + 1), _hertz(f, modal.growth[k], 6),
-            "-" if math.isnan(ratio) else f"{100 * ratio:.3g} %", _most(strain, k), _most(kinetic, k), _by(slopes, k),
+            "-" if math.isnan(ratio) else f"{100 * _cleared(ratio, 1.0):.3g} %",
+            _most(strain, k), _most(kinetic, k), _by(slopes, k),
         )  # fmt: skip
     return table
 
@@ -114,20 +133,32 @@ def modes_json(modal: Modes, slopes: Sensitivity) -> dict[str, Any]:
 
 
 def modes_conclusion(modal: Modes, slopes: Sensitivity) -> str:
-    """Return the spring that limits the first frequency, and the gain of a stiffer one."""
+    """Return the spring that limits the first frequency, and the gain of a stiffer one.
+
+    Where gravity is what brings the machine back, as a pendulum, the first frequency that a spring limits, too.
+    """
     vibrating = np.flatnonzero(modal.frequencies > 0)
     unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(modal.growth)]
     if not len(vibrating):
         return "; ".join(["nothing vibrates here: no mode has a frequency above 0 Hz", *unstable])
-    first = int(vibrating[np.argmin(modal.frequencies[vibrating])])
-    return "; ".join([*_limit(modal, slopes, first), *unstable, *map(_repeated, slopes.repeated)])
+    by_frequency = sorted(map(int, vibrating), key=lambda k: float(modal.frequencies[k]))
+    strain = strain_shares(modal)
+    swings = list(takewhile(lambda k: strain.largest(k)[0] == GRAVITY_AND_LOADS, by_frequency))
+    parts = _limit(modal, slopes, by_frequency[0], "the first vibration")
+    if swings and len(swings) < len(by_frequency):
+        parts += _limit(modal, slopes, by_frequency[len(swings)], "the first that springs limit")
+    parts += [_FREE] * bool(swings and modal.linear.motion.motors and not modal.linear.held)
+    return "; ".join([*parts, *unstable, *map(_repeated, slopes.repeated)])
 
 
-def _limit(modal: Modes, slopes: Sensitivity, first: int) -> list[str]:
+_FREE = "motors are free here: --hold all holds them"
+
+
+def _limit(modal: Modes, slopes: Sensitivity, first: int, which: str) -> list[str]:
     """Return the springs that limit a frequency, and the gain of a stiffer one."""
     strain, sharing = strain_shares(modal), list(slopes.sharing(first))
     whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
-    said = f"the first vibration, {modal.frequencies[first]:.4g} Hz, is limited by"
+    said = f"{which}, {modal.frequencies[first]:.4g} Hz, is limited by"
     if len(sharing) > 1:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)

@@ -72,14 +72,18 @@ def files_below(folder: Path) -> dict[str, bytes]:
 
 
 def refused(run: Run, *arguments: object) -> str:
-    """The error of a command: one line on stderr, exit code 2, nothing on stdout, no file touched."""
+    """The error of a command: one line on stderr, exit code 2, nothing on stdout, no file touched.
+
+    The printed table, whose motors are parallel, is warned about first.
+    """
     before = files_below(Path.cwd())
     ran = run(*arguments)
     assert (ran.code, ran.out) == (2, "")
-    lines = ran.err.splitlines()
-    assert len(lines) == 1 and lines[0].startswith("error: ") and "Traceback" not in ran.err
+    *warned, line = ran.err.splitlines()
+    assert line.startswith("error: ") and "Traceback" not in ran.err
+    assert [text.partition(": ")[0] for text in warned] == ["warning"] * (PRINTED in arguments)
     assert files_below(Path.cwd()) == before
-    return lines[0].removeprefix("error: ")
+    return line.removeprefix("error: ")
 
 
 def edited(source: Path, folder: Path, old: str, new: str) -> Path:
@@ -182,7 +186,9 @@ def test_show_json(run: Run) -> None:
         ["j2", "j4"],
     )
     assert "k2" in found["parameters"] and "th1" not in found["parameters"]
-    found = run("show", PRINTED, "--json").figures
+    printed = run("show", PRINTED, "--json")
+    assert printed.err.startswith("warning: joint 9 (motor_y): slides parallel to joint 5 (motor_x)")
+    found = json.loads(printed.out)
     assert len(found["degenerate"]) == 2 and "bed_y" in found["degenerate"][0] and "cart_x" in found["degenerate"][1]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symoro_elastic.grouping import checked_grouping
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -18,7 +19,7 @@ from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
 from symoro_elastic.numerics.rank import cross_check
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from tests.references.random_machines import chain, random_machine, random_state, two_children
+from tests.references.random_machines import chain, planar_2r, random_machine, random_state, two_children
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -278,3 +279,27 @@ def test_polynomials_are_written_in_the_grammar_of_machine_files() -> None:
     half = POLYNOMIALS.operations["sin"](POLYNOMIALS.number(1) / 2 * a)
     values = {"a": 0.3, "b": 0.7}
     assert Formula.parse(written(half * half + a / b)).value(values) == pytest.approx(np.sin(0.15) ** 2 + 3 / 7)
+
+
+def test_labels_are_no_names_of_other_quantities() -> None:
+    """A table that calls the first moments of joint 2 MX1 and MY1, as those of joint 1 are called elsewhere."""
+    rows = planar_2r()
+    first, second = rows.joints
+    moments = (Formula.parse("MX1"), Formula.parse("ZZ1"), Formula.parse(0))
+    swapped = replace(rows, joints=(first, replace(second, body=replace(second.body, moments=moments))))
+    grouping = grouped(swapped)
+    own = {parameter.name for parameter in swapped.parameters}
+    for parameter in grouping.parameters:
+        assert parameter.name not in own or parameter.formula.text == parameter.name
+    assert {grouping.labels[2, "MX"], grouping.labels[2, "MY"]} == {"MX_2", "MY_2"}
+    assert grouping.formulas["MX_2"] == "MX1" and grouping.formulas["MY_2"] == "ZZ1"
+    check(grouping.machine)
+
+
+def test_every_base_parameter_has_one_label() -> None:
+    """Those that are zero too, and the conditioning calls each as the list does."""
+    for name in ("planar_2r.toml", "rx90.par"):
+        grouping, found = checked_grouping(example(name))
+        named = {parameter.name for parameter in grouping.parameters}
+        assert len(named) + len(grouping.zero) == grouping.count == len(set(grouping.labels.values()))
+        assert found.conditioning.distinct.keys() == named | set(grouping.zero)

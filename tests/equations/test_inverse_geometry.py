@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -559,7 +560,8 @@ REFUSED: dict[str, tuple[list[Row], int, str]] = {
     "coplanar slides": ([(P, {}), (P, {"alpha": 1}), (P, {"alpha": 1}), TOOL], 1, "joints 1, 2 and 3 can move against"),
     "planar 4r": ([(R, {}), (R, {"d": 1}), (R, {"d": 1}), (R, {"d": 1}), TOOL], 1, "joints 1, 2, 3 and 4 can move"),
     "seven": ([*SHOULDER, FOREARM, QUARTER, QUARTER, QUARTER], 4, "joints 4, 5, 6 and 7 can move against each other"),
-    "tree": ([(R, {}), (R, {"d": 1}), (R, {"d": 1, "ant": 1})], 2, "does not move the frame to be placed, j3"),
+    "seven axes": ([*SHOULDER, FOREARM, QUARTER, QUARTER, (R, {"alpha": 1, "d": 1})], 1, "the arm is redundant, lock"),
+    "tree": ([(R, {}), (R, {"d": 1}), (R, {"ant": 1})], 1, "joints 1 and 3 can move against each other"),
 }
 
 
@@ -599,14 +601,72 @@ def test_symbols_decide_exactly() -> None:
     assert traced(machine_of("symbols", rows, a=None, L=None)).results["q"].shape == (8, 6)
 
 
-def test_a_frame_before_the_last_joints_is_refused() -> None:
-    error = _refused(arm("rx90"), asked=(Frame(4),))
-    assert error.joint == 5 and "lock it" in error.what
+def test_one_frame_is_asked_for() -> None:
     assert "one frame" in _refused(arm("rx90"), asked=(Frame(4), Frame(6))).what
+    fixed = machine_of("fixed", [TOOL, (R, {"ant": 0})])
+    assert "no joint moves the frame" in _refused(fixed, asked=(Frame(1),)).what
 
 
 def test_a_place_does_not_determine_six_joints() -> None:
-    assert "keeps its origin" in _refused(arm("rx90"), POSITION).what
+    """The axis of joint 4 passes through the place: one joint does not move against another."""
+    error = _refused(arm("rx90"), POSITION)
+    assert error.joint == 4 and error.what.startswith("it can move at every position while")
+    assert "keeps its origin" in error.what and "against" not in error.what
+
+
+# The chain to a frame
+
+BRANCHED: list[Row] = [
+    (R, {}),
+    (P, {"alpha": "pi/2", "ant": 1}),
+    (R, {"d": 0.5, "ant": 1}),
+    (R, {"d": 0.3, "ant": 2}),
+    (R, {"d": 0.4, "ant": 3}),
+    (F, {"d": 0.2, "ant": 5}),
+    (P, {"alpha": 0.3, "ant": 3}),
+]
+"""Chain 1, 3, 5 to frame 6, beside a branch of joints 2 and 4 and another of joint 7."""
+
+
+def of_chain(machine: Machine, frame: int) -> Machine:
+    """The chain to a frame as a machine of its own."""
+    path = [frame]
+    while machine.joint(path[0]).antecedent:
+        path.insert(0, machine.joint(path[0]).antecedent)
+    joints = (replace(machine.joint(j), antecedent=k, kind=Kind.FIXED if machine.joint(j).sigma == F else Kind.MOTOR)
+              for k, j in enumerate(path))  # fmt: skip
+    return replace(machine, joints=tuple(joints))
+
+
+def test_trees_are_followed_along_the_chain_to_the_frame() -> None:
+    """Joints beside the chain have no column; equations and order of solutions are those of the chain alone."""
+    tree = machine_of("branched", BRANCHED)
+    found, alone = traced(tree, asked=(Frame(6),)), traced(of_chain(tree, 6))
+    assert found.results["q"].shape == alone.results["q"].shape == (2, 3)
+    assert found.results["q"].column_labels == ("j1", "j3", "j5") and alone.results["q"].column_labels == ()
+    assert found.program.count == alone.program.count
+    wrist = traced(arm("rx90"), asked=(Frame(4),)).results["q"]
+    assert wrist.shape[1] == 4 and wrist.column_labels == tuple(joint.name for joint in arm("rx90").joints[:4])
+
+
+def test_solutions_of_a_branch_place_its_frame(folder: Path) -> None:
+    machine = machine_of("branched", [row for k, row in enumerate(BRANCHED) if k != 6])
+    module, chain = _imported(machine, POSE, folder), of_chain(machine, 6)
+    q0 = random_positions(chain, 100)
+    T = direct(chain, q0)
+    q, _ = solve(module, machine, T)
+    assert "j1, j3, j5" in getattr(module, POSE).__doc__
+    assert np.nanmax(errors(chain, q, T)) < EXACT
+    assert np.nanmin(difference(chain, q, q0[:, None]), axis=1).max() < 1e-7
+
+
+def test_a_table_without_motors_is_geometry() -> None:
+    """As SYMORO's tables come, with mu = 0 at every joint; beside a motor, a passive joint is refused."""
+    rows = ARMS["stanford"][0]
+    passive = machine_of("stanford", rows, dict.fromkeys(range(1, 7), Kind.PASSIVE))
+    assert traced(passive).results["q"].shape == traced(arm("stanford")).results["q"].shape == (8, 6)
+    one_motor = machine_of("stanford", rows, dict.fromkeys(range(1, 6), Kind.PASSIVE))
+    assert "passive" in _refused(one_motor).what
 
 
 def test_dependent_columns_are_found_exactly() -> None:

@@ -28,6 +28,7 @@ from symoro_elastic.vibration.tables import (
     modes_conclusion,
     modes_json,
     modes_table,
+    state_lines,
     tracked_conclusion,
     tracked_json,
     tracked_table,
@@ -113,6 +114,36 @@ def test_a_given_state_that_is_not_at_rest_says_so(tmp_path: Path) -> None:
     assert figures("linearize", *asked)["notes"] == figures("response", *asked, "--frequencies", "1:2:2")["notes"]
     assert note in run("linearize", *asked).stdout and note in run("modes", *asked).stdout
     assert figures("modes", *asked)["state"]["notes"] == [note]
+
+
+def test_a_swing_does_not_hide_the_first_vibration_of_a_spring() -> None:
+    """A pendulum on a free motor, a mass on a spring at its end: both are named, and that the motor is free."""
+    body = Body(cell(2), vector(0, "-2*0.5", 0), (cell(1.5), cell(0), cell(0), cell(1), cell(0), cell(1.5)))
+    swing = Joint("swing", 0, Kind.MOTOR, 0, "q_swing", alpha=cell("pi/2"), body=body)
+    end = slide("end", 1, Kind.ELASTIC, 1, alpha=cell("pi/2"), spring=spring(1e5))
+    machine = machine_of("swing", swing, end, base=WEIGHT)
+    free = modes_of(machine)
+    said = modes_conclusion(free, sensitivity(free))
+    assert "Hz, is limited by gravity and loads" in said
+    assert "; the first that springs limit, 50" in said and "Hz, is limited by end (100% of its strain energy)" in said
+    assert said.endswith("motors are free here: --hold all holds them")
+    held = modes_of(machine, held=["swing"])
+    said = modes_conclusion(held, sensitivity(held))
+    assert said.startswith("the first vibration, 50.3") and "gravity" not in said and "free" not in said
+
+
+def test_torques_and_damping_that_are_rounding_are_zero() -> None:
+    found = linearized(replace(drive(), base=WEIGHT))
+    (k,) = found.motion.motors
+    tiny = found.state.tau.copy()
+    tiny[k] = -1.38778e-17
+    lines = state_lines(replace(found, state=replace(found.state, tau=tiny)))
+    assert lines[0].endswith("torques motor 0 N") and "e-17" not in lines[0]
+    tiny[k] = -1.5e-3
+    assert state_lines(replace(found, state=replace(found.state, tau=tiny)))[0].endswith("torques motor -0.0015 N")
+    modal = modes_of(drive(), held=["motor"])
+    still = replace(modal, damping_ratios=np.full_like(modal.damping_ratios, -1e-17))
+    assert " 0 %" in text(modes_table(still, sensitivity(modal)))
 
 
 def test_rounding_is_no_loss() -> None:

@@ -1,0 +1,42 @@
+"""Labels of the parameters on which torques depend linearly: `XX3`, `IA2`, `FV1`, `K4`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import count
+
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.machine import Machine
+
+
+class ParameterLabels:
+    """Labels for one machine, none of which is the name of another of its quantities.
+
+    `taken` are the names of its parameters, joint variables and joints.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        variables = {joint.variable for joint in machine.joints if joint.variable is not None}
+        self.taken = {*(p.name for p in machine.parameters), *(joint.name for joint in machine.joints), *variables}
+
+    def __call__(self, j: int, entry: str) -> str:
+        """`XX3` for the entry XX of joint 3; `XX_3` where XX3 is the name of something else in the machine."""
+        return next(label for label in _candidates(j, entry) if label not in self.taken or (j, label) in self._own)
+
+    def grouped(self, j: int, entry: str) -> str:
+        """`XXR3` for the sum that is grouped in the entry XX of joint 3, `XXRR3` ... where that is taken."""
+        return next(label for label in (f"{entry}{'R' * k}{j}" for k in count(1)) if label not in self.taken)
+
+    @cached_property
+    def _own(self) -> set[tuple[int, str]]:
+        """Joints and names of the cells that are the parameter of their own label: XX of joint 3 is XX3."""
+        joints = enumerate(self._machine.joints, start=1)
+        named = ((j, cell.par, formula.tree) for j, joint in joints for cell, formula in cells(joint))
+        return {(j, f"{par}{j}") for j, par, tree in named if par and tree == ("name", f"{par}{j}")}
+
+
+def _candidates(j: int, entry: str) -> Iterator[str]:
+    yield from (f"{entry}{j}", f"{entry}_{j}")
+    yield from (f"{entry}_{j}_{k}" for k in count(2))

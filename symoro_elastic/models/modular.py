@@ -1,0 +1,17 @@
+"""A mechanism modulo a large prime at random values of its variables and parameters: zero means zero for all values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.symbolic.arithmetic import ModularAngles
+
+SEED = 20260
+
+
+def modulo_prime(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism of expressions as one of residues."""
+    leaves: list[Any] = []
+    mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
+    return mechanism.map(ModularAngles(SEED).values(leaves))
