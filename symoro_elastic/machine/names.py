@@ -98,5 +98,5 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     if not close:
         close = [other for other in names if other.lower() == name.lower()]
     if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; there are: {', '.join(names)}" if 0 < len(names) <= 15 else ""
+        return f"; did you mean {quoted(close[0])}?"
+    return f"; there are: {', '.join(quoted(other)[1:-1] for other in names)}" if 0 < len(names) <= 15 else ""

@@ -152,3 +152,8 @@ def test_suggestions() -> None:
     assert did_you_mean("zzzzz", ["b", "a"]) == "; there are: a, b"
     assert did_you_mean("zzzzz", [f"a{i}" for i in range(50)]) == ""
     assert did_you_mean("zzzzz", []) == ""
+
+
+def test_messages_that_list_names_are_short_and_one_line() -> None:
+    said = did_you_mean("lift", ["a" * 1000, "b\nc", "tip"])
+    assert said == f"; there are: {'a' * 57}..., b\\nc, tip"
