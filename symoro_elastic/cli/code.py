@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     multiple=True,
     shell_complete=completion.TARGETS,
-    help="numpy, c (default: both) or c-batch; repeatable.",
+    help="Target: numpy, c (default: both) or c-batch; may be repeated.",
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."

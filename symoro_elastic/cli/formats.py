@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
 from symoro_elastic.cli.completion import completed_from
+from symoro_elastic.cli.options import OutputFile, writes
 from symoro_elastic.cli.output import write_text
 from symoro_elastic.cli.parsing import among
 from symoro_elastic.errors import InputError
 
-OUT = click.option("--out", metavar="FILE", type=click.Path(), help="File to write (default: standard output).")
+OUT = click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
+
+
+class MachineFile(OutputFile):
+    """A machine file to write: `mine` stands for mine.toml."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the path with its suffix."""
+        path = str(super().convert(value, param, ctx))
+        return path if path.endswith(".toml") else f"{path}.toml"
 
 
 def _kinds() -> list[str]:
@@ -22,7 +33,7 @@ def _kinds() -> list[str]:
 
 
 @click.command()
-@click.argument("name", metavar="NAME")
+@click.argument("name", metavar="NAME", type=MachineFile())
 @click.option(
     "--kind",
     default="arm",
@@ -31,6 +42,7 @@ def _kinds() -> list[str]:
     shell_complete=completed_from(_kinds),
     help="Machine to start from: arm, cartesian, elastic (a drive with a spring), floating (a flying base).",
 )
+@writes
 def new(name: str, kind: str) -> None:
     """Write NAME.toml, a commented machine to start from.
 
@@ -40,19 +52,18 @@ def new(name: str, kind: str) -> None:
     from symoro_elastic.machine.names import free_name, quoted, reserved
 
     among((kind,), [*STARTS], "--kind")
-    path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    path = Path(name)
     reason = reserved(path.stem)
     if reason:
         what = f"the name {quoted(path.stem)} cannot be used: {reason}; {free_name(path.stem)!r} is free"
         raise InputError("symoro-elastic", "NAME", what)
-    if path.exists():
-        raise InputError(str(path), "NAME", "exists already: choose another name, or remove it")
     write_text(starting_text(path.stem, kind), str(path))
     click.echo(f"wrote {path}: symoro-elastic generate {path}")
 
 
 @click.command()
 @OUT
+@writes
 def formats(out: str | None) -> None:
     """Print the reference of all file formats.
 
@@ -71,6 +82,7 @@ def formats(out: str | None) -> None:
     shell_complete=completed_from(lambda: ("machine", "scene")),
 )
 @OUT
+@writes
 def schema(file: str, out: str | None) -> None:
     """Print the JSON Schema of machine or scene files.
 

@@ -32,7 +32,8 @@ PAR = """## Machine file of SYMORO (`.par`)
 
 `key = value` and `key = {v1, v2, ...}`, an entry for each joint; comments are `(* ... *)`. What SYMORO's format lacks
 stands in comments `(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about
-the origin of the frame. Names in the table that are no joint variables are parameters.
+the origin of the frame. Names in the table that are no joint variables are parameters. A comment
+`(* Robotname = 'RX90' *)` names the machine.
 """
 SERIES = """## Motions and measurements (`.csv`, `.npz`)
 

@@ -26,8 +26,13 @@ def test_generate_and_check_take_a_new_machine_as_it_is(kind: str, tmp_path: Pat
 def test_new_never_writes_over_a_file(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("mine")
-    assert "exists" in refused("new", tmp_path / "mine")
+    assert "mine.toml: NAME: exists already" in refused("new", tmp_path / "mine")
+    assert "exists already" in refused("schema", "--out", path) and "exists already" in refused(
+        "formats", "--out", path
+    )
     assert path.read_text() == "mine"
+    run("new", path, "--force")
+    assert path.read_text().startswith("# mine: an arm")
 
 
 def test_new_refuses_unknown_kinds_and_names_that_no_machine_has(tmp_path: Path) -> None:

@@ -209,7 +209,7 @@ def test_the_name_is_that_of_the_robot_else_of_the_file(text: str, file: str, na
     [
         ("", "int.par", "(it is made of the name of the file, give another by (*! name = ... *))"),
         ("(* Robotname = 'int' *)\n", "a.par", "(it is made of Robotname = 'int', give another by (*! name = ... *))"),
-        ("(*! name = int *)\n", "a.par", "keyword of C, C++ or Python"),
+        ("(*! name = int *)\n", "a.par", "keyword of C, C++ or Python; 'int_' is free"),
     ],
 )
 def test_a_message_about_a_name_says_where_it_comes_from(text: str, file: str, origin: str) -> None:

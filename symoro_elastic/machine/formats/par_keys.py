@@ -77,7 +77,7 @@ KEYS = (
     *_cells(Place.BASE, "W0 WP0 V0 VP0", "{0, 0, 0}"),
     *_cells(Place.BASE, "G", "{0, 0, G3}"),
     ParKey("Z", Place.FRAME, "placement of frame 0, row by row; kept, not used", "{1, 0, 0, 0, ...}", "nothing"),
-    ParKey("name", Place.EXTENSION, "name of the machine", "arm", "the name of the file"),
+    ParKey("name", Place.EXTENSION, "name of the machine", "arm", "Robotname, or the name of the file"),
     ParKey("names", Place.EXTENSION, "names of the joints", "{shoulder, elbow, tip}", "j1, j2 ..."),
     ParKey(
         *("parameters", Place.EXTENSION, "names that are parameters, where they could be joint variables; their order"),
