@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.identification.identify import Identification, identify, table
+from symoro_elastic.identification.identify import Identification, identify
 from symoro_elastic.identification.plots import plot
+from symoro_elastic.identification.report import table
 from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula

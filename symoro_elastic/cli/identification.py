@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from symoro_elastic.identification.excitation import Excitation, Limits
     from symoro_elastic.identification.identify import Identification
     from symoro_elastic.identification.trajectory import Trajectory
+    from symoro_elastic.identification.validation import Fit
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.time_series.preparation import Preparation
 
 Ranges = dict[str, tuple[float, float]]
 
@@ -68,6 +70,24 @@ class FourierSeries:
                 machine, limits, self.frequency, self.harmonics, values, known, evaluations=self.evaluations,
                 seed=self.seed, progress=lambda done, total, _: progress(done, total),
             )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Preparing:
+    """How records are made ready."""
+
+    gains: dict[str, float]
+    resample: float | None
+    first: float | None
+    last: float | None
+
+    def of(self, machine: Machine) -> Preparation:
+        """Return it for a machine; raises `InputError` for unknown motors and times without room."""
+        from symoro_elastic.time_series.preparation import Preparation
+
+        preparation = Preparation(self.first, self.last, self.resample, self.gains)
+        preparation.refuse(machine)
+        return preparation
 
 
 def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
@@ -143,6 +163,7 @@ def excite(
 
     refuse_file(out)
     found = read(machine)
+    trajectory.refuse_without_motors(found)
     allowed = limits.of(found)
     series.refuse_rate()
     best = series.optimized(found, allowed, of_parameters(values, found), known)
@@ -179,6 +200,20 @@ def _print_excitation(
     help="Value of a parameter that is not to be estimated.",
 )
 @click.option("--bandwidth", type=Number(), metavar="HZ", help="Bandwidth of the motion (default: from its spectrum).")
+@gather("preparing", Preparing)
+@click.option(
+    "--gain",
+    "gains",
+    metavar="MOTOR=K",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Torque of a motor over its column, as for measured currents; may be repeated.",
+)
+@click.option("--resample", type=Number(), metavar="HZ", help="Sample the records evenly at this frequency.")
+@click.option("--from", "first", type=Number(), metavar="S", help="Leave out what is before this time.")
+@click.option("--to", "last", type=Number(), metavar="S", help="Leave out what is after this time.")
+@click.option("--validate", metavar="FILE", type=InputFile(), help="Predict the torques of this record, too.")
+@click.option("--save", metavar="FILE", type=OutputFile(), help="Save the machine with the estimates: .toml or .par.")
 @click.option(
     "--plots", metavar="FOLDER", type=OutputFolder(), help="Draw measured and predicted torques into this folder."
 )
@@ -190,6 +225,9 @@ def identify(
     values: dict[str, float],
     known: dict[str, float],
     bandwidth: float | None,
+    preparing: Preparing,
+    validate: str | None,
+    save: str | None,
     plots: str | None,
     as_json: bool,
 ) -> None:
@@ -197,23 +235,49 @@ def identify(
 
     DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
     """
-    from symoro_elastic.identification import identify as identification
+    from symoro_elastic.identification import report
+    from symoro_elastic.identification.identified import identified
+    from symoro_elastic.identification.identify import identify as identification
     from symoro_elastic.identification.plots import plot
+    from symoro_elastic.identification.validation import validated
+    from symoro_elastic.machine.formats import write_machine
+    from symoro_elastic.machine.formats.reading import refuse_unwritable
     from symoro_elastic.time_series.measurements import read_measurements
 
+    if save:
+        refuse_unwritable(save)
     found = read(machine)
+    prepare = preparing.of(found)
     with steps() as step:
         step("read")
-        records = [read_measurements(path, found) for path in data]
+        records = [read_measurements(path, found, prepare) for path in data]
+        other = read_measurements(validate, found, prepare) if validate else None
         given = of_parameters(values, found)
-        result = identification.identify(found, records, given, known, bandwidth, step=step)
+        result = identification(found, records, given, known, bandwidth, step=step)
+        checked = validated(result, other) if other else None
+    if save:
+        saved, warnings = identified(result, given)
+        write_machine(saved, save)
+        for warning in warnings:
+            click.echo(f"warning: {warning}", err=True)
     if as_json:
-        print_json(identification.as_json(result))
+        print_json(report.as_json(result, checked) | ({"written": save} if save else {}))
     else:
-        click.echo(identification.table(result))
-        click.echo("\n".join([*neutral_positions(result), *result.notes]))
+        _print_identification(result, checked, save)
     if plots:
         print_written(plots, plot(result, plots))
+
+
+def _print_identification(result: Identification, checked: Fit | None, save: str | None) -> None:
+    from symoro_elastic.identification import report
+    from symoro_elastic.identification.validation import lines, own_fit
+
+    click.echo(report.table(result, report.file_values(result) or None, "file"))
+    fits = [own_fit(result), *([checked] if checked else [])]
+    figures = [line for fit in fits for line in lines(fit, result.machine)]
+    click.echo("\n".join([*neutral_positions(result), *figures, *result.notes]))
+    if save:
+        click.echo(f"wrote {save}")
 
 
 def neutral_positions(result: Identification) -> list[str]:

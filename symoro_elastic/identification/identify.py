@@ -20,7 +20,13 @@ from symoro_elastic.identification.filtering import (
     moving,
     openness,
 )
-from symoro_elastic.identification.regression import Regressor, RegressorColumn, refuse_unknown_labels, regressor
+from symoro_elastic.identification.regression import (
+    Regressor,
+    RegressorColumn,
+    refuse_unknown_labels,
+    regressor,
+    zero_entries,
+)
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
@@ -33,11 +39,70 @@ EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
 
 @dataclass(frozen=True)
-class Identification:
-    """What was found: the estimation, the samples it used (t, tau measured, both decimated), the filter, notes,
-    what springs and dampers exert by the estimates (samples, n), neutral positions and their standard deviations."""
+class Rows:
+    """Rows of both sides of tau = Y X, joints that stand still, and noise of Y by twins of that of the positions."""
+
+    t: Array
+    Y: Array
+    tau: Array
+    still: tuple[int, ...]
+    noise: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True)
+class Equations:
+    """tau = Y X of a machine: its regressor, the columns that are sought, values of those that are known."""
 
     machine: Machine
+    Y: Regressor
+    kept: tuple[int, ...]
+    known: Mapping[int, float]
+
+    def rows(self, record: Measurements, chosen: Filter | None) -> Rows:
+        """Return rows of both sides of a record.
+
+        Samples at which a joint's dry friction reverses are left out of its rows. Rows are divided by the standard
+        deviation that white noise of torques has in them, relative to that of rows from whole windows.
+        """
+        motion = filtered_motion(record, chosen) if chosen else as_measured(record)
+        counted = self._counted(motion, chosen)
+        left = _left_side(self.machine, motion)
+        pieces = _pieces(len(motion.t), chosen)
+        averages = zip(*(self._averages(motion, left, counted, piece, chosen) for piece in pieces), strict=True)
+        t, tau, right, *noise = (np.concatenate(x) for x in averages)
+        scale = _relative_deviation(counted, chosen)
+        scaled = [x * scale[:, :, None] for x in (right, *noise)]
+        return Rows(t, scaled[0], tau * scale, motion.still, tuple(scaled[1:]))
+
+    def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
+        """Return a mask of samples (N, n) that count in the rows of a joint."""
+        counted = moving(motion, chosen)
+        dry = {self.Y.columns[c].joint for c in self.kept if self.Y.columns[c].quantity == "FS"} - set(motion.still)
+        counted[:, [k for k in range(counted.shape[1]) if k not in dry]] = True
+        return counted
+
+    def _averages(
+        self, motion: FilteredMotion, left: Array, counted: BoolArray, piece: slice, chosen: Filter | None
+    ) -> list[Array]:
+        """Return averages of t, tau, Y, and of half the differences of Y between opposite noises."""
+        motions = [motion.part(piece)]
+        for twin in range(len(motion.twins)):
+            motions += [motion.disturbed(twin, sign, piece) for sign in (1.0, -1.0)]
+        columns = [self.Y.evaluate(*x, self.kept) for x in motions]
+        halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
+        known = self.Y.evaluate(*motions[0], list(self.known)) @ np.array(list(self.known.values()))
+        used = counted[piece].astype(float)
+        tau = (left[piece] - self.Y.loads(motion.q[piece]) - known) * used
+        both = [tau, *(x * used[:, :, None] for x in (columns[0], *halves))]
+        return [average(x, chosen) if chosen else x for x in (motion.t[piece], *both)]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What was found: the estimation, the rows it used (t, tau measured, averages), the filter, notes, what springs
+    and dampers exert by the estimates (rows, n), neutral positions and their standard deviations."""
+
+    equations: Equations
     estimation: Estimation
     t: Array
     tau: Array
@@ -45,6 +110,11 @@ class Identification:
     notes: tuple[str, ...]
     springs: Array
     neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def machine(self) -> Machine:
+        """The machine, with the values of its file."""
+        return self.equations.machine
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -77,22 +147,24 @@ def identify(
     sought = [c for c in range(len(Y.columns)) if c not in fixed]
     step("group")
     structure = structural_grouping(Y, sought, len(machine.moving), machine)
-    kept = [sought[c] for c in structure.kept]
-    refuse_short(_equations(records, chosen), len(kept), chosen.correlation if chosen else (1.0,), records[0].source)
-    stack = _joined([_stack(Y, machine, record, chosen, kept, fixed, step) for record in records])
+    equations = Equations(machine, Y, tuple(sought[c] for c in structure.kept), fixed)
+    correlation = chosen.correlation if chosen else (1.0,)
+    refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
+    step("stack")
+    stack = _joined([equations.rows(record, chosen) for record in records])
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
     source = records[0].source
-    correlation = chosen.correlation if chosen else (1.0,)
     estimation = estimate(
         stack.Y, stack.tau, unknowns, names, stack.still, noise=stack.noise, correlation=correlation, source=source
     )
     notes = [line for record in records for line in record.warnings]
     notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
+    notes += _zero_in_the_table(machine, [Y.columns[c].label for c in equations.kept])
     springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
     all_notes = (*notes, *estimation.notes)
-    return Identification(machine, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
+    return Identification(equations, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
 
 
 def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
@@ -108,23 +180,12 @@ def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> A
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
 
 
-@dataclass(frozen=True)
-class _Stack:
-    """Rows of both sides of tau = Y X, joints that stand still, and noise of Y by twins of that of the positions."""
-
-    t: Array
-    Y: Array
-    tau: Array
-    still: tuple[int, ...]
-    noise: tuple[Array, ...] = ()
-
-
-def _joined(stacks: Sequence[_Stack]) -> _Stack:
+def _joined(stacks: Sequence[Rows]) -> Rows:
     """Return all samples as one stack; joints stand still that do so in every record."""
     t, Y, tau = (np.concatenate(part) for part in zip(*((s.t, s.Y, s.tau) for s in stacks), strict=True))
     still = sorted(set.intersection(*(set(s.still) for s in stacks)))
     noise = (np.concatenate(part) for part in zip(*(s.noise for s in stacks), strict=True))
-    return _Stack(t, Y, tau, tuple(still), tuple(noise))
+    return Rows(t, Y, tau, tuple(still), tuple(noise))
 
 
 def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
@@ -151,39 +212,6 @@ def structural_grouping(
     if not np.isfinite(W).all():
         raise machine.error("regressor", "has no value at ordinary positions")
     return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
-
-
-def _stack(
-    Y: Regressor, machine: Machine, record: Measurements, chosen: Filter | None,
-    kept: Sequence[int], fixed: Mapping[int, float], step: Announce,
-) -> _Stack:  # fmt: skip
-    """Return rows of both sides of tau = Y X of a record.
-
-    Samples at which a joint's dry friction reverses are left out of its rows. Rows are divided by the standard
-    deviation that white noise of torques has in them, relative to that of rows from whole windows.
-    """
-    motion = filtered_motion(record, chosen) if chosen else as_measured(record)
-    step("stack")
-    counted = moving(motion, chosen)
-    dry = {Y.columns[c].joint for c in kept if Y.columns[c].quantity == "FS"} - set(motion.still)
-    counted[:, [k for k in range(counted.shape[1]) if k not in dry]] = True
-    tau, values = _left_side(machine, motion), np.array(list(fixed.values()))
-
-    def sides(piece: slice) -> list[Array]:
-        """Return averages of t, tau, Y, and of half the differences of Y between opposite noises."""
-        motions = [motion.part(piece)]
-        for twin in range(len(motion.twins)):
-            motions += [motion.disturbed(twin, sign, piece) for sign in (1.0, -1.0)]
-        columns = [Y.evaluate(*x, kept) for x in motions]
-        halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
-        left = tau[piece] - Y.loads(motion.q[piece]) - Y.evaluate(*motion.part(piece), list(fixed)) @ values
-        used = counted[piece].astype(float)
-        both = [left * used, *(x * used[:, :, None] for x in (columns[0], *halves))]
-        return [average(x, chosen) if chosen else x for x in (motion.t[piece], *both)]
-
-    t, left, right, *noise = (np.concatenate(x) for x in zip(*map(sides, _pieces(len(motion.t), chosen)), strict=True))
-    scale = _relative_deviation(counted, chosen)
-    return _Stack(t, right * scale[:, :, None], left * scale, motion.still, tuple(x * scale[:, :, None] for x in noise))
 
 
 def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
@@ -243,50 +271,10 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
     return neutral
 
 
-def table(result: Identification, true: Mapping[str, float] | None = None) -> str:
-    """Return the estimates as aligned text; `true` values by label where they are known, as in a simulation."""
-    heads = ["parameter", *(["true"] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
-    rows = [heads]
-    for e in result.estimates:
-        given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
-        percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
-        verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
-        rows.append([e.unknown.formula, *given, _number(e.value), _number(e.std), percent, e.unknown.unit, verdict])
-    widths = [max(len(row[k]) for row in rows) for k in range(len(heads) - 1)]
-    return "\n".join(
-        "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]])
-        for row in rows
-    )
-
-
-def _number(x: float) -> str:
-    return "-" if math.isnan(x) else f"{x:.5g}"
-
-
-def as_json(result: Identification) -> dict[str, object]:
-    """Return the figures for JSON: parameters, joints' residuals, condition number, notes."""
-    solution = result.estimation.solution
-    return {
-        "parameters": {
-            e.unknown.label: {
-                "formula": e.unknown.formula,
-                "value": _finite(e.value),
-                "std": _finite(e.std),
-                "relative_std": _finite(e.relative),
-                "unit": e.unknown.unit,
-                "verdict": str(e.verdict),
-                "reason": e.reason,
-            }
-            for e in result.estimates
-        },
-        "neutral_positions": {name: {"value": v, "std": s} for name, (v, s) in result.neutral.items()},
-        "residual_std": dict(zip(result.estimation.joints, solution.sigma.tolist(), strict=True)),
-        "condition": solution.condition,
-        "samples": len(result.t),
-        "not_identifiable": list(result.estimation.not_identifiable),
-        "notes": list(result.notes),
-    }
-
-
-def _finite(x: float) -> float | None:
-    return x if math.isfinite(x) else None
+def _zero_in_the_table(machine: Machine, labels: Sequence[str]) -> list[str]:
+    """Return a note on parameters that are sought though the table gives them as zero."""
+    zero = [label for label in labels if label in zero_entries(machine)]
+    if not zero:
+        return []
+    what = "the table has zeros for them, so the generated regressor has no columns for them"
+    return [f"sought too: {', '.join(zero)}; {what}: write names or values instead to use both together"]

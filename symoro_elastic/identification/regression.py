@@ -223,6 +223,16 @@ def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
     return dict(zip(INERTIAL, (*tensor.tolist(), *moments.tolist(), mass), strict=True))
 
 
+def zero_entries(machine: Machine) -> set[str]:
+    """Return the labels of inertial parameters of bodies with inertia that the table gives as zero."""
+    found = set()
+    for j, joint in enumerate(machine.joints, start=1):
+        entries = (*joint.body.inertia, *joint.body.moments, joint.body.mass)
+        if has_body(joint.body) and not joint.body.central:
+            found |= {f"{name}{j}" for name, formula in zip(INERTIAL, entries, strict=True) if formula.is_zero}
+    return found
+
+
 def _value(formula: Formula, values: Mapping[str, float]) -> float:
     if not formula.names <= values.keys():
         return math.nan

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,14 @@ class Trajectory:
     qd: Array
     qdd: Array
     start: float
+
+
+def refuse_without_motors(machine: Machine) -> None:
+    """Raise `InputError` for a machine without motors."""
+    if not machine.motors:
+        raise machine.error(
+            "joints", "no joint has a motor, so nothing can be excited: give one the kind motor (mu = 1)"
+        )
 
 
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
@@ -125,10 +133,13 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
 
 
 def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> None:
-    """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv or .npz; raises `InputError`."""
+    """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv, with units, or .npz; raises `InputError`."""
     names = [joint.name for joint in machine.motor_joints]
     blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
-    write_columns(columns_of(trajectory.t, *blocks), path)
+    units = {"t": "s"}
+    for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
+        units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in machine.motor_joints}
+    write_columns(columns_of(trajectory.t, *blocks), path, units)
 
 
 def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
@@ -179,5 +190,13 @@ def lines(reached: Mapping[str, Any]) -> list[str]:
         f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "
         f"{reached['condition']:.4g} now",
         f"for {len(reached['parameters'])} parameters: {', '.join(reached['parameters'])}",
+        *_sought_friction(reached["parameters"]),
         f"{end:g} s, {reached['samples']} samples: start and stop {start:g} s each, at rest where it ends",
     ]
+
+
+def _sought_friction(parameters: Sequence[str]) -> list[str]:
+    """Return a line on friction that is sought."""
+    friction = [label for label in parameters if label.startswith(("FV", "FS"))]
+    what = "are sought for every motor, whether or not its table gives friction, for every motor has some"
+    return [f"FV, FS (viscous, dry friction) {what}: leave them out by --known {friction[0]} ..."] if friction else []

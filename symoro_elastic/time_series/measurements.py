@@ -7,7 +7,7 @@ A record has `t`, `q_<joint>` for every joint that moves, `tau_<motor>` for ever
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -48,14 +48,17 @@ class Measurements:
         return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
 
 
-def read_measurements(path: str | Path, machine: Machine) -> Measurements:
-    """Read a .csv or .npz file of measurements of a machine.
+def read_measurements(
+    path: str | Path, machine: Machine, prepare: Callable[[Measurements, Machine], Measurements] | None = None
+) -> Measurements:
+    """Read a .csv or .npz file of measurements of a machine; `prepare` makes the record ready before it is checked.
 
     Raises `InputError` naming file and column: columns that are missing, unknown or double, cells that are no
     numbers, time that does not increase or has gaps, NaN, too few samples, lengths that are probably mm.
     """
     columns = read_columns(path, machine)
-    return check(from_columns(columns, machine, str(path)), machine, with_units(columns))
+    record = from_columns(columns, machine, str(path))
+    return check(prepare(record, machine) if prepare else record, machine, with_units(columns))
 
 
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
@@ -128,8 +131,7 @@ def _stacked(named: Mapping[tuple[str, str], Array], quantity: str, joints: Iter
 
 
 def _check_numbers(measured: Measurements, joints: Sequence[Joint], motors: Sequence[Joint]) -> None:
-    if not np.isfinite(measured.t).all():
-        raise InputError(measured.source, "t", f"sample {_first(~np.isfinite(measured.t))} is no number")
+    refuse_unsorted(measured)
     blocks = (
         ("q", measured.q, joints),
         ("qd", measured.qd, joints),
@@ -152,22 +154,33 @@ def _first(bad: BoolArray) -> int:
     return int(np.argmax(bad)) + 1
 
 
-def _check_time(measured: Measurements) -> None:
+def refuse_unsorted(measured: Measurements) -> None:
+    """Raise `InputError` where time is no number or does not increase."""
+    if not np.isfinite(measured.t).all():
+        raise InputError(measured.source, "t", f"sample {_first(~np.isfinite(measured.t))} is no number")
     steps = np.diff(measured.t)
     if (steps <= 0).any():
         k = _first(steps <= 0)
         what = f"does not increase from sample {k} ({measured.t[k - 1]:g} s) to {k + 1} ({measured.t[k]:g} s)"
         raise InputError(measured.source, "t", f"{what}: join records only with a common clock, drop repeated lines")
+
+
+def _check_time(measured: Measurements) -> None:
+    steps = np.diff(measured.t)
     usual = float(np.median(steps))
     if (steps > 1.5 * usual).any():
         k = _first(steps > 1.5 * usual)
         what = f"gap of {steps[k - 1]:g} s after sample {k} ({measured.t[k - 1]:g} s), usually {usual:g} s"
-        raise InputError(measured.source, "t", f"{what}: filters need even sampling; cut the record there or resample")
+        raise InputError(
+            measured.source,
+            "t",
+            f"{what}: filters need even sampling; cut the record there, or resample it (identify --resample)",
+        )
     even = measured.t[0] + measured.period * np.arange(len(measured.t))
     worst = int(np.argmax(np.abs(measured.t - even)))
     if abs(measured.t[worst] - even[worst]) > UNEVEN * measured.period:
         what = f"uneven sampling: sample {worst + 1} is {measured.t[worst] - even[worst]:.3g} s off an even clock of"
-        raise InputError(measured.source, "t", f"{what} {measured.period:.6g} s; resample it")
+        raise InputError(measured.source, "t", f"{what} {measured.period:.6g} s; resample it (identify --resample)")
     if measured.period >= 0.5:
         what = f"one sample every {measured.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
         raise InputError(measured.source, "t", what)

@@ -32,8 +32,11 @@ def refuse_file(path: str | Path) -> None:
     refuse_to_write(path)
 
 
-def write_columns(columns: Mapping[str, Array], path: str | Path) -> None:
-    """Write columns of equal length to a .csv file with one header line, or to a .npz file; raises `InputError`."""
+def write_columns(columns: Mapping[str, Array], path: str | Path, units: Mapping[str, str] | None = None) -> None:
+    """Write columns of equal length to a .csv file with one header line, or to a .npz file; raises `InputError`.
+
+    `units` by column stand in brackets in the header line.
+    """
     refuse_file(path)
     if Path(path).suffix.lower() == NPZ:
         stream = io.BytesIO()
@@ -42,6 +45,6 @@ def write_columns(columns: Mapping[str, Array], path: str | Path) -> None:
         return
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow([f"{name} [{units[name]}]" if units and name in units else name for name in columns])
     writer.writerows(np.column_stack(list(columns.values())).tolist())
     write_text(text.getvalue(), path)

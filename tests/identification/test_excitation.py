@@ -78,7 +78,9 @@ def test_a_trajectory_file_and_its_figures(tmp_path: Path) -> None:
     excited(tmp_path / "c.npz", "--evaluations", 60)
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     with (tmp_path / "a.csv").open(encoding="utf-8") as file:
-        header = file.readline().strip().split(",")
+        titles = file.readline().strip().split(",")
+    assert titles[::2] == ["t [s]", "q_elbow [rad]", "qd_elbow [rad/s]", "qdd_elbow [rad/s2]"]
+    header = [title.split(" ")[0] for title in titles]
     assert header == ["t", "q_shoulder", "q_elbow", "qd_shoulder", "qd_elbow", "qdd_shoulder", "qdd_elbow"]
     table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
     with np.load(tmp_path / "c.npz") as arrays:

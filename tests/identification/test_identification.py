@@ -24,8 +24,9 @@ from symoro_elastic.identification.filtering import (
     filtered_motion,
     smooth,
 )
-from symoro_elastic.identification.identify import Identification, as_json, identify, table
+from symoro_elastic.identification.identify import Identification, identify
 from symoro_elastic.identification.regression import ByEquations, ByLinearity, regressor
+from symoro_elastic.identification.report import as_json, table
 from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula

@@ -34,11 +34,18 @@ def read(path: str | Path) -> Machine:
 
 def write_machine(machine: Machine, path: str | Path) -> None:
     """Write the machine in the format of the suffix; raises `InputError`."""
+    form = refuse_unwritable(path)
+    assert form.write
+    write_text(form.write(machine), path)
+
+
+def refuse_unwritable(path: str | Path) -> Format:
+    """Return the format of a file that machines can be written to; raises `InputError` for others."""
     form = format_of(path, FORMATS)
     if form.write is None:
         writable = _suffixes(form for form in FORMATS if form.write)
         raise InputError(str(path), "file", f"{form.title} files can be read, but not written: use {writable}")
-    write_text(form.write(machine), path)
+    return form
 
 
 def format_of(path: str | Path, formats: Iterable[Format]) -> Format:

@@ -1,0 +1,68 @@
+"""How well tau = Y X explains torques: those it was found from, and those of another record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.identification.filtering import Filter, default_filter
+from symoro_elastic.identification.identify import Identification, Rows
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.time_series.measurements import Measurements
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Residuals of the motors' torques in a record: root mean square (N m or N), and in per cent of that of the torques
+    that the sought parameters explain."""
+
+    source: str
+    residual: dict[str, float]
+    percent: dict[str, float]
+
+
+def own_fit(result: Identification) -> Fit:
+    """Return how well the estimates explain the records that they are from."""
+    return _fit(result.machine, result.tau, result.estimation.solution.residuals, "residuals")
+
+
+def validated(result: Identification, record: Measurements) -> Fit:
+    """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
+    rows = result.equations.rows(record, _same_filter(result, record))
+    if not len(rows.t):
+        raise InputError(record.source, "t", "too short to validate anything: give a longer record")
+    return _fit(result.machine, rows.tau, rows.tau - _predicted(result, rows), record.source)
+
+
+def _predicted(result: Identification, rows: Rows) -> Array:
+    kept = list(result.estimation.grouping.kept)
+    predicted: Array = rows.Y[:, :, kept] @ result.estimation.solution.X
+    return predicted
+
+
+def _same_filter(result: Identification, record: Measurements) -> Filter | None:
+    """Return the filter of the identification at the sampling frequency of a record."""
+    if result.filter is None:
+        return None
+    return default_filter(record, bandwidth=result.filter.motion)
+
+
+def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:
+    names, motors = [joint.name for joint in machine.motor_joints], list(machine.motor_entries)
+    used = np.maximum((tau != 0).sum(axis=0), 1)
+    left, of = (np.sqrt((x**2).sum(axis=0) / used)[motors].tolist() for x in (residuals, tau))
+    percent = [100 * a / b if b else math.nan for a, b in zip(left, of, strict=True)]
+    return Fit(source, dict(zip(names, left, strict=True)), dict(zip(names, percent, strict=True)))
+
+
+def lines(fit: Fit, machine: Machine) -> list[str]:
+    """Return a line for each motor: its residual, and in per cent of its torque."""
+    units = {joint.name: joint.force_unit for joint in machine.motor_joints}
+    return [
+        f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
+        for name, residual in fit.residual.items()
+    ]

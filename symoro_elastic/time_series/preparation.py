@@ -1,0 +1,122 @@
+"""Real logs made ready: cut to a span of time, sampled evenly, currents of motors turned into torques."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.time_series.measurements import Measurements, refuse_unsorted
+from symoro_elastic.time_series.reading import MOST_SAMPLES
+
+LONGEST_GAP = 10.0  # of the usual step, that is interpolated
+FASTER = 1.01  # than measured
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """First and last time (s) that are used, new sampling frequency (Hz), torque over column by motor."""
+
+    first: float | None = None
+    last: float | None = None
+    rate: float | None = None
+    gains: Mapping[str, float] = field(default_factory=dict)
+
+    def refuse(self, machine: Machine) -> None:
+        """Raise `InputError` for options that no record can follow."""
+        for name, gain in self.gains.items():
+            motors = [joint.name for joint in machine.motor_joints]
+            if name not in motors:
+                raise InputError("symoro-elastic", "--gain", f"no motor {name!r}{did_you_mean(name, motors)}")
+            if not math.isfinite(gain) or gain == 0:
+                raise InputError("symoro-elastic", "--gain", f"{name}={gain:g}: give torque over column, not zero")
+        for option, x in (("--from", self.first), ("--to", self.last), ("--resample", self.rate)):
+            if x is not None and not math.isfinite(x):
+                raise InputError("symoro-elastic", option, f"{x} is no number that can be used")
+        if self.rate is not None and self.rate <= 0:
+            raise InputError("symoro-elastic", "--resample", "give a positive frequency, Hz")
+        if self.first is not None and self.last is not None and self.first >= self.last:
+            raise InputError("symoro-elastic", "--to", f"{self.last:g} s is not after --from {self.first:g} s")
+
+    def __call__(self, record: Measurements, machine: Machine) -> Measurements:
+        """Return the record made ready. Raises `InputError`."""
+        gains = [self.gains.get(joint.name, 1.0) for joint in machine.motor_joints]
+        return self._sampled(self._cut(replace(record, tau=record.tau * np.array(gains))))
+
+    def _cut(self, record: Measurements) -> Measurements:
+        t = record.t
+        low, high = -math.inf if self.first is None else self.first, math.inf if self.last is None else self.last
+        if low == -math.inf and high == math.inf:
+            return record
+        inside = (t >= low) & (t <= high)
+        if not inside.any():
+            what = f"the record has {t.min():g} to {t.max():g} s: nothing is left of it by --from and --to"
+            raise InputError(record.source, "t", what)
+        return _each(record, t[inside], lambda x: x[inside])
+
+    def _sampled(self, record: Measurements) -> Measurements:
+        if self.rate is None:
+            return record
+        refuse_unsorted(record)
+        usual = _usual_step(record)
+        duration = float(record.t[-1]) - float(record.t[0])
+        if duration * self.rate > MOST_SAMPLES:
+            what = f"{self.rate:g} Hz makes {duration * self.rate:.2g} samples, {MOST_SAMPLES:.0e} are the most"
+            raise InputError("symoro-elastic", "--resample", what)
+        wide = 1 / self.rate if usual * self.rate < 1 else 0.0
+        count = int(max(duration - wide, 0.0) * self.rate * (1 + 1e-12) + 1e-9) + 1
+        t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
+        done = _each(record, t, lambda x: _resampled(record.t, x, t, wide))
+        return replace(done, warnings=(*record.warnings, *self._faster(usual)))
+
+    def _faster(self, usual: float) -> list[str]:
+        """Return a warning where samples are made between those that were measured every `usual` s."""
+        if self.rate is None or usual * self.rate <= FASTER:
+            return []
+        what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
+        return [f"{what}: noise is then no longer white, and standard deviations are too small"]
+
+
+def _usual_step(record: Measurements) -> float:
+    """Return the median of the steps of time; raise `InputError` for gaps too long to be filled."""
+    steps = np.diff(record.t)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if len(steps) and float(steps.max()) > LONGEST_GAP * usual:
+        k = int(np.argmax(steps))
+        what = f"gap of {steps[k]:g} s after {record.t[k]:g} s, usually {usual:g} s: cut the record there"
+        raise InputError(record.source, "t", what)
+    return usual
+
+
+def _each(record: Measurements, t: Array, change: Callable[[Array], Array]) -> Measurements:
+    """Return the record with a change of every block."""
+    qd, qdd = (None if x is None else change(x) for x in (record.qd, record.qdd))
+    return replace(record, t=t, q=change(record.q), tau=change(record.tau), qd=qd, qdd=qdd)
+
+
+def _resampled(old: Array, x: Array, new: Array, wide: float) -> Array:
+    """Return x (N, k) at other times by straight lines, or its means over `wide` s about them."""
+    if not wide:
+        columns = [np.interp(new, old, column) for column in x.T]
+        return np.array(columns).T.reshape(len(new), x.shape[1])
+    means = np.zeros((len(new), x.shape[1]))
+    for k, column in enumerate(x.T):
+        steps = np.diff(old) * (column[1:] + column[:-1]) / 2
+        area = np.concatenate([[0.0], np.cumsum(steps)])
+        means[:, k] = (_area(old, column, area, new + wide / 2) - _area(old, column, area, new - wide / 2)) / wide
+    return means
+
+
+def _area(t: Array, x: Array, area: Array, at: Array) -> Array:
+    """Return the integral of straight lines through samples, from the first to each of the times."""
+    k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 2)
+    part = at - t[k]
+    slope = (x[k + 1] - x[k]) / (t[k + 1] - t[k])
+    found: Array = area[k] + part * x[k] + part**2 / 2 * slope
+    return found
