@@ -55,9 +55,11 @@ class Column:
 def fitted(table: Any, width: int, keys: int = 1) -> list[Any]:
     """Return a table of rich as one or more of at most `width` characters; `keys` columns are repeated in each.
 
-    Columns without any text are left out.
+    Columns without any text are left out, and so is a table without rows.
     """
     columns = [column for column in _columns(table) if any(column.cells)]
+    if not columns:
+        return []
     if sum(column.natural + WIDE for column in columns) < width:
         return [_table([replace(column, width=column.natural) for column in columns], WIDE)]
     layouts = [layout for layout in _layouts(columns, width, min(keys, len(columns) - 1)) if layout]

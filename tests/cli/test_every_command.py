@@ -61,7 +61,7 @@ LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5", "--evalua
 CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "show": ((),),
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
-    "models": (),
+    **{"models": (), "new": (), "formats": (), "schema": ()},
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
     "generate": ((), ("--base", "--force")),
     "check": (("--model", "inverse_dynamics"),),
@@ -78,7 +78,8 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
     "identify": (("data.csv",),),
 }
-"""Options with which every command is called on every odd machine; several times where they change the way."""
+"""Options with which every command is called on every odd machine; several times where they change the way, and not
+where it takes no machine."""
 FEW = {"long_chain": ("show", "convert", "linearize")}
 """Commands that are called on a machine, where that is not every one."""
 TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")

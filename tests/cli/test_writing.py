@@ -25,6 +25,9 @@ LIMITS = ("--position", "-1:1", "--velocity", "1", "--acceleration", "5", "--eva
 WRITING = {
     "equations": (TWO_R, "--model", "inertia_matrix", "--out", "out.tex"),
     "convert": (TWO_R, "out.par"),
+    "new": ("out.toml",),
+    "formats": ("--out", "out.md"),
+    "schema": ("--out", "out.json"),
     "excite": (TWO_R, *LIMITS, "--rate", "20", "--out", "out.csv"),
     "linearize": (TWO_R, "--out", "out.npz"),
     "modes": (TWO_AXIS, "--out", "out.mat"),
