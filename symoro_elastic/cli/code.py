@@ -201,9 +201,11 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
     """
     from symoro_elastic.pipeline import programs
     from symoro_elastic.report.page import html_page, latex_document
-    from symoro_elastic.report.pdf import pdf
+    from symoro_elastic.report.pdf import find_engine, pdf
 
     among((form,), ("latex", "html", "pdf"), "--format")
+    if form == "pdf":
+        find_engine(machine)
     with steps() as announce:
         found, scene = replace(selection, models=(model,)).read(machine, announce)
         package = programs(found, scene, announce).package

@@ -29,9 +29,7 @@ def pdf(tex: str, path: Path) -> Path:
 
     Raises `InputError`.
     """
-    engine = next((name for name in ENGINES if shutil.which(name)), None)
-    if engine is None:
-        raise InputError(str(path), "pdf", f"no LaTeX is installed ({', '.join(ENGINES)}): {INSTEAD}")
+    engine = find_engine(str(path))
     with TemporaryDirectory(prefix="symoro-elastic-") as folder:
         source = Path(folder, "equations.tex")
         source.write_text(tex, encoding="utf-8")
@@ -41,6 +39,14 @@ def pdf(tex: str, path: Path) -> Path:
             raise InputError(str(path), "pdf", f"{engine} failed{_reason(log)}: {INSTEAD}")
         write_file(made.read_bytes(), path)
     return path
+
+
+def find_engine(source: str) -> str:
+    """Return the first LaTeX engine that is installed; raises `InputError` where there is none."""
+    engine = next((name for name in ENGINES if shutil.which(name)), None)
+    if engine is None:
+        raise InputError(source, "pdf", f"no LaTeX is installed ({', '.join(ENGINES)}): {INSTEAD}")
+    return engine
 
 
 def _compile(engine: str, folder: str) -> str:

@@ -111,3 +111,9 @@ def test_grids_are_bounded_before_any_work(options: str, said: str) -> None:
     """Before the machine is read, which does not exist."""
     command, *more = options.split()
     assert said in refused(command, "none.toml", *more)
+
+
+def test_latex_is_looked_for_before_any_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the machine is read, which does not exist."""
+    monkeypatch.setenv("PATH", "")
+    assert "no LaTeX is installed" in refused("equations", "none.toml", "--format", "pdf")

@@ -46,6 +46,16 @@ def test_random_machine_through_par(machine: Machine) -> None:
     assert par.read(par.write(machine), "") == machine
 
 
+@pytest.mark.parametrize(
+    "note", ["Robotname = 'other'", "red \x1b[31m", "next \x9b line", "a\u2028b", "two\nlines", "é"]
+)
+def test_notes_survive_and_no_control_character_is_written(note: str) -> None:
+    machine = replace(toml.read(TOML, ""), notes=(note, "last"))
+    text = par.write(machine)
+    assert par.read(text, "") == machine
+    assert text.replace("\n", "").isprintable()
+
+
 def test_examples_are_what_their_names_say() -> None:
     names = {path.name for path in MACHINES}
     assert names >= {"two_axis.toml", "two_axis_printed.par", "rx90.par", "puma560.par", "flex4.par", "planar_2r.toml"}

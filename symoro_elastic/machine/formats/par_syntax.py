@@ -44,7 +44,7 @@ HEADINGS = (
 
 _STATEMENT = re.compile(r"\s*([A-Za-z_]\w*)[ \t]*=(?:\s*(\{[^{}]*\})[ \t]*|([^\n;{}]*))(?:[\n;]|\Z)", re.ASCII)
 _EXTENSION = re.compile(r"\s*([A-Za-z_]\w*)\s*=(.*)", re.DOTALL | re.ASCII)
-_ROBOT = re.compile(r"""\s*Robotname\s*=\s*(['"])(.*)\1\s*""", re.IGNORECASE)
+ROBOT = re.compile(r"""\s*Robotname\s*=\s*(['"])(.*)\1\s*""", re.IGNORECASE)
 _STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 _SIGN = re.compile(r'[(){}=,"]')
 MAX_DEPTH = 5
@@ -93,7 +93,7 @@ def _without_comments(text: str, found: ParText) -> str:
 def _keep(found: ParText, comment: str) -> None:
     if comment.startswith("!"):
         _extension(found, comment[1:])
-    elif named := _ROBOT.fullmatch(comment):
+    elif named := ROBOT.fullmatch(comment):
         found.robot = named[2]
     elif comment.strip() and comment.strip() not in HEADINGS:
         found.comments.append(comment.strip())

@@ -12,7 +12,7 @@ from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import name_of
-from symoro_elastic.machine.formats.par_syntax import BODY, EXTENDED, GEOMETRIC, HEADINGS, JOINT, entries
+from symoro_elastic.machine.formats.par_syntax import BODY, EXTENDED, GEOMETRIC, HEADINGS, JOINT, ROBOT, entries
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
@@ -238,7 +238,8 @@ def _plain_notes(notes: Sequence[str]) -> list[str]:
     """The leading notes that can be written as ordinary comments."""
     plain = []
     for note in notes:
-        if not note or note != note.strip() or "*)" in note or "\r" in note or note[0] == "!" or note in HEADINGS:
+        is_text = note == note.strip() and note.replace("\n", "").isprintable() and "*)" not in note
+        if not note or not is_text or note[0] == "!" or note in HEADINGS or ROBOT.fullmatch(note):
             break
         plain.append(note)
     return plain
@@ -248,4 +249,4 @@ def _word(text: str) -> str:
     """A text in an extension line, quoted where it must be."""
     if re.fullmatch(r"[A-Za-z0-9_.+\-*/^]+( [A-Za-z0-9_.+\-*/^]+)*", text, re.ASCII):
         return text
-    return json.dumps(text, ensure_ascii=False).replace("*)", "*\\u0029")
+    return json.dumps(text, ensure_ascii=not text.isprintable()).replace("*)", "*\\u0029")
