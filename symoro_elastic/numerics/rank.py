@@ -112,7 +112,8 @@ class CrossCheck:
     @property
     def message(self) -> str:
         """Result of the check, as one line."""
-        return self.doubt or f"{self.rank} base parameters, as the rank of the regressor"
+        count = f"{self.rank} base parameter{'s' * (self.rank != 1)}"
+        return self.doubt or f"{count}, as the rank of the regressor"
 
 
 def random_motion(
