@@ -54,8 +54,8 @@ def try_machine(path: Path) -> None:
 def main() -> None:
     """Try the machines named, or some of the examples."""
     print(ROW.format("machine", "model", "", f"worst, {UNSEEN}", "least bound", "most", "held"))
-    for path in sys.argv[1:] or [EXAMPLES / name for name in MACHINES]:
-        try_machine(Path(path))
+    for path in map(Path, sys.argv[1:] or [str(EXAMPLES / name) for name in MACHINES]):
+        try_machine(path)
 
 
 if __name__ == "__main__":
