@@ -153,7 +153,16 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
             slow = configuration.is_slow
             given = some if slow else states
             found, precision = results if slow else one.results(traced, states), judged_in(configuration.precision)
-            known[key] = measure(traced, found, given, form.values, precision, seed=seed, reference=reference)
+            known[key] = measure(
+                traced,
+                found,
+                given,
+                form.values,
+                precision,
+                seed=seed,
+                reference=reference,
+                cancelling=not configuration.precision.is_pair,
+            )
         errors[k] = known[key]
         progress(done, len(ready))
     return [errors[k] for k in range(len(ready))]

@@ -14,7 +14,7 @@ from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.accuracy import measure, rounded, rounded_values
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import moderate_states
-from symoro_elastic.numerics.tails import CONFIDENCE, FITTED, bound_of_more
+from symoro_elastic.numerics.tails import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients
 from symoro_elastic.numerics.values import parameter_values
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -41,10 +41,23 @@ def test_lighter_tails_are_within(draw: str) -> None:
     assert np.mean(kept) >= CONFIDENCE
 
 
+@pytest.mark.parametrize("entries", [1, 2, 4])
+def test_errors_of_results_that_cancel_are_within(entries: int) -> None:
+    """One result in a million is small in all entries: nothing tells of it in the errors that are drawn."""
+    rng = np.random.default_rng(2)
+    kept = []
+    for _ in range(100):
+        results = np.abs(rng.normal(size=(SHOWN + MORE, entries))).max(axis=1)
+        errors = rng.uniform(0.5, 1.0, SHOWN + MORE)
+        bound = bound_of_quotients(errors[:SHOWN], results[:SHOWN], MORE)
+        kept.append((errors / results)[SHOWN:].max() <= bound)
+    assert np.mean(kept) >= CONFIDENCE
+
+
 def test_few_and_infinite_errors_have_no_bound() -> None:
     assert bound_of_more(np.ones(39), 1) == math.inf
     assert bound_of_more(np.append(np.ones(400), math.inf), 1) == math.inf
-    assert bound_of_more(np.ones(400), 100_000) == 1.0
+    assert bound_of_more(np.ones(400), 100_000) == bound_of_quotients(np.ones(400), np.ones(400), 100_000) == 1.0
 
 
 def test_unseen_states_of_a_machine_are_within() -> None:
