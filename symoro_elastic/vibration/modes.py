@@ -65,7 +65,7 @@ def modes(linear: Linearization) -> Modes:
     if not linear.is_symmetric:
         what = (
             "K is not symmetric, since wrenches turn with their bodies or the state moves, so modes are not real: "
-            "linearize gives A and its poles"
+            "linearize gives A and its poles, and --hover carries a base by forces of constant direction"
         )
         raise InputError(motion.source, "modes", what)
     refuse_singular(motion, linear.M, linear.kept)
