@@ -32,7 +32,7 @@ class Reference:
     def trajectory(self, machine: Machine) -> ReferenceTrajectory:
         """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
         from symoro_elastic.vibration import reference_trajectory
-        from symoro_elastic.vibration.comparison import usual_duration
+        from symoro_elastic.vibration.course import usual_duration
         from symoro_elastic.vibration.feed_forward import orders
 
         smooth = max(orders(machine).values(), default=0) + 1
