@@ -44,7 +44,7 @@ class ComparedMotion:
     "--motion",
     metavar="FILE",
     type=InputFile(),
-    help="Measured or simulated motion, .csv or .npz (default: a move).",
+    help="Motion of all joints with torques, or of the motors alone (springs follow), .csv or .npz (default: a move).",
 )
 @click.option(
     "--stroke",
@@ -102,11 +102,9 @@ def _compared(
     ratios: Mapping[str, float],
     held: bool,
 ) -> Comparison:
-    from symoro_elastic.time_series.measurements import read_measurements
-    from symoro_elastic.vibration.comparison import compare, course_of
+    from symoro_elastic.vibration.comparison import compare
 
-    course = course_of(read_measurements(on.motion, machine)) if on.motion else None
-    return compare(machine, values, positions, ratios, held, course, on.stroke, on.duration)
+    return compare(machine, values, positions, ratios, held, on.motion, on.stroke, on.duration)
 
 
 def _print_comparison(result: Comparison, title: str) -> None:

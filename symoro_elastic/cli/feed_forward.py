@@ -32,7 +32,7 @@ class Reference:
     def trajectory(self, machine: Machine) -> ReferenceTrajectory:
         """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
         from symoro_elastic.vibration import reference_trajectory
-        from symoro_elastic.vibration.comparison import usual_duration
+        from symoro_elastic.vibration.course import usual_duration
         from symoro_elastic.vibration.feed_forward import orders
 
         smooth = max(orders(machine).values(), default=0) + 1
@@ -99,9 +99,9 @@ def feed_forward(
 ) -> None:
     """Compute torques that make the load follow a trajectory.
 
-    Motor torques of MACHINE, exact for the full elastic model: the load, beyond the springs, follows the reference
-    trajectory. They need its derivatives: two, and two more for each spring in a row. Lock joints that are not
-    springs behind a motor with --scene.
+    Motor torques of MACHINE, those of the full elastic model: the load, beyond the springs, follows the reference
+    trajectory. They need its derivatives: two, and two more for each spring in a row. Springs may have damping.
+    Springs that are not behind a motor on its axis are left out; the command says what that costs.
     """
     from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.time_series.writing import CSV, NPZ

@@ -102,6 +102,12 @@ def numbers_or_default(given: Sequence[str], option: str) -> dict[str, float]:
     return numbers([text if "=" in text else f"={text}" for text in given], option)
 
 
+def numbers_or_none(given: Sequence[str], option: str) -> dict[str, float | None]:
+    """Numbers by name, from `NAME=X`, None from `NAME`."""
+    valued = numbers([text for text in given if "=" in text], option)
+    return {name: valued.get(name) for name in (text.partition("=")[0].strip() for text in given)}
+
+
 def ranges(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     """Ranges by name, from `NAME=LOW:HIGH` or `NAME=X` for -X:X; a range without name has the name ""."""
     return named(given, option, _low_high, " is no limit: X, LOW:HIGH, NAME=X ...")

@@ -10,7 +10,7 @@ import click
 
 from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import AT, VALUE, Command, gather
-from symoro_elastic.cli.parsing import gains, numbers, parsed_by
+from symoro_elastic.cli.parsing import gains, numbers, numbers_or_none, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 from symoro_elastic.errors import InputError
 
@@ -30,12 +30,15 @@ class Situation:
     hold: Sequence[str]
     gains: Mapping[str, tuple[float, float]]
     values: Mapping[str, float]
+    hover: bool
+    thrusts: Mapping[str, float | None]
 
     def motion(self, path: str, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> EquationsOfMotion:
         """Return the equations of motion of the machine in a file."""
+        from symoro_elastic.vibration.hover import with_thrusts
         from symoro_elastic.vibration.linearization import motion_of
 
-        return motion_of(read_restricted(path), dict(self.values), inputs, outputs)
+        return motion_of(with_thrusts(read_restricted(path), self.thrusts), dict(self.values), inputs, outputs)
 
     def held(self, motion: EquationsOfMotion) -> list[str]:
         """Names of the motors that are held."""
@@ -44,13 +47,32 @@ class Situation:
     def state(self, motion: EquationsOfMotion) -> State:
         """Return the given state, or the equilibrium."""
         from symoro_elastic.vibration.equilibrium import equilibrium, given_state
+        from symoro_elastic.vibration.hover import hover
 
+        self._refuse_mixture()
+        if self.thrusts and not self.as_given:
+            return hover(motion, self.positions, self.thrusts)
         if self.as_given:
             return given_state(motion, self.positions, self.rates, self.torques)
         if self.rates:
             what = "an equilibrium is at rest: add --as-given, or leave it out"
             raise InputError("symoro-elastic", "--rate", what)
-        return equilibrium(motion, self.positions, self.torques)
+        return equilibrium(motion, self.positions, self.torques, self.hover)
+
+    def _refuse_mixture(self) -> None:
+        """Raise `InputError` for options that exclude each other."""
+        unknown = [name for name, x in self.thrusts.items() if x is None]
+        for wrong, option, what in (
+            (self.hover and (self.thrusts or self.as_given), "--hover", "leave out --thrust and --as-given, or it"),
+            (unknown and self.as_given, "--thrust", f"{unknown} is found for an equilibrium: give its size"),
+            (
+                self.thrusts and self.torques and not self.as_given,
+                "--torque",
+                "motors are held in a hover: leave it out",
+            ),
+        ):
+            if wrong:
+                raise InputError("symoro-elastic", option, what)
 
     def linearization(self, path: str, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> Linearization:
         """Return the machine of a file linearized here, with its motors held or controlled."""
@@ -98,6 +120,18 @@ OPTIONS = (
         multiple=True,
         callback=parsed_by(gains),
         help="Gains of a motor's position controller.",
+    ),
+    click.option(
+        "--hover", is_flag=True, help="Carry a floating base in place by a force and a moment of constant direction."
+    ),
+    click.option(
+        "--thrust",
+        "thrusts",
+        metavar="FRAME.fz[=X]",
+        multiple=True,
+        callback=parsed_by(numbers_or_none),
+        help="Force or moment that turns with its frame and carries a floating base (fx ... mz, N or N m; without X it "
+        "is found); may be repeated.",
     ),
     VALUE,
 )

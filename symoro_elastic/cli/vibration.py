@@ -160,10 +160,13 @@ def _modes_over(
     if situation.as_given:
         what = "modes over positions are those of equilibria: leave out --as-given"
         raise InputError("symoro-elastic", "--over", what)
+    if situation.thrusts:
+        raise InputError("symoro-elastic", "--over", "thrusts are found at one position: use --hover, or leave it out")
     motion = situation.motion(machine)
     with counted("modes") as progress:
         held = situation.held(motion)
-        found = over_grid(motion, over, situation.positions, situation.torques, held, situation.gains, progress)
+        at, torques, gains = situation.positions, situation.torques, situation.gains
+        found = over_grid(motion, over, at, torques, held, gains, progress, situation.hover)
     if as_json:
         print_json(tracked_json(found))
     else:

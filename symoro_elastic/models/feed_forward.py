@@ -15,10 +15,11 @@ from itertools import islice, pairwise
 from math import factorial
 
 from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.feed_forward import drives, mounted_in_parallel
+from symoro_elastic.equations.feed_forward import Drive, drives, mounted_in_parallel
 from symoro_elastic.equations.spatial import AxialTransform, Z
+from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward_checks import refuse_high_order, refuse_unfit
+from symoro_elastic.models.feed_forward_checks import damping_of, refuse_high_order, refuse_unfit
 from symoro_elastic.models.model import CheckedBy, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.quantities import COEFFICIENT, HIGHEST_DERIVATIVE, MOTION, quantity
@@ -52,20 +53,62 @@ class Balance:
 
 @dataclass(frozen=True)
 class Solution:
-    """Coefficients in time of coordinates z_j and of the deflections of springs."""
+    """Coefficients in time of coordinates z_j and of the deflections of springs.
+
+    `undamped` holds those that springs with damping would have without: then theirs are symbols (`deflection_symbol`).
+    """
 
     needed: Reach
     series: TimeSeries
     z: dict[int, VariableCoefficient]
     deflections: dict[int, list[Scalar]]
+    undamped: dict[int, list[Scalar]]
+
+
+@dataclass(frozen=True)
+class OverTime:
+    """Torques of motors, and positions and velocities of all joints, where springs with damping lag behind.
+
+    A spring of stiffness k and damping d obeys q + d/k q' = u, u being its deflection without damping. `lagging` holds
+    u and its derivatives of each such spring, in an order in which each needs only the q of those before it; `q`,
+    `qd` and `tau` need all. The symbols are y_<j>, its derivatives (`motion_symbol`) and those of `deflection_symbol`.
+    """
+
+    lagging: dict[int, list[Scalar]]
+    tau: dict[int, Scalar]
+    q: dict[int, Scalar]
+    qd: dict[int, Scalar]
+
+
+def over_time(bound: Bound) -> OverTime:
+    """Return the feed-forward of a machine whose springs may have damping. Raises `InputError`."""
+    balance = _balance(bound, damped=True)
+    solution, q, tau = _solved(bound, balance)
+    lagging = {j: [x * factorial(k) for k, x in enumerate(u)] for j, u in solution.undamped.items()}
+    return OverTime(lagging, tau, *({j: x[k] for j, x in q.items()} for k in (0, 1)))
+
+
+def left_out(bound: Bound) -> list[str]:
+    """Return the springs that are not behind a motor on its axis: no torque makes them follow."""
+    followed = {j for drive in _drives(bound) for j in drive.joints}
+    elastic = (bound.machine.joint(j) for j in bound.machine.moving if j not in followed)
+    return [joint.name for joint in elastic if joint.kind is Kind.ELASTIC]
+
+
+def motion_symbol(motor: int, k: int) -> str:
+    """Return the symbol of derivative k of the outboard coordinate of a motor."""
+    return f"y{motor}_{k}"
+
+
+def deflection_symbol(j: int, k: int) -> str:
+    """Return the symbol of derivative k of a deflection that is a result of integration."""
+    return f"spring.{j}.{k}"
 
 
 def _feed_forward(bound: Bound, asked: Joints) -> Results:
     balance = _balance(bound)
-    solution = _solution(bound, balance)
-    tau = {j: solution.series.of(x, 0)[0] for j, x in balance.tau.items()}
+    solution, q, tau = _solved(bound, balance)
     z = {j: [solution.z[j](k) for k in range(highest + 1)] for j, highest in solution.needed.items()}
-    q = solution.deflections | {j: z[j] for j in tau}
     _name_results(bound, q, tau)
     _name_coordinates(bound, z, {j: motor for j, motor in balance.motors.items() if j not in balance.outer})
     _name_series(bound, solution.series)
@@ -77,11 +120,23 @@ def _feed_forward(bound: Bound, asked: Joints) -> Results:
     }
 
 
-def _balance(bound: Bound) -> Balance:
-    """Newton and Euler's torques of the tree in which the bodies of a drive hang side by side."""
+def _solved(bound: Bound, balance: Balance) -> tuple[Solution, dict[int, list[Scalar]], dict[int, Scalar]]:
+    """Return the solution, coefficients of q of all joints, and torques of motors."""
+    solution = _solution(bound, balance)
+    tau: dict[int, Scalar] = {j: solution.series.of(x, 0)[0] for j, x in balance.tau.items()}
+    motors = {j: [solution.z[j](k) for k in range(solution.needed[j] + 1)] for j in tau}
+    return solution, solution.deflections | motors, tau
+
+
+def _drives(bound: Bound) -> list[Drive]:
     elastic = [j for j in bound.machine.moving if j not in bound.motors]
-    found = drives(bound.mechanism, bound.motors, elastic)
-    refuse_unfit(bound, found)
+    return drives(bound.mechanism, bound.motors, elastic)
+
+
+def _balance(bound: Bound, damped: bool = False) -> Balance:
+    """Newton and Euler's torques of the tree in which the bodies of a drive hang side by side."""
+    found = _drives(bound)
+    refuse_unfit(bound, found, damped)
     held = {j: _held(bound, j) for j in bound.machine.moving}
     motion = dynamics(mounted_in_parallel(bound.mechanism, found, held), bound.rates(), bound.given_rules())
     name_dynamics(bound, motion, "[15]", "[61]")
@@ -116,7 +171,7 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
     for j, sense in balance.senses.items():
         for rate, symbols in enumerate((bound.q, bound.qd, bound.qdd)):
             variables[symbols[j].operands[0]] = partial(_rate, z, j, sense, rate)
-    solution = Solution(needed, TimeSeries(variables), z, {})
+    solution = Solution(needed, TimeSeries(variables), z, {}, {})
     for j in order:
         behind = balance.outer[j]
         sense, outside = balance.senses[behind], z[behind]
@@ -124,6 +179,9 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
         compliance, neutral = Fraction(1) / bound.cell(spring.stiffness), bound.cell(spring.neutral)
         torque = solution.series.of(balance.springs[behind], needed[j])
         bent = [(0 if k else neutral) - sense * (compliance * x) for k, x in enumerate(torque)]
+        if damping_of(bound, behind) != 0:
+            solution.undamped[behind] = bent
+            bent = [_lagging(bound, behind, k) for k in range(len(bent))]
         solution.deflections[behind] = bent
         z[j] = [outside(k) - sense * x for k, x in enumerate(bent)].__getitem__
     return solution
@@ -131,7 +189,12 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
 
 def _wanted(bound: Bound, motor: int, k: int) -> Scalar:
     """Coefficient k of the outboard coordinate of a motor."""
-    return bound.graph.symbol(f"y{motor}_{k}") * Fraction(1, factorial(k))
+    return bound.graph.symbol(motion_symbol(motor, k)) * Fraction(1, factorial(k))
+
+
+def _lagging(bound: Bound, j: int, k: int) -> Scalar:
+    """Coefficient k of the deflection of a spring with damping."""
+    return bound.graph.symbol(deflection_symbol(j, k)) * Fraction(1, factorial(k))
 
 
 def _rate(z: Mapping[int, VariableCoefficient], j: int, sense: int, rate: int, k: int) -> Scalar:

@@ -11,10 +11,17 @@ from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
+from symoro_elastic.scalar import Scalar
 
 
-def refuse_unfit(bound: Bound, found: Sequence[Drive]) -> None:
-    """Raise `InputError` for a joint that no motor drives, or whose spring has damping, and for a moving base."""
+def damping_of(bound: Bound, j: int) -> Scalar:
+    """Return damping and viscous friction of a spring, N m s/rad or N s/m."""
+    joint = bound.machine.joint(j)
+    return bound.cell(joint.spring.damping) + bound.cell(joint.friction.viscous)
+
+
+def refuse_unfit(bound: Bound, found: Sequence[Drive], damped: bool) -> None:
+    """Raise `InputError` for a joint that no motor drives, whose spring has damping unless `damped`, a moving base."""
     machine = bound.machine
     if not _at_rest(bound, machine.base):
         _refuse(bound, "base", "it moves, and derivatives of its motion by time are not known: give a base at rest")
@@ -22,7 +29,7 @@ def refuse_unfit(bound: Bound, found: Sequence[Drive]) -> None:
         _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
     driven = {j for drive in found for j in drive.joints}
     for j in machine.moving:
-        for cell, what in _faults(bound, j, machine.joint(j), j in driven):
+        for cell, what in _faults(bound, j, machine.joint(j), j in driven, damped):
             _refuse(bound, place_of(j, machine.joint(j), cell), what)
 
 
@@ -31,7 +38,7 @@ def _at_rest(bound: Bound, base: Base) -> bool:
     return all(map(is_zero, bound.cells(cells)))
 
 
-def _faults(bound: Bound, j: int, joint: Joint, driven: bool) -> Iterator[tuple[str, str]]:
+def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> Iterator[tuple[str, str]]:
     if joint.kind is Kind.MOTOR:
         return
     if joint.kind is Kind.PASSIVE:
@@ -42,15 +49,13 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool) -> Iterator[tuple[
             "it is elastic and not the one spring behind a motor on its axis: it vibrates by itself, whatever the "
             "motors do, and the wanted motion has no torques in closed form: lock it in a scene",
         )
-    cells = (
-        ("damping", joint.spring.damping),
-        ("viscous friction", joint.friction.viscous),
-        ("coulomb friction", joint.friction.coulomb),
-    )
-    for cell, formula in cells:
+    linear = (("damping", joint.spring.damping), ("viscous friction", joint.friction.viscous))
+    for cell, formula in () if damped else linear:
         if not is_zero(bound.cell(formula)):
-            what = "it makes the deflection of the spring a differential equation, without closed form: make it 0"
-            yield cell, what
+            what = "it makes the deflection of the spring a differential equation, without closed form: make it 0, or "
+            yield cell, f"{what}use the command feed-forward, which integrates it"
+    if not is_zero(bound.cell(joint.friction.coulomb)):
+        yield "coulomb friction", "it lets the spring stick, so its deflection is not known: make it 0"
     if not is_zero(bound.cell(joint.rotor_inertia)):
         yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
     if is_zero(bound.cell(joint.spring.stiffness)):

@@ -22,19 +22,27 @@ from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluated
 from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
 from symoro_elastic.numerics.states import States
+from symoro_elastic.numerics.tails import bound_of_more, bound_of_quotients
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.symbolic.expression import reachable
 
 ComputedResults = Mapping[str, AnyArray | Sequence[AnyArray]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
 
+Sizes = dict[str, tuple[Array, Array]]
+"""By result, absolute errors and the largest exact entries."""
+
 NUMBERS_AT_ONCE = 2_000_000
-LEAST_MOVES = 32
+LEAST_MOVES, MOVED_STATES = 32, 400
 MOST_EXTENDED_BITS = 53
 EXTENDED_U = float(np.finfo(EXTENDED).eps)
 ENCLOSURE_WIDTH = 2.0**-20
 EXTENDED_ZERO = 1e-300
 """Extended results that are smaller are zero."""
+UNSEEN = 100_000
+"""States beside those measured that errors are bounded for."""
+LEAST_ERROR = 2.0**-6
+"""Errors below it, in u, are as good as it: exact results have no tail."""
 
 
 def rounded(states: States, precision: Precision) -> States:
@@ -56,7 +64,8 @@ class Errors:
     `worst` (a proven bound, at state `at`; infinite where a result is not finite) and `typical` (the median).
     Next to them, worst and median effect of moving every input (variables, velocities, torques, parameters) one ulp
     up or down at the same states; NaN where numpy has no extended precision. States where the model divides by zero,
-    or whose exact results are out of range, are not `judged`.
+    or whose exact results are out of range, are not `judged`. `unseen` bounds the worst error at `UNSEEN` other states
+    drawn the same way (`numerics/tails.py`).
     """
 
     u: float
@@ -66,11 +75,39 @@ class Errors:
     typical_input_effect: float
     judged: int
     at: int
+    unseen: float
 
     @property
     def relative(self) -> float:
         """The worst error relative to the largest entry."""
         return self.worst * self.u
+
+    @property
+    def bound(self) -> float:
+        """The bound on errors at other states, relative to the largest entry."""
+        return self.unseen * self.u
+
+
+class Reference:
+    """The exact results of a model at states, in extended precision, each computed once."""
+
+    def __init__(self, traced: TracedModel, states: States, values: Mapping[str, float]) -> None:
+        """States along the first axis; `values` are those of the parameters."""
+        self.traced, self.states, self.values = traced, states, values
+        nodes = reachable(x for o in traced.program.outputs for x in o.entries)
+        self._step = max(1, NUMBERS_AT_ONCE // (1 + len(nodes)))
+        self._known: dict[int, dict[str, AnyArray]] = {}
+
+    def parts(self, count: int) -> list[slice]:
+        """Return slices of the first states, as many in each as are computed at once."""
+        return [slice(k, min(k + self._step, count)) for k in range(0, count if HAS_EXTENDED else 0, self._step)]
+
+    def at(self, part: slice) -> dict[str, AnyArray]:
+        """Return results by name at the states of one of the `parts`."""
+        if part.start not in self._known:
+            whole = self.states.part(slice(part.start, part.start + self._step))
+            self._known[part.start] = evaluated(self.traced, whole, self.values, EXTENDED)
+        return {name: entries[: part.stop - part.start] for name, entries in self._known[part.start].items()}
 
 
 def measure(
@@ -82,38 +119,59 @@ def measure(
     *,
     seed: int = 0,
     progress: Progress = no_progress,
+    reference: Reference | None = None,
+    cancelling: bool = True,
 ) -> Errors:
     """Return the errors of `results`, computed in this precision for `states` and the parameters `values`.
 
-    States and values are numbers that the arrays of the precision hold (`rounded`, `rounded_values`). Some 20 000
-    states a second for a 6-joint arm; a thousand times fewer in double-double, or where numpy has no extended
-    precision. Raises `InputError` where python-flint is missing, `ValueError` for results of other shapes.
+    States and values are exact as they are: where the arrays of the precision do not hold them (`rounded`,
+    `rounded_values` do), their rounding is part of the error. A `reference` at these states, or at more, saves time.
+    Where cancelling terms do not make errors grow, as in double-double, they need not count for the bound.
+    Some 20 000 states a second for a 6-joint arm; a thousand times fewer in double-double, or where numpy has no
+    extended precision. Raises `InputError` where python-flint is missing, `ValueError` for results of other shapes.
     """
     judge = _Judge(traced, results, states, values, precision)
+    reference = reference or Reference(traced, states, values)
     errors, effects = np.full((2, len(states)), np.nan)
-    chunk = max(1, NUMBERS_AT_ONCE // (1 + len(reachable(x for o in traced.program.outputs for x in o.entries))))
-    for start in range(0, len(states) if HAS_EXTENDED else 0, chunk):
-        part = slice(start, start + chunk)
-        errors[part], effects[part] = judge.quickly(part, np.random.default_rng([seed, start]))
-        progress(min(start + chunk, len(states)), len(states))
+    sizes: list[Sizes] = []
+    for part in reference.parts(len(states)):
+        wanted = reference.at(part)
+        errors[part] = judge.quickly(part, wanted)
+        effects[part] = judge.effects(part, wanted, np.random.default_rng([seed, part.start]))
+        sizes.append(judge.sizes(part, wanted))
+        progress(part.stop, len(states))
     judge.prove_worst(errors)
     judge.prove_worst_effect(errors, effects, random.Random(seed))
-    return _summary(errors, effects, judge.u)
+    return _summary(errors, effects, judge.u, _unseen(errors, sizes if cancelling else ()))
 
 
-def _summary(errors: Array, effects: Array, u: float) -> Errors:
+def _unseen(errors: Array, sizes: Sequence[Sizes]) -> float:
+    """Return the bound on errors at other states, in u."""
+    judged = ~np.isnan(errors)
+    bounds = [bound_of_more(np.maximum(errors[judged], LEAST_ERROR), UNSEEN)] if judged.any() else [math.inf]
+    for name in sizes[0] if sizes else ():
+        absolute, largest = (np.concatenate([part[name][k] for part in sizes]) for k in (0, 1))
+        there = judged & (largest > EXTENDED_ZERO)
+        if there.any():
+            floor = np.maximum(absolute[there], LEAST_ERROR * largest[there].min())
+            bounds.append(bound_of_quotients(floor, largest[there], UNSEEN))
+    return max(bounds)
+
+
+def _summary(errors: Array, effects: Array, u: float, unseen: float) -> Errors:
     judged = ~np.isnan(errors)
     if not judged.any():
-        return Errors(u, math.nan, math.nan, math.nan, math.nan, judged=0, at=-1)
-    at = int(np.nanargmax(errors))
+        return Errors(u, math.nan, math.nan, math.nan, math.nan, judged=0, at=-1, unseen=math.inf)
+    at, moved = int(np.nanargmax(errors)), ~np.isnan(effects[judged])
     return Errors(
         u,
         worst=float(errors[at]),
         typical=float(np.median(errors[judged])),
-        input_effect=float(np.max(effects[judged])),
-        typical_input_effect=float(np.median(effects[judged])),
+        input_effect=float(np.nanmax(effects[judged])) if moved.any() else math.nan,
+        typical_input_effect=float(np.nanmedian(effects[judged])) if moved.any() else math.nan,
         judged=int(judged.sum()),
         at=at,
+        unseen=unseen,
     )
 
 
@@ -135,19 +193,32 @@ class _Judge:
         self.is_extended_enough = HAS_EXTENDED and precision.bits <= MOST_EXTENDED_BITS
         self.most = float(np.finfo(np.float32 if precision.real == "float" else np.float64).max)
 
-    def quickly(self, part: slice, rng: np.random.Generator) -> tuple[Array, Array]:
-        """Return errors, NaN where extended precision is not enough, and effects of the inputs."""
-        states = self.states.part(part)
-        wanted = evaluated(self.traced, states, self.values, EXTENDED)
-        results = {name: [x[part] for x in parts] for name, parts in self.results.items()}
-        errors, effects = _distance(results, wanted) / self.u, np.zeros(len(states))
+    def quickly(self, part: slice, wanted: Mapping[str, AnyArray]) -> Array:
+        """Return errors, in u, NaN where extended precision is not enough."""
+        errors: Array = _distance(self._results(part), wanted) / self.u
         within = [(np.abs(entries) <= self.most).all(axis=1) for entries in wanted.values()]
         errors[~np.logical_and.reduce(within)] = np.nan
-        for _ in range(math.ceil(LEAST_MOVES / len(self.states))):
+        return errors
+
+    def sizes(self, part: slice, wanted: Mapping[str, AnyArray]) -> Sizes:
+        """Return absolute errors, in u, and the largest exact entries of each result."""
+        found = _differences(self._results(part), wanted)
+        with np.errstate(over="ignore"):
+            return {name: (np.asarray(x / self.u, float), np.asarray(y, float)) for name, (x, y) in found.items()}
+
+    def _results(self, part: slice) -> dict[str, list[AnyArray]]:
+        return {name: [x[part] for x in parts] for name, parts in self.results.items()}
+
+    def effects(self, part: slice, wanted: Mapping[str, AnyArray], rng: np.random.Generator) -> Array:
+        """Return the largest effect of moved inputs at the first states, in u; NaN at all others."""
+        effects = np.full(part.stop - part.start, np.nan)
+        some = slice(0, max(0, MOVED_STATES - part.start))
+        states = self.states.part(part).part(some)
+        for _ in range(math.ceil(LEAST_MOVES / len(self.states)) if len(states) else 0):
             other = evaluated(self.traced, *self._moved(states, rng), EXTENDED)
-            effect = _distance({name: [entries] for name, entries in other.items()}, wanted)
-            effects = np.maximum(effects, effect / self.u)
-        return errors, effects
+            effect = _distance({name: [x] for name, x in other.items()}, {name: x[some] for name, x in wanted.items()})
+            effects[some] = np.fmax(effects[some], effect / self.u)
+        return effects
 
     def _moved(self, states: States, rng: np.random.Generator) -> tuple[States, Parameters]:
         """Return every input one ulp up or down, at random; parameters become one number a state."""
@@ -162,8 +233,9 @@ class _Judge:
         }
 
     def _off(self, x: Any, towards: Any) -> Any:
-        """Return numbers of the precision, one ulp off."""
-        return np.nextafter(np.asarray(x, self.inputs), np.asarray(towards, self.inputs)).astype(float)
+        """Return numbers one ulp of the precision off."""
+        held = np.asarray(x, self.inputs)
+        return x + (np.nextafter(held, np.asarray(towards, self.inputs)).astype(float) - held.astype(float))
 
     def prove_worst(self, errors: Array) -> None:
         """Replace errors by proven ones: all unknown ones, then the largest until it is proven."""
@@ -222,13 +294,25 @@ def _parts(results: AnyArray | Sequence[AnyArray], states: int) -> list[AnyArray
     return [np.asarray(x).reshape(states, -1) for x in parts]
 
 
+def _differences(
+    results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]
+) -> dict[str, tuple[AnyArray, AnyArray]]:
+    """Return by result the largest difference and the largest exact entry at each state."""
+    with np.errstate(all="ignore"):
+        return {
+            name: (
+                np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0),
+                np.abs(exact).max(axis=1, initial=0),
+            )
+            for name, exact in wanted.items()
+        }
+
+
 def _distance(results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]) -> Array:
     """Return by state the largest difference over the largest exact entry, of the worst result."""
     worst = np.zeros(len(next(iter(wanted.values()))))
     with np.errstate(all="ignore"):
-        for name, exact in wanted.items():
-            difference = np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0)
-            scale = np.abs(exact).max(axis=1, initial=0)
+        for difference, scale in _differences(results, wanted).values():
             relative = (difference / np.where(scale > EXTENDED_ZERO, scale, 1)).astype(float)
             worst = np.maximum(worst, np.where(np.isfinite(relative), relative, np.inf))
     return worst

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.numerics.accuracy import UNSEEN
+from symoro_elastic.numerics.tails import CONFIDENCE
 from symoro_elastic.trade.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade.front import fastest_within, most_accurate
 from symoro_elastic.trade.trade import Trade
@@ -33,8 +35,8 @@ def advice(trade: Trade, tolerance: float, with_fast_math: bool = False) -> Advi
     for model, measurements in trade.measurements.items():
         if fastest_within(measurements, tolerance, with_fast_math) is None:
             nearest = most_accurate(measurements, with_fast_math)
-            what = f"none of the ways tried to compute {model} has errors within {tolerance:.1e}: "
-            what += f"nearest is {nearest.error:.1e}, with "
+            what = f"none of the ways tried to compute {model} keeps {_promise(tolerance)}: "
+            what += f"nearest is {nearest.bound:.1e}, with "
             raise InputError(source, "--tolerance", what + nearest.configuration.words)
     every = [one for measurements in trade.measurements.values() for one in measurements]
     models = list(trade.measurements)
@@ -76,8 +78,14 @@ def _of_one_build(
 
 def sentence(advised: Advice) -> str:
     """Return the advice as one sentence."""
-    said = f"Within a relative error of {advised.tolerance:.1e} the fastest is {_said(advised.fastest)}"
+    said = f"{_promise(advised.tolerance, 'W')}, the fastest is {_said(advised.fastest)}"
     return said + (f"; for one state a call, {_said(advised.one_state)}." if advised.one_state else ".")
+
+
+def _promise(tolerance: float, w: str = "w") -> str:
+    """Return what a tolerance means."""
+    held = f"with {CONFIDENCE:.0%} confidence at {UNSEEN} states that were not tried"
+    return f"{w}ithin a relative error of {tolerance:.1e}, {held}, inputs in double"
 
 
 def _said(measurements: Sequence[Measurement]) -> str:
@@ -85,7 +93,8 @@ def _said(measurements: Sequence[Measurement]) -> str:
     options = ["base parameters"] * configuration.form.base + ["folded constants"] * configuration.form.folded
     options += ["angles summed"] * configuration.form.merged
     models = " and ".join(
-        f"{chosen.model} by {chosen.form.way} in {one.ns:.3g} ns a state (worst error {one.error:.1e})"
+        f"{chosen.model} by {chosen.form.way} in {one.ns:.3g} ns a state "
+        f"(worst of {one.errors.judged} states {one.error:.1e}, bound {one.bound:.1e})"
         for chosen, one in ((one.configuration, one) for one in measurements)
     )
     how = ", ".join([configuration.precision.name, configuration.made_by, configuration.call, *options])

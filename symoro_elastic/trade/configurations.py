@@ -40,10 +40,18 @@ class Configuration:
         """Whether it may be advised: not with -ffast-math."""
         return self.build is None or self.build.is_safe
 
+    @property
+    def is_slow(self) -> bool:
+        """Whether it is too slow, or too slow to judge, for tens of thousands of states."""
+        return self.precision.is_pair or (self.build is None and self.call == SINGLE_CALL)
+
 
 @dataclass(frozen=True)
 class Measurement:
-    """Time and errors of a configuration; errors are those of the results that a user gets."""
+    """Time and errors of a configuration.
+
+    Errors are those of the results that a user gets who has inputs and parameters in double precision.
+    """
 
     configuration: Configuration
     time: Time
@@ -58,6 +66,11 @@ class Measurement:
     def error(self) -> float:
         """Worst error relative to the largest entry of a result."""
         return self.errors.relative
+
+    @property
+    def bound(self) -> float:
+        """Bound on the errors at states that were not tried, relative to the largest entry of a result."""
+        return self.errors.bound
 
     @property
     def count(self) -> OperationCount:

@@ -26,14 +26,14 @@ def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> 
 def fastest_within(
     measurements: Iterable[Measurement], tolerance: float, with_fast_math: bool = False
 ) -> Measurement | None:
-    """Return the fastest configuration whose worst error is within a tolerance, or None."""
-    good = [one for one in _allowed(measurements, with_fast_math) if one.error <= tolerance]
+    """Return the fastest configuration whose errors at other states are bounded by a tolerance, or None."""
+    good = [one for one in _allowed(measurements, with_fast_math) if one.bound <= tolerance]
     return min(good, key=lambda one: one.ns, default=None)
 
 
 def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
-    """Return the configuration with the smallest worst error, the fastest of several."""
-    return min(_allowed(measurements, with_fast_math), key=lambda one: (_or_infinite(one.error), one.ns))
+    """Return the configuration with the smallest bound on errors, the fastest of several."""
+    return min(_allowed(measurements, with_fast_math), key=lambda one: (_or_infinite(one.bound), one.ns))
 
 
 def _allowed(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:

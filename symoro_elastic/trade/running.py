@@ -27,7 +27,7 @@ from symoro_elastic.numerics.implementations import Implementation, c_code, impo
 from symoro_elastic.numerics.states import States
 from symoro_elastic.progress import Progress
 from symoro_elastic.trade.builds import Build
-from symoro_elastic.trade.configurations import BATCH, CALLS, SINGLE_CALL, Configuration, judged_in
+from symoro_elastic.trade.configurations import BATCH, CALLS, SINGLE_CALL, Configuration
 from symoro_elastic.trade.formulations import Formulation
 from symoro_elastic.trade.timing import Run
 
@@ -199,8 +199,3 @@ def _numpy_run(
 def _repeat(times: int, work: Callable[[], Any]) -> None:
     for _ in range(times):
         work()
-
-
-def judged_states(states: States, precision: Precision) -> States:
-    """Return the states, rounded to the inputs of this precision."""
-    return rounded(states, judged_in(precision))

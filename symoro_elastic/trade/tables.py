@@ -19,12 +19,22 @@ def measurements_table(measurements: Sequence[Measurement], on_front: Sequence[M
     """Return a table of configurations, fastest first, with a mark on the front and on those that are not advised."""
     from rich.table import Table
 
-    table = Table("", "ns a state", "worst error", "in u", "typical, u", "one ulp of inputs, u", "operations", "by")
+    table = Table(
+        "", "ns a state", "worst error", "bound", "in u", "typical, u", "one ulp of inputs, u", "operations", "by"
+    )
     for one in sorted(measurements, key=lambda f: f.ns):
         errors = one.errors
         mark = "*" if any(one is other for other in on_front) else "" if one.configuration.is_safe else "not advised"
         ulps = (_figure(errors.worst), _figure(errors.typical), _figure(errors.input_effect))
-        table.add_row(mark, f"{one.ns:.3g}", f"{one.error:.1e}", *ulps, operations(one.count), one.configuration.words)
+        table.add_row(
+            mark,
+            f"{one.ns:.3g}",
+            f"{one.error:.1e}",
+            f"{one.bound:.1e}",
+            *ulps,
+            operations(one.count),
+            one.configuration.words,
+        )
     return table
 
 
@@ -98,6 +108,7 @@ def _configuration_json(one: Measurement) -> dict[str, Any]:
         "operations": count_json(one.count),
         "u": errors.u,
         "worst": _finite(one.error),
+        "bound": _finite(one.bound),
         "worst_u": _finite(errors.worst),
         "typical_u": _finite(errors.typical),
         "input_effect_u": _finite(errors.input_effect),

@@ -14,19 +14,19 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.accuracy import Errors, measure, rounded_values
+from symoro_elastic.numerics.accuracy import Errors, Reference, measure
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
 from symoro_elastic.progress import Progress, StepProgress, no_step_progress
 from symoro_elastic.trade.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
-from symoro_elastic.trade.configurations import Measurement, judged_in
+from symoro_elastic.trade.configurations import BATCH, Measurement, judged_in
 from symoro_elastic.trade.drift import Drift, drifts
 from symoro_elastic.trade.formulations import BY_MATRIX, Formulation, asked_models, formulations, refuse_stateless
-from symoro_elastic.trade.running import Ready, compiled_configurations, judged_states, numpy_configurations
+from symoro_elastic.trade.running import Ready, compiled_configurations, numpy_configurations
 from symoro_elastic.trade.timing import ROUNDS, timed
 
-MEASURED_STATES = 400
+MEASURED_STATES, COMPARED_STATES = 20_000, 1000
 PATIENCE = 60.0  # s of compiling, unless every combination is tried
 
 
@@ -133,22 +133,39 @@ def _jobs(written: Sequence[Formulation], effort: str, notes: list[str]) -> list
 
 
 def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progress) -> list[Errors]:
-    """Return the errors of each configuration; equal results are measured once."""
+    """Return the errors of each configuration; codes that give equal results at some states are measured once.
+
+    Calls of numpy for one state that differ from its batches, and double-double, are measured at some of the states.
+    """
+    some = states.part(slice(0, COMPARED_STATES))
     known: dict[tuple[int, str, str, bytes], Errors] = {}
-    errors = []
-    for done, one in enumerate(ready, start=1):
-        configuration, traced = one.configuration, one.configuration.form.traced[one.configuration.model]
-        given = judged_states(states, configuration.precision)
-        results = one.results(traced, given)
+    exact: dict[tuple[int, str], Reference] = {}
+    errors: dict[int, Errors] = {}
+    batches_first = sorted(range(len(ready)), key=lambda k: ready[k].configuration.call != BATCH)
+    for done, k in enumerate(batches_first, start=1):
+        one, configuration = ready[k], ready[k].configuration
+        form, traced = configuration.form, configuration.form.traced[configuration.model]
+        results = one.results(traced, some)
         digest = hashlib.sha256(b"".join(results[name].tobytes() for name in sorted(results))).digest()
-        key = (id(configuration.form), configuration.model, configuration.precision.name, digest)
+        key = (id(form), configuration.model, configuration.precision.name, digest)
         if key not in known:
-            precision = judged_in(configuration.precision)
-            values = rounded_values(configuration.form.values, precision)
-            known[key] = measure(traced, results, given, values, precision, seed=seed)
-        errors.append(known[key])
+            reference = exact.setdefault(key[:2], Reference(traced, states, form.values))
+            slow = configuration.is_slow
+            given = some if slow else states
+            found, precision = results if slow else one.results(traced, states), judged_in(configuration.precision)
+            known[key] = measure(
+                traced,
+                found,
+                given,
+                form.values,
+                precision,
+                seed=seed,
+                reference=reference,
+                cancelling=not configuration.precision.is_pair,
+            )
+        errors[k] = known[key]
         progress(done, len(ready))
-    return errors
+    return [errors[k] for k in range(len(ready))]
 
 
 def _drifts(

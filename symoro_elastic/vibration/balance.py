@@ -150,7 +150,8 @@ def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> In
     named = [k for k, f in zip(sought, force, strict=True) if f > SHARE * force.max(initial=0.0)]
     loads = ", ".join(f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {motion.joints[k].force_unit})" for k in named)
     if any(motion.names[k] in COORDINATES for k in named):
-        what = f"there is none: nothing supports {loads}, a free base falls; leave out gravity and what loads it"
+        what = f"there is none: nothing supports {loads}, a free base falls; carry it (--hover, or "
+        what += "--thrust FRAME.fz for one that turns with the frame), or leave out gravity and what loads it"
         return InputError(motion.source, "equilibrium", what)
     what = (
         "give a spring, take the torque that holds a motor, begin elsewhere (--at), or linearize as given (--as-given)"

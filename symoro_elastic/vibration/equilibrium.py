@@ -8,33 +8,46 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.vibration.balance import balanced
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
 
 
 def equilibrium(
-    motion: EquationsOfMotion, at: Mapping[str, float] | None = None, torques: Mapping[str, float] | None = None
+    motion: EquationsOfMotion,
+    at: Mapping[str, float] | None = None,
+    torques: Mapping[str, float] | None = None,
+    carried: bool = False,
 ) -> State:
     """Return the state at rest where r(q, 0, 0) = tau [8], [9], with gravity, external wrenches and `torques`.
 
     Motors are held `at` their positions (rad or m, 0 by default) and tau is the torque that holds them; a motor in
     `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
-    the neutral position of their spring. Raises `InputError` that names the joints nothing supports.
+    the neutral position of their spring. A floating base that is `carried` stays where it is; tau holds the force and
+    the moment on it, whose directions are constant. Raises `InputError` that names the joints nothing supports.
     """
     torques = torques or {}
+    base = base_coordinates(motion) if carried else []
     q, tau = starting_point(motion, at or {}), _torques(motion, torques)
     given = set(motion.numbered(torques, "--torque"))
-    sought = [k for k, joint in enumerate(motion.joints) if joint.kind is not Kind.MOTOR or k in given]
+    fixed = {k for k in motion.motors if k not in given}.union(base)
+    sought = [k for k in range(len(motion.joints)) if k not in fixed]
     placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
     q = balanced(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
     forces = motion.forces(q, zero, zero)
     left = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
-    held = [k for k in motion.motors if k not in given]
-    tau[held] = forces[held]
+    tau[list(fixed)] = forces[list(fixed)]
     return State(q, zero, zero, tau, tuple(sought), left)
+
+
+def base_coordinates(motion: EquationsOfMotion) -> list[int]:
+    """Return the indices in q of the coordinates of a floating base; raises `InputError` where the base is fixed."""
+    base = [k for k, name in enumerate(motion.names) if name in COORDINATES]
+    if not base:
+        raise InputError(motion.source, "hover", "the base is fixed: only a floating base hovers")
+    return base
 
 
 def given_state(

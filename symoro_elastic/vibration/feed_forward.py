@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,16 +13,24 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, motion_symbol, over_time
+from symoro_elastic.models.feed_forward_checks import damping_of
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.quantities import HIGHEST_DERIVATIVE
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.time_series.writing import columns_of, write_columns
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.vibration.lag import lagging
+from symoro_elastic.vibration.left_out import LeftOut, cost, held, left_out_springs, line
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
+NUMBERS_AT_ONCE = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -30,6 +38,7 @@ class FeedForward:
     """Feed-forward of all motors: t (N,) s, tau (N, m) of the motors, q and qd (N, n) of all moving joints.
 
     `reference` is the motion of what they drive, `orders` its derivatives that each motor needs; SI units, radians.
+    `left_out` are springs that do not follow.
     """
 
     machine: Machine
@@ -38,6 +47,7 @@ class FeedForward:
     q: Array
     qd: Array
     tau: Array
+    left_out: LeftOut | None = None
 
     @property
     def t(self) -> Array:
@@ -57,34 +67,80 @@ class FeedForward:
 
 def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
-    program = trace(machine, FEED_FORWARD).program
-    nodes = reachable(x for output in program.outputs for x in output.entries)
-    used, motors = {x.operands[0] for x in nodes if x.operation == SYMBOL}, machine.motor_joints
+    followed = held(machine, left_out_springs(machine))
+    return _orders(followed, over_time(Bound(followed)))
+
+
+def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
+    used = {x.operands[0] for x in reachable(_roots(solved)) if x.operation == SYMBOL}
+    highest = range(HIGHEST_DERIVATIVE + 1)
     return {
-        joint.name: max((k for k, argument in enumerate(program.inputs) if argument.symbols[m] in used), default=0)
-        for m, joint in enumerate(motors)
+        machine.joint(j).name: max((k for k in highest if motion_symbol(j, k) in used), default=0)
+        for j in machine.motors
     }
+
+
+def _roots(solved: OverTime) -> list[Scalar]:
+    lagging = [x for derivatives in solved.lagging.values() for x in derivatives]
+    return [*lagging, *solved.tau.values(), *solved.q.values(), *solved.qd.values()]
 
 
 def feed_forward(
     machine: Machine, reference: ReferenceTrajectory, values: Mapping[str, float] | None = None
 ) -> FeedForward:
-    """Return the torques of motors for a reference trajectory, exact where springs have no damping.
+    """Return the torques of motors for a reference trajectory.
 
+    Deflections of springs with damping are integrated along the samples, exact but for their spacing; without damping
+    they are exact. Springs that are not behind a motor on its axis stay at their neutral positions (`left_out`).
     Raises `InputError` for a machine without feed-forward, and for a motion with too few derivatives.
     """
     valued = with_values(machine, values or {})
-    needed = orders(valued)
-    refuse_few(reference, needed, machine)
     parameters = EquationsOfMotion(valued).parameters
-    model = numpy_model(valued, (FEED_FORWARD,))
-    highest = max(needed.values(), default=0)
-    arguments = np.zeros((highest + 1, len(reference.t), len(needed)))
-    for m, (name, order) in enumerate(needed.items()):
-        arguments[: order + 1, :, m] = reference.y[name][: order + 1]
-    p = [model.parameters(**{p.name: parameters[p.name] for p in valued.parameters})] if valued.parameters else []
-    tau, q, qd = (np.asarray(x) for x in model.feed_forward(*arguments, *p))
-    return FeedForward(machine, reference, needed, q, qd, tau)
+    omitted = left_out_springs(valued)
+    followed = held(valued, omitted)
+    solved = over_time(bound := Bound(followed))
+    needed = _orders(followed, solved)
+    refuse_few(reference, needed, machine)
+    symbols: dict[str, Any] = {p.name: parameters[p.name] for p in followed.parameters}
+    for j in followed.motors:
+        name = followed.joint(j).name
+        symbols |= {motion_symbol(j, k): reference.y[name][k] for k in range(needed[name] + 1)}
+    for j, undamped in solved.lagging.items():
+        (tau,) = _values([damping_of(bound, j) / bound.cell(bound.machine.joint(j).spring.stiffness)], symbols, 1)[0]
+        deflection = lagging(reference.t, _values(undamped, symbols, len(reference.t)), float(tau))
+        symbols |= {deflection_symbol(j, k): x for k, x in enumerate(deflection)}
+    return _assembled(machine, valued, reference, needed, solved, symbols, omitted)
+
+
+def _assembled(
+    machine: Machine,
+    valued: Machine,
+    reference: ReferenceTrajectory,
+    needed: Mapping[str, int],
+    solved: OverTime,
+    symbols: Mapping[str, Any],
+    omitted: list[str],
+) -> FeedForward:
+    """Return torques and motion of all joints; those left out are at rest."""
+    N, motion = len(reference.t), EquationsOfMotion(valued)
+    q, qd = np.tile(motion.neutral_positions(), (N, 1)), np.zeros((N, len(motion.joints)))
+    columns = [valued.moving.index(j) for j in solved.q]
+    q[:, columns], qd[:, columns] = (_values(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
+    tau = _values([solved.tau[j] for j in valued.motors], symbols, N).T
+    return FeedForward(machine, reference, needed, q, qd, tau, cost(valued, omitted, reference.t, q, qd))
+
+
+def _values(roots: Sequence[Scalar], symbols: Mapping[str, Any], samples: int) -> Array:
+    """Return the values of expressions at samples, (roots, samples)."""
+    rows = np.empty((len(roots), samples))
+    step = max(1, NUMBERS_AT_ONCE // (1 + len(reachable(roots))))
+    for start in range(0, samples, step):
+        part = slice(start, start + step)
+        here = {name: x[part] if isinstance(x, np.ndarray) else np.float64(x) for name, x in symbols.items()}
+        value = evaluate(roots, here, arithmetic(np.float64))
+        for row, x in zip(rows, roots, strict=True):
+            row[part] = value(x)
+    return rows
 
 
 def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machine: Machine) -> None:
@@ -104,7 +160,8 @@ def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machin
 def notes(command: FeedForward) -> list[str]:
     """Return lines about doubtful derivatives, and about a trajectory that does not begin or end at rest."""
     doubts = command.reference.doubts.items()
-    said = [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
+    said = [line(command.left_out)] if command.left_out else []
+    said += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
             y = command.reference.y[name]
@@ -131,8 +188,14 @@ def figures(command: FeedForward) -> dict[str, Any]:
         }
     return {
         "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
-        "motors": motors, "notes": notes(command),
+        "motors": motors, "left_out": _left_out(command), "notes": notes(command),
     }  # fmt: skip
+
+
+def _left_out(command: FeedForward) -> dict[str, Any] | None:
+    """Return the largest deflections of springs that are left out, rad or m, and their lowest frequency, Hz."""
+    found = command.left_out
+    return {"deflections": dict(found.deflections), "frequency": found.frequency} if found else None
 
 
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:

@@ -16,6 +16,8 @@ from symoro_elastic.packages import for_vibrations
 from symoro_elastic.vibration.inertia import MATRIX_ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
 
+LEAST_DAMPING = 1e-12
+"""Damping ratios up to here are rounding."""
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
 
@@ -65,7 +67,7 @@ def modes(linear: Linearization) -> Modes:
     if not linear.is_symmetric:
         what = (
             "K is not symmetric, since wrenches turn with their bodies or the state moves, so modes are not real: "
-            "linearize gives A and its poles"
+            "linearize gives A and its poles, and --hover carries a base by forces of constant direction"
         )
         raise InputError(motion.source, "modes", what)
     refuse_singular(motion, linear.M, linear.kept)
@@ -173,4 +175,5 @@ def _damping_ratios(
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
     paired = poles[pairs[columns]]
     ratios[swings[rows]] = -paired.real / np.abs(paired)
+    ratios[np.abs(ratios) <= LEAST_DAMPING] = 0.0
     return ratios

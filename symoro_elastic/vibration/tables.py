@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.vibration.comparison import Compared, Comparison, Loss
 from symoro_elastic.vibration.energies import GRAVITY_AND_LOADS, Shares, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.vibration.export import arrays_of
 from symoro_elastic.vibration.feed_forward import FeedForward, figures
+from symoro_elastic.vibration.hover import thrusts_of
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes, damped
 from symoro_elastic.vibration.sensitivity import Sensitivity
@@ -33,7 +35,10 @@ def state_json(linear: Linearization) -> dict[str, Any]:
     state, names = linear.state, linear.motion.names
     tau = {names[k]: float(state.tau[k]) for k in linear.motion.motors}
     q = dict(zip(names, state.q.tolist(), strict=True))
-    return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.unrest)}
+    base = {name: float(state.tau[k]) for k, name in enumerate(names) if name in COORDINATES}
+    carried = {"base": base} if any(base.values()) else {}
+    carried |= {"thrusts": found} if (found := thrusts_of(linear.motion)) else {}
+    return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.unrest), **carried}
 
 
 def state_lines(linear: Linearization) -> list[str]:
@@ -42,10 +47,14 @@ def state_lines(linear: Linearization) -> list[str]:
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
     units = [motion.joints[k].force_unit for k in motion.motors]
     scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
-    tau = [_cleared(state.tau[k], scale) for k in motion.motors]
-    torques = [f"{motion.names[k]} {x:.6g} {unit}" for k, x, unit in zip(motion.motors, tau, units, strict=True)]
+    tau = [_cleared(x, scale) for x in state.tau]
+    torques = [f"{motion.names[k]} {tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
+    base = [k for k, name in enumerate(motion.names) if name in COORDINATES]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
+    carrying = [f"{motion.names[k]} {tau[k]:.6g} {motion.joints[k].force_unit}" for k in base if tau[k]]
+    carrying += [f"{name} {x:.6g}" for name, x in thrusts_of(motion).items()]
+    lines += [f"carried by {', '.join(carrying)}"] if carrying else []
     if sag and np.abs(state.q[sag]).max() > 0:
         most = max(sag, key=lambda k: abs(state.q[k]))
         lines.append(f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g}")

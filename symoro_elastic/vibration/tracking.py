@@ -68,11 +68,12 @@ def over_grid(
     held: Sequence[str] = (),
     gains: Mapping[str, tuple[float, float]] | None = None,
     progress: Progress = no_progress,
+    carried: bool = False,
 ) -> Tracked:
     """Return the modes at the equilibrium of every position of a grid, paired along it; the last joint varies fastest.
 
     `grid` gives positions (rad or m) by joint, `at` those of other joints; `torques`, `held` and `gains` are
-    those of `equilibrium` and `with_motors`. Raises `InputError`.
+    those of `equilibrium` and `with_motors`, and so is `carried`. Raises `InputError`.
     """
     joints, lengths = tuple(grid), tuple(len(places) for places in grid.values())
     refuse_grid(lengths, motion.source)
@@ -89,7 +90,7 @@ def over_grid(
     for point, place in enumerate(positions):
         moved = dict(zip(joints, place.tolist(), strict=True))
         with _named(moved):
-            state = equilibrium(motion, {**(at or {}), **moved}, torques)
+            state = equilibrium(motion, {**(at or {}), **moved}, torques, carried)
             linear = with_motors(linearize(motion, state, (), ()), held, gains)
             refuse_rigid(linear)
             here = modes(linear)

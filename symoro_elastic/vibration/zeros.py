@@ -1,7 +1,8 @@
 """Poles and zeros of one transfer function; zeros on the imaginary axis are antiresonances.
 
 Zeros are the finite s at which [[s^2 M + s D + K, -F], [Cq + s Cv + s^2 Ca, 0]] is singular. How many there are
-follows from the first Markov parameter that does not vanish.
+follows from the first Markov parameter that does not vanish. Those at s = 0 follow from the structure: powers of s in
+the output, and states on which nothing depends but their own derivatives.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
@@ -97,21 +99,39 @@ def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
     b = linear.F[:, j] * scale
     c = np.array([linear.Cq[i], linear.Cv[i] * rate, linear.Ca[i] * rate**2]) * scale
     b, c = b / np.abs(b).max(), c / np.abs(c).max()
+    at_zero = int(np.argmax(c.any(axis=1)))
+    c = np.concatenate([c[at_zero:], np.zeros((at_zero, n))])
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K) / rate**2, -np.linalg.solve(M, D) / rate]])
     B = np.concatenate([np.zeros(n), np.linalg.solve(M, b)])
     C = np.concatenate([c[0], c[1]]) + c[2] @ A[n:]
     feed = float(c[2] @ B[n:])
-    count = _finite(A, B, C, feed)
+    kept = _without_idle(A, C)
+    at_zero += len(A) - len(kept)
+    A, B, C = A[np.ix_(kept, kept)], B[kept], C[kept]
+    return np.concatenate([np.zeros(at_zero), rate * _of_pencil(A, B, C, feed)])
+
+
+def _without_idle(A: Array, C: Array) -> NDArray[np.intp]:
+    """Return the states but those that nothing depends on: their columns of the pencil are -s, a zero at 0 each."""
+    kept: NDArray[np.intp] = np.arange(len(A), dtype=np.intp)
+    while len(kept) and (idle := ~(A[np.ix_(kept, kept)].any(axis=0) | (C[kept] != 0))).any():
+        kept = kept[~idle]
+    return kept
+
+
+def _of_pencil(A: Array, B: Array, C: Array, feed: float) -> ComplexArray:
+    """Return the finite zeros of a state space, ascending."""
+    count, n = _finite(A, B, C, feed), len(A)
     if not count:
         return np.zeros(0, dtype=complex)
     pencil = np.block([[A, B[:, None]], [C[None], np.array([[feed]])]])
     of_s = np.zeros_like(pencil)
-    of_s[: 2 * n, : 2 * n] = np.eye(2 * n)
+    of_s[:n, :n] = np.eye(n)
     over, under = for_vibrations("scipy.linalg").eig(pencil, of_s, right=False, homogeneous_eigvals=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         roots = np.where(np.abs(under) > 0, over / under, np.inf)
     roots = roots[np.argsort(np.abs(roots), kind="stable")][:count]
-    zeros = roots[np.isfinite(roots)] * rate
+    zeros = roots[np.isfinite(roots)]
     return np.asarray(zeros[np.lexsort((zeros.imag, np.abs(zeros).round(6)))], dtype=complex)
 
 

@@ -13,7 +13,9 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.reduced import reduced, rigid, rotors, with_ratios
 from symoro_elastic.time_series.measurements import Measurements, read_measurements, write_measurements
-from symoro_elastic.vibration.comparison import compare, course_of, move
+from symoro_elastic.vibration.comparison import compare
+from symoro_elastic.vibration.course import along, course_of, move
+from symoro_elastic.vibration.reference_trajectory import through
 from tests.compiled_models import cell, vector
 from tests.references.multiprecision import bias_forces, inertia_matrix
 from tests.references.random_machines import random_machine, random_state
@@ -147,6 +149,42 @@ def test_a_measured_motion(tmp_path: Path) -> None:
     exact = 8.0 * simulated.qdd[:, 0] + 5.0 * simulated.qdd[:, 1]
     assert torque.full[1] == pytest.approx(np.abs(exact).max(), rel=1e-9)
     assert torque.rigid[1] == pytest.approx(np.abs(5.0 * simulated.qdd[:, 1]).max(), rel=1e-9)
+
+
+def test_a_trajectory_of_the_motors_alone(tmp_path: Path) -> None:
+    """Springs follow the model along it: the motion is that of the move it was taken from."""
+    machine = drive()
+    moved = move(machine, stroke=0.2, duration=0.5)
+    columns = {"t": moved.t, "q_motor": moved.q[:, 0]}
+    for rates in ({}, {"qd_motor": moved.qd[:, 0], "qdd_motor": moved.qdd[:, 0]}):
+        np.savez(tmp_path / "m.npz", **columns, **rates)
+        found, known = compare(machine, course=tmp_path / "m.npz"), compare(machine, course=moved)
+        assert found.course.source.endswith("m.npz, springs follow")
+        np.testing.assert_allclose(found.course.q, moved.q, atol=1e-7)
+        for loss, same in zip(found.losses, known.losses, strict=True):
+            assert loss.full == pytest.approx(same.full, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("columns", "word"),
+    [
+        ({"q_motor": 1.0, "q_load": 1.0}, "m.npz: tau_motor: missing: give all joints and torques as measured, or a"),
+        ({"q_load": 1.0}, "m.npz: q_motor, tau_motor: missing"),
+        ({"qd_motor": 1.0}, "m.npz: q_motor: missing: give it"),
+    ],
+)
+def test_motions_that_are_refused(columns: dict[str, float], word: str, tmp_path: Path) -> None:
+    t = np.linspace(0, 1, 101)
+    np.savez(tmp_path / "m.npz", t=t, **{name: x * t for name, x in columns.items()})
+    with pytest.raises(InputError) as error:
+        compare(drive(), course=tmp_path / "m.npz")
+    assert word in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_trajectory_too_long_to_follow() -> None:
+    wanted = through(np.linspace(0, 1e6, 101), {"motor": np.zeros(101)}, 5, rate=1e-3)
+    with pytest.raises(InputError, match="too long to follow: cut it to "):
+        along(drive(), wanted)
 
 
 @pytest.mark.parametrize(

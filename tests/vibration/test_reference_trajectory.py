@@ -40,9 +40,12 @@ def flex4() -> Machine:
     return replace(machine, parameters=valued)
 
 
+def whole_two_axis() -> Machine:
+    return read_machine(EXAMPLES / "two_axis.toml")[0]
+
+
 def two_axis() -> Machine:
-    machine, _ = read_machine(EXAMPLES / "two_axis.toml")
-    return restricted(machine, Scene(locked=dict.fromkeys(LOCKED, ZERO)))
+    return restricted(whole_two_axis(), Scene(locked=dict.fromkeys(LOCKED, ZERO)))
 
 
 def outboard(machine: Machine, q: Any) -> Any:

@@ -14,7 +14,7 @@ from symoro_elastic.vibration.modes import modes
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response, with_modal_damping
 from symoro_elastic.vibration.zeros import poles_and_zeros
 from tests.references.random_machines import planar_2r, random_machine
-from tests.vibration.machines import drive, linearized, twins
+from tests.vibration.machines import drive, linearized, machine_of, slide, spring, twins
 from tests.vibration.test_modes import PLACE, two_axis
 
 M1, M2, K, D, FV = 3.0, 5.0, 2e4, 7.0, 4.0
@@ -56,6 +56,17 @@ def test_the_antiresonance_of_a_drive() -> None:
     np.testing.assert_allclose(by_height(lossy.zeros), by_height(np.roots([M2, D, K])), rtol=1e-10)
     quartic = np.roots([M1 * M2, (M1 + M2) * D + M2 * FV, (M1 + M2) * K + FV * D, FV * K, 0])
     np.testing.assert_allclose(by_height(lossy.poles), by_height(quartic), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("output", "count"), [("load.z", 0), ("load.vz", 1), ("load.az", 2)])
+def test_zeros_at_0_are_exact(output: str, count: int) -> None:
+    """A mass on a wall's spring; beside it a motor that the force does not move, whose zeros cancel its poles."""
+    wall = slide("wall", 0, Kind.ELASTIC, 3, spring=spring(1e6, 4))
+    load = slide("load", 1, Kind.ELASTIC, 2, spring=spring(2e4, 1))
+    machine = machine_of("beside", wall, load, slide("motor", 0, Kind.MOTOR, 1))
+    found = poles_and_zeros(linearized(machine, ins=["wall.fz"], outs=[output]), "wall.fz", output)
+    assert found.zeros[:count].tolist() == [0] * count and len(found.poles) == 4
+    assert found.zeros[count:] == pytest.approx([-2e4], rel=1e-9), "k + d s"
 
 
 def test_antiresonances_of_an_encoder_are_modes_of_the_held_motor() -> None:
