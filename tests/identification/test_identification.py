@@ -265,6 +265,12 @@ def test_several_records_are_one(arm: Machine) -> None:
     assert len(found.t) == 2 * len(identify(arm, exact(arm), filtered=False).t)
 
 
+def test_torques_that_are_zero_throughout(arm: Machine) -> None:
+    true = exact(arm)
+    with pytest.raises(InputError, match="tau: is zero throughout"):
+        identify(arm, replace(true, tau=0 * true.tau), filtered=False)
+
+
 def test_too_few_equations(arm: Machine) -> None:
     with pytest.raises(InputError, match="equations after filtering for 11 parameters"):
         identify(arm, exact(arm, count=14), filtered=False)
