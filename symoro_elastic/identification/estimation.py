@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from statistics import NormalDist
 
 import numpy as np
 
@@ -25,6 +26,8 @@ WEIGHTINGS = 3  # of weighting
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE, HIDDEN = 0.9, 0.5  # shares of noise: compensated up to, not identifiable above
 ALONE = 0.9  # of a column's energy is in one joint's equation
+POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
+FALSE_ALARMS = 0.01  # share of records of right machines in which a value is called negative
 FEWEST_ROWS = 2  # independent equations for each parameter
 
 
@@ -301,11 +304,15 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
 
 
 def _consistency(estimates: Iterable[Estimate]) -> list[str]:
-    """Return notes on physically positive values that are negative by more than two std."""
+    """Return notes on physically positive values that are negative by more than chance.
+
+    By so many standard deviations that one estimate in a hundred records would be, were they all zero.
+    """
+    alone = [e for e in estimates if e.unknown.formula == e.unknown.label and e.unknown.quantity in POSITIVE]
+    enough = NormalDist().inv_cdf(1 - FALSE_ALARMS / max(len(alone), 1))
     notes = []
-    for e in estimates:
-        positive = e.unknown.quantity in ("M", "IA", "FV", "FS", "K", "DA")
-        if positive and e.unknown.formula == e.unknown.label and e.value < -2 * e.std:
+    for e in alone:
+        if e.value < -enough * e.std:
             what = f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations"
             notes.append(f"{what}: no machine has that; something is missing in the model or in the data")
     return notes

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.errors import InputError
 from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula, refuse_short
 from symoro_elastic.identification.filtering import (
     Filter,
@@ -152,6 +153,9 @@ def identify(
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
     step("stack")
     stack = _joined([equations.rows(record, chosen) for record in records])
+    if not stack.tau.any():
+        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
+        raise InputError(records[0].source, "tau", what)
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
