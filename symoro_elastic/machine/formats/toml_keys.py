@@ -53,7 +53,14 @@ def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
 
 
 VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no value")
-UNIT = Key("unit", keys.TEXT, "unit for the reader; SI, as nothing converts values: mm, deg and the like are refused", '"m"', default="", otherwise='""')
+UNIT = Key(
+    "unit",
+    keys.TEXT,
+    "unit for the reader; SI, as nothing converts values: mm, deg and the like are refused",
+    '"m"',
+    default="",
+    otherwise='""',
+)
 WITH_UNIT = Section("[parameters], an entry", "Value and unit of a parameter.", (VALUE, UNIT))
 PARAMETER = Type(
     "number or formula of numbers, nan for none, or a table",
