@@ -64,10 +64,10 @@ gravity = [0, "-g", 0]
 joints = [{ name = "pivot", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" }]
 [parameters]
 g = {}
-I = {}
+IZ = {}
 MX = {}
 [bodies]
-pivot = { mass = 0, first_moments = ["MX", 0, 0], inertia_at_origin = [0, 0, "I"] }
+pivot = { mass = 0, first_moments = ["MX", 0, 0], inertia_at_origin = [0, 0, "IZ"] }
 """
 
 
@@ -197,7 +197,7 @@ def test_results_are_numbered_by_what_was_asked_for():
 
 def test_a_pendulum_in_one_line():
     assert written_out("one_joint", "direct_dynamics") == {
-        r"\ddot{q}_{1}": r"\frac{\Gamma_{1} - \mathit{MX}\,g\,\cos q_{1}}{I}"
+        r"\ddot{q}_{1}": r"\frac{\Gamma_{1} - \mathit{MX}\,g\,\cos q_{1}}{\mathit{IZ}}"
     }
 
 
