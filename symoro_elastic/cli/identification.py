@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from symoro_elastic.identification.trajectory import Trajectory
     from symoro_elastic.identification.validation import Fit
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.progress import Announce
+    from symoro_elastic.time_series.measurements import Measurements
     from symoro_elastic.time_series.preparation import Preparation
 
 Ranges = dict[str, tuple[float, float]]
@@ -70,6 +72,21 @@ class FourierSeries:
                 machine, limits, self.frequency, self.harmonics, values, known, evaluations=self.evaluations,
                 seed=self.seed, progress=lambda done, total, _: progress(done, total),
             )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is known before: values of named parameters, of columns that are not sought, the bandwidth of the motion."""
+
+    values: dict[str, float]
+    known: dict[str, float]
+    bandwidth: float | None
+
+    def identified(self, machine: Machine, records: Sequence[Measurements], step: Announce) -> Identification:
+        """Return the parameters of a machine from records."""
+        from symoro_elastic.identification.identify import identify
+
+        return identify(machine, records, of_parameters(self.values, machine), self.known, self.bandwidth, step=step)
 
 
 @dataclass(frozen=True)
@@ -191,6 +208,7 @@ def _print_excitation(
 @click.command()
 @MACHINE
 @click.argument("data", metavar="DATA...", nargs=-1, required=True, type=InputFile())
+@gather("given", Given)
 @VALUE
 @click.option(
     "--known",
@@ -222,9 +240,7 @@ def _print_excitation(
 def identify(
     machine: str,
     data: tuple[str, ...],
-    values: dict[str, float],
-    known: dict[str, float],
-    bandwidth: float | None,
+    given: Given,
     preparing: Preparing,
     validate: str | None,
     save: str | None,
@@ -237,7 +253,6 @@ def identify(
     """
     from symoro_elastic.identification import report
     from symoro_elastic.identification.identified import identified
-    from symoro_elastic.identification.identify import identify as identification
     from symoro_elastic.identification.plots import plot
     from symoro_elastic.identification.validation import validated
     from symoro_elastic.machine.formats import write_machine
@@ -252,11 +267,10 @@ def identify(
         step("read")
         records = [read_measurements(path, found, prepare) for path in data]
         other = read_measurements(validate, found, prepare) if validate else None
-        given = of_parameters(values, found)
-        result = identification(found, records, given, known, bandwidth, step=step)
+        result = given.identified(found, records, step)
         checked = validated(result, other) if other else None
     if save:
-        saved, warnings = identified(result, given)
+        saved, warnings = identified(result, given.values)
         write_machine(saved, save)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)

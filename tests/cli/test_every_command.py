@@ -76,7 +76,10 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "compare": (("--duration", "0.01"),),
     "feed-forward": (("--duration", "0.1", "--rate", "50"),),
     "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
-    "identify": (("data.csv",),),
+    "identify": (
+        ("data.csv",),
+        ("data.csv", "--validate", "data.csv", "--save", "found.toml", "--from", "0.1", "--resample", "50", "--force"),
+    ),
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not
 where it takes no machine."""
