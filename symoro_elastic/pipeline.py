@@ -19,6 +19,7 @@ from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.machine.freed import freed
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Scene
@@ -52,9 +53,12 @@ def prepare(
     warn: Callable[[str], None],
     *,
     base: bool = False,
+    free: Sequence[str] = (),
     announce: Announce = announce_nothing,
 ) -> Machine:
     """The machine in a file, its inertial parameters grouped if `base`; raises `InputError`.
+
+    Numbers of the tables in `free` (bodies, springs ...) become parameters.
 
     `warn` is called with each warning, one line.
     """
@@ -63,10 +67,10 @@ def prepare(
     announce("check")
     for line in (*check(machine, reserved_words(), MODELS), *implausible_motions(machine)):
         warn(line)
-    if not base:
-        return machine
-    announce("group")
-    return _grouped(machine, warn)
+    if base:
+        announce("group")
+        machine = _grouped(machine, warn)
+    return freed(machine, free, reserved_words()) if free else machine
 
 
 @no_collection()

@@ -12,6 +12,7 @@ from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import (
     BASE,
     FOLD,
+    FREE,
     JSON,
     MACHINE,
     MERGE_ANGLES,
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     help="Precision of the C code: double (default), single, mixed, double-double; may be repeated.",
 )
 @FOLD
+@FREE
 @BASE
 @ONLY
 @SCENE
@@ -101,6 +103,7 @@ def generate(
 @gather("selection", Selection)
 @MODEL
 @FOLD
+@FREE
 @BASE
 @ONLY
 @SCENE

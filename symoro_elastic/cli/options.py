@@ -42,6 +42,12 @@ FOLD = click.option(
     shell_complete=completion.PARAMETERS,
     help="Parameter to replace by its value; may be repeated.",
 )
+FREE = click.option(
+    "--free",
+    metavar="TABLES",
+    multiple=True,
+    help="Tables whose numbers stay parameters of the code: bodies,springs,motors,friction,wrenches; may be repeated.",
+)
 ONLY = click.option(
     "--only",
     metavar="MODEL=NAME",

@@ -26,11 +26,18 @@ class Selection:
     scene: str | None = None
     base: bool = False
     merge_angles: float | None = None
+    free: tuple[str, ...] = ()
 
     def read(self, path: str, announce: Announce | None = None) -> tuple[Machine, Scene]:
         """Return the machine of a file, with grouped parameters if requested, and its scene."""
-        machine = read(path, self.base, announce)
+        machine = read(path, self.base, announce, self._free())
         return machine, self.scene_of(machine)
+
+    def _free(self) -> tuple[str, ...]:
+        """The tables whose numbers stay parameters; raises `InputError` for others."""
+        from symoro_elastic.machine.freed import SECTIONS
+
+        return among([name.strip() for tables in self.free for name in tables.split(",")], SECTIONS, "--free")
 
     def scene_of(self, machine: Machine) -> Scene:
         """Return the scene of the file or of the machine, with the selection added."""
@@ -44,12 +51,15 @@ class Selection:
         return [*words, *(["--scene", self.scene] if self.scene else [])]
 
 
-def read(path: str, base: bool = False, announce: Announce | None = None) -> Machine:
-    """Return the machine of a file, with grouped inertial parameters if `base`; print its warnings on stderr."""
+def read(path: str, base: bool = False, announce: Announce | None = None, free: tuple[str, ...] = ()) -> Machine:
+    """Return the machine of a file, its inertial parameters grouped if `base`, numbers of tables `free` as parameters.
+
+    Prints its warnings on stderr.
+    """
     from symoro_elastic.pipeline import prepare
     from symoro_elastic.progress import announce_nothing
 
-    return prepare(path, _warn, base=base, announce=announce or announce_nothing)
+    return prepare(path, _warn, base=base, free=free, announce=announce or announce_nothing)
 
 
 def _warn(warning: str) -> None:
