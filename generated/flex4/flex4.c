@@ -64,8 +64,9 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
 };
 
 #ifndef FLEX4_LIBM
+/* Other sines and cosines need sums that are rounded as they are written. */
 #if ((FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-#define FLEX4_LIBM /* other sines and cosines need sums that are rounded as they are written */
+#define FLEX4_LIBM
 #endif
 #endif
 

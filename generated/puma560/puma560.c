@@ -90,8 +90,9 @@ const double puma560_defaults[PUMA560_PARAMETERS] = {
 };
 
 #ifndef PUMA560_LIBM
+/* Other sines and cosines need sums that are rounded as they are written. */
 #if ((FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-#define PUMA560_LIBM /* other sines and cosines need sums that are rounded as they are written */
+#define PUMA560_LIBM
 #endif
 #endif
 

@@ -87,8 +87,9 @@ const double rx90_defaults[RX90_PARAMETERS] = {
 };
 
 #ifndef RX90_LIBM
+/* Other sines and cosines need sums that are rounded as they are written. */
 #if ((FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-#define RX90_LIBM /* other sines and cosines need sums that are rounded as they are written */
+#define RX90_LIBM
 #endif
 #endif
 

@@ -22,8 +22,9 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
 };
 
 #ifndef TWO_AXIS_LIBM
+/* Other sines and cosines need sums that are rounded as they are written. */
 #if ((FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-#define TWO_AXIS_LIBM /* other sines and cosines need sums that are rounded as they are written */
+#define TWO_AXIS_LIBM
 #endif
 #endif
 

@@ -21,6 +21,8 @@ def _fitted(line: str) -> str:
     code, opening, remark = line.partition("/* ")
     if line.lstrip().startswith("#"):
         return line
+    if line.startswith("/* ") and not line.endswith("*/"):
+        return "\n".join(textwrap.wrap(line, WIDTH, subsequent_indent=" * ", break_long_words=False))
     if line.lstrip().startswith("* "):
         first = indent + "*" + " " * (len(line[len(indent) + 1 :]) - len(line[len(indent) + 1 :].lstrip()))
         return "\n".join(textwrap.wrap(line, WIDTH, subsequent_indent=f"{first}  ", break_long_words=False))
@@ -68,7 +70,7 @@ def _breaks(text: str) -> list[tuple[int, int]]:
         depth += (character == "(") - (character == ")")
         if text[k - 1 : k + 2] in (" + ", " - ") or text[k - 2 : k] == ", ":
             found.append((k, depth))
-        elif text[k - 1 : k] in ("*", "/", "(") and k:
+        elif text[k - 1 : k] in ("*", "/", "(", "[") and k:
             found.append((k, LAST_RESORT + depth))
     return found
 

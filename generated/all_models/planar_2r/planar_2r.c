@@ -27,8 +27,9 @@ const double planar_2r_defaults[PLANAR_2R_PARAMETERS] = {
 };
 
 #ifndef PLANAR_2R_LIBM
+/* Other sines and cosines need sums that are rounded as they are written. */
 #if ((FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-#define PLANAR_2R_LIBM /* other sines and cosines need sums that are rounded as they are written */
+#define PLANAR_2R_LIBM
 #endif
 #endif
 

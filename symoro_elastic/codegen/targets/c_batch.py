@@ -21,7 +21,7 @@ from symoro_elastic.codegen.templates import render
 LARGE_STACK = 64_000
 OWN = words(
     """
-    LOAD LOAD_ANGLE STORE NARROW WIDTH VECTOR VECTOR_BYTES NOINLINE EXACT_TYPES LARGEST_ANGLE numbers angles bits
+    LOAD LOAD_ANGLE STORE NARROW WIDTH VECTOR VECTOR_BYTES INLINE NOINLINE EXACT_TYPES LARGEST_ANGLE numbers angles bits
     number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
     """
 ) | {f"{name}_lanes" for name in FUNCTIONS}
