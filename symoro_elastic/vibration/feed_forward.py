@@ -11,6 +11,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.bind import Bound
@@ -67,6 +68,7 @@ class FeedForward:
 
 def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
+    refuse_floating(machine, "feed-forward")
     followed = held(machine, left_out_springs(machine))
     return _orders(followed, over_time(Bound(followed)))
 

@@ -171,8 +171,8 @@ def test_json_is_one_strict_object_and_nothing_else(command: str, machine: str, 
         pytest.skip("needs a C compiler")
     found = ended(command, EXAMPLES / machine, *options, "--json")
     refuse_leaks(found)
-    if found.code == 2:
-        assert found.out == ""
+    if found.code == 2 and not found.out:
+        assert command not in SLOW
     else:
         assert isinstance(strict(found.out), dict) and found.out.count("\n") == 1
 
