@@ -51,7 +51,8 @@ INLINE angles load_lanes(const double *x)
         memcpy(x, &stored, sizeof stored); \
     } while (0)
 
-#if defined(PLANAR_2R_LIBM) || defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+#if defined(PLANAR_2R_LIBM) || \
+    defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
 #define LARGEST_ANGLE -1.0 /* sums have to be rounded as they are written */
 #else
 #define LARGEST_ANGLE 1048576.0
