@@ -1,4 +1,4 @@
-"""From measurements to parameters: filter, differentiate, stack, group, decimate, solve, judge."""
+"""From measurements to parameters: filter, stack averages, group, solve, judge."""
 
 from __future__ import annotations
 
