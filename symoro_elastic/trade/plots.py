@@ -16,7 +16,7 @@ PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62
 UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
 
 
-def plot(trade: Trade, folder: str | Path, form: str = "svg", with_fast_math: bool = False) -> list[Path]:
+def plot(trade: Trade, folder: str | Path, form: str = "png", with_fast_math: bool = False) -> list[Path]:
     """Write <model>.<form> for each model to a folder; returns the paths.
 
     Raises `InputError` where matplotlib is missing, for an unknown format or a folder that cannot be written.

@@ -19,6 +19,8 @@ from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.tracking import Tracked
 
 MOST_CURVES = 6
+LEAST_SHOWN, LEAST_NUMBER, DARK = 0.005, 0.05, 0.6
+"""Of a heat map: a row that is shown, a number that is written, a cell on which it is white."""
 
 
 def plot_response(response: Response, folder: str | Path, form: str = "png") -> list[Path]:
@@ -57,21 +59,26 @@ def plot_comparison(comparison: Comparison, folder: str | Path, form: str = "png
 
 
 def bode(response: Response, j: int) -> Any:
-    """Return magnitude and phase of all outputs to input j over the frequency."""
-    figure = new_figure(8.0, 6.0)
-    magnitude, phase = figure.subplots(2, 1, sharex=True)
+    """Return magnitudes, a scale for each unit, and phases of all outputs to input j over the frequency."""
+    source = response.inputs[j]
+    units = list(dict.fromkeys(response.unit(name, source) for name in response.outputs))
+    figure = new_figure(8.0, 3.0 + 2.5 * len(units))
+    *magnitudes, phase = figure.subplots(len(units) + 1, 1, sharex=True)
     for i, name in enumerate(response.outputs):
         G = np.where(response.values[:, i, j] == 0, np.nan, response.values[:, i, j])
-        shown = name if np.isfinite(G).any() else f"{name}: no response"
-        magnitude.loglog(response.frequencies, np.abs(G), linewidth=0.9, label=shown)
-        phase.semilogx(response.frequencies, _phase(G), linewidth=0.9)
-    magnitude.set_ylabel("magnitude, SI units")
+        unit = response.unit(name, source)
+        shown = f"{name}, {unit}" if np.isfinite(G).any() else f"{name}: no response"
+        axis, style = magnitudes[units.index(unit)], {"linewidth": 0.9, "color": f"C{i % 10}"}
+        axis.loglog(response.frequencies, np.abs(G), label=shown, **style)
+        phase.semilogx(response.frequencies, _phase(G), **style)
+    for axis, unit in zip(magnitudes, units, strict=True):
+        axis.set_ylabel(f"magnitude, {unit}")
+        axis.legend(fontsize="x-small")
     phase.set_ylabel("phase, deg")
     phase.set_xlabel("frequency, Hz")
-    for axis in (magnitude, phase):
+    for axis in (*magnitudes, phase):
         axis.grid(True, which="both", linewidth=0.3)
-    magnitude.legend(fontsize="x-small")
-    magnitude.set_title(f"from {response.inputs[j]}")
+    magnitudes[0].set_title(f"from {source}")
     return figure
 
 
@@ -89,7 +96,9 @@ def shapes(modal: Modes) -> Any:
     """Return mode shapes in joint coordinates, each weighted by the mass of its joint so that units compare."""
     names = modal.linear.coordinates
     weighted = np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes
-    return _picture(weighted, names, modal, "RdBu_r", -1.0, "mode shapes, sqrt(M_jj) phi_j")
+    weighted = weighted / np.abs(weighted).max(axis=0, initial=0.0)
+    title = "mode shapes: motion of each joint times the root of its inertia, the largest being 1"
+    return _picture(weighted, names, modal, "RdBu_r", -1.0, title, "{:.2f}")
 
 
 def energies(modal: Modes) -> Any:
@@ -97,20 +106,34 @@ def energies(modal: Modes) -> Any:
     strain, kinetic = strain_shares(modal), kinetic_shares(modal)
     both = np.vstack([strain.shares, kinetic.shares])
     names = (*(f"strain {name}" for name in strain.names), *(f"kinetic {name}" for name in kinetic.names))
-    return _picture(both, names, modal, "Blues", 0.0, "shares of energy")
+    return _picture(both, names, modal, "Blues", 0.0, "shares of energy in springs and bodies", "{:.0%}")
 
 
-def _picture(values: Array, rows: tuple[str, ...], modal: Modes, colours: str, low: float, title: str) -> Any:
-    figure = new_figure(2.5 + 0.6 * values.shape[1], 1.5 + 0.25 * len(rows))
+def _picture(
+    values: Array, rows: tuple[str, ...], modal: Modes, colours: str, low: float, title: str, form: str
+) -> Any:
+    """Return a heat map with numbers; rows without anything to see are left out."""
+    kept = [k for k in range(len(rows)) if np.abs(values[k]).max(initial=0.0) >= LEAST_SHOWN]
+    values, count = values[kept], values.shape[1]
+    figure = new_figure(3.0 + 0.6 * count, 2.0 + 0.25 * len(kept))
     axis = figure.add_subplot()
     image = axis.imshow(values, cmap=colours, vmin=low, vmax=1.0, aspect="auto")
-    axis.set_yticks(range(len(rows)), rows, fontsize="x-small")
-    labels = [f"{f:.4g}" for f in modal.frequencies]
-    axis.set_xticks(range(len(labels)), labels, fontsize="x-small", rotation=60)
-    axis.set_xlabel("mode, Hz")
-    axis.set_title(title, fontsize="small")
+    for row, k in np.argwhere(np.abs(values) >= LEAST_NUMBER):
+        colour = "white" if abs(values[row, k]) > DARK else "black"
+        axis.text(k, row, form.format(values[row, k]), ha="center", va="center", fontsize=6, color=colour)
+    axis.set_yticks(range(len(kept)), [rows[k] for k in kept], fontsize="x-small")
+    axis.set_xticks(range(count), [_column(modal, k) for k in range(count)], fontsize="x-small", rotation=60)
+    axis.set_xlabel("mode")
+    axis.set_title(title, fontsize="small", loc="right")
     figure.colorbar(image, ax=axis)
     return figure
+
+
+def _column(modal: Modes, k: int) -> str:
+    """Return number and frequency of a mode; at 0 Hz how it moves."""
+    if modal.growth[k]:
+        return f"{k + 1}: grows"
+    return f"{k + 1}: {modal.frequencies[k]:.4g} Hz" if modal.frequencies[k] else f"{k + 1}: free"
 
 
 def over_one(tracked: Tracked) -> Any:
@@ -162,25 +185,22 @@ def over_two(tracked: Tracked, mode: int) -> Any:
 
 
 def following(command: FeedForward) -> Any:
-    """Return a column for each motor: reference trajectory, lead of the motor, torque."""
+    """Return a column for each motor: reference trajectory, lead of the motor where springs give it one, torque."""
     joints = command.machine.motor_joints
-    figure = new_figure(2.0 + 3.0 * len(joints), 6.0)
-    lead = command.at_motors(command.q)
-    for m, (column, joint) in enumerate(
-        zip(figure.subplots(3, len(joints), sharex=True, squeeze=False).T, joints, strict=True)
-    ):
-        y, unit, force = command.reference.y[joint.name][0], joint.unit, joint.force_unit
-        rows = (
-            (f"reference, {unit}", y),
-            (f"motor ahead, {unit}", lead[:, m] - y),
-            (f"torque, {force}", command.tau[:, m]),
-        )
-        for axis, (label, curve) in zip(column, rows, strict=True):
-            axis.plot(command.t, curve, linewidth=0.9)
-            axis.set_ylabel(label)
+    y = np.stack([command.reference.y[joint.name][0] for joint in joints], axis=1)
+    lead = command.at_motors(command.q) - y
+    curves = [("reference", y), ("motor ahead", lead), ("torque", command.tau)]
+    if not lead.any():
+        del curves[1]
+    figure = new_figure(2.0 + 3.0 * len(joints), 2.0 * len(curves))
+    axes = figure.subplots(len(curves), len(joints), sharex=True, squeeze=False)
+    for m, (column, joint) in enumerate(zip(axes.T, joints, strict=True)):
+        for axis, (label, curve) in zip(column, curves, strict=True):
+            axis.plot(command.t, curve[:, m], linewidth=0.9)
+            axis.set_ylabel(f"{label}, {joint.force_unit if label == 'torque' else joint.unit}")
             axis.grid(True, linewidth=0.3)
         column[0].set_title(joint.name)
-        column[2].set_xlabel("t, s")
+        column[-1].set_xlabel("t, s")
     return figure
 
 

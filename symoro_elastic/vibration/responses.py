@@ -5,7 +5,8 @@ G(s) = (Cq + s Cv + s^2 Ca) (s^2 M + s D + K)^-1 F,    s = 2 pi i f
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from symoro_elastic.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
+from symoro_elastic.vibration.signals import input_unit, output_unit
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
@@ -26,7 +28,7 @@ BLOCK = 256
 class Response:
     """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
 
-    `notes` are lines about frequencies that were skipped.
+    `notes` are lines about frequencies that were skipped; units are those of inputs and outputs, by name.
     """
 
     frequencies: Array
@@ -34,6 +36,14 @@ class Response:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def unit(self, output: str, source: str) -> str:
+        """Return the unit of a response, such as m/N; SI where it is not known."""
+        if not {output, source} <= self.units.keys():
+            return "SI"
+        below = self.units[source]
+        return f"{self.units[output]} / {f'({below})' if ' ' in below else below}"
 
 
 def frequency_grid(
@@ -75,7 +85,10 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
         s = 2j * np.pi * frequencies[block][:, None, None]
         moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex))
         values[block] = (linear.Cq + s * linear.Cv + s * s * linear.Ca) @ moved
-    return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes))
+    machine = linear.motion.given
+    units = {name: input_unit(machine, name) for name in linear.inputs}
+    units |= {name: output_unit(machine, name) for name in linear.outputs}
+    return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes), units)
 
 
 def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:

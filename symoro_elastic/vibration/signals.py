@@ -72,6 +72,21 @@ def default_outputs(machine: Machine) -> list[str]:
     return [f"{joint.name}.q" for joint in machine.motor_joints]
 
 
+def input_unit(machine: Machine, name: str) -> str:
+    """Return the unit of an input: N or N m."""
+    (signal,) = inputs(machine, [name])
+    if isinstance(signal, JointSignal):
+        return machine.moving_joints[signal.k].force_unit
+    return "N" if signal.component < 3 else "N m"
+
+
+def output_unit(machine: Machine, name: str) -> str:
+    """Return the unit of an output: m, rad, m/s ... rad/s2."""
+    (signal,) = outputs(machine, [name])
+    turns = signal.component > 2 if isinstance(signal, FrameSignal) else machine.moving_joints[signal.k].sigma == 0
+    return ("rad" if turns else "m") + ("", "/s", "/s2")[signal.order]
+
+
 def joint_signals(names: Iterable[str]) -> set[str]:
     """Return the torques, positions, velocities and accelerations of joints."""
     return {f"{name}.{quantity}" for name in names for quantity in (MOTOR_TORQUE, *JOINT_OUTPUTS)}
