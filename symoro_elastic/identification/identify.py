@@ -153,9 +153,7 @@ def identify(
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
     step("stack")
     stack = _joined([equations.rows(record, chosen) for record in records])
-    if not stack.tau.any():
-        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
-        raise InputError(records[0].source, "tau", what)
+    _refuse_zero_torques(stack.tau, records[0].source)
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure, machine)
     names = tuple(joint.name for joint in machine.moving_joints)
@@ -169,6 +167,12 @@ def identify(
     springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
     all_notes = (*notes, *estimation.notes)
     return Identification(equations, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
+
+
+def _refuse_zero_torques(tau: Array, source: str) -> None:
+    if not tau.any():
+        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
+        raise InputError(source, "tau", what)
 
 
 def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
