@@ -25,6 +25,7 @@ TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 class Dimension(Enum):
     """Physical dimension of a number: its unit at a revolute and at a prismatic joint."""
 
+    NUMBER = "number", ""
     ANGLE = "angle", "rad"
     LENGTH = "length", "m"
     MASS = "mass", "kg"

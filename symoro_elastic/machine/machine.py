@@ -1,7 +1,6 @@
-"""The machine as data: the table of geometric parameters, the bodies, the springs, the motors.
+"""The machine as data: the table of geometric parameters, its parameters, its base and its loops.
 
-Units are SI, angles in radians. Every cell is a `Formula`: a number or an expression over
-parameter names, declared with what it is; `columns` walks over all of them. Nothing here computes a model.
+Units are SI, angles in radians. Nothing here computes a model.
 """
 
 from __future__ import annotations
@@ -9,205 +8,50 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.columns import AXES, Dimension, column
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import (
+    NO_INERTIA,
+    NO_VECTOR,
+    Body,
+    Friction,
+    Inertia6,
+    Joint,
+    Kind,
+    Spring,
+    Vector3,
+    Wrench,
+)
+from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.quantities.units import FORCE, POSITION
 
-Vector3 = tuple[Formula, Formula, Formula]
-Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+__all__ = [
+    "BASE_PARAMETERS",
+    "NO_INERTIA",
+    "NO_VECTOR",
+    "Base",
+    "Body",
+    "Closing",
+    "Floating",
+    "Friction",
+    "Given",
+    "Inertia6",
+    "Joint",
+    "Kind",
+    "Loop",
+    "Machine",
+    "Orientation",
+    "Parameter",
+    "Spring",
+    "Vector3",
+    "Wrench",
+]
 
 BASE_PARAMETERS = "base_parameters"
 """Key of the extras of a machine whose inertial parameters have been grouped."""
-TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
-NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
-NO_INERTIA: Inertia6 = (ZERO,) * 6
-
-
-class Kind(StrEnum):
-    """Kind of a joint by the force on its variable."""
-
-    MOTOR = "motor"
-    ELASTIC = "elastic"
-    PASSIVE = "passive"
-    FIXED = "fixed"
-
-
-@dataclass(frozen=True)
-class Body:
-    """Inertial parameters of one body, in its own frame.
-
-    `inertia` holds XX XY XZ YY YZ ZZ (tensor entries, kg m2). With `central` False, as in the
-    paper, they are about the origin of the frame and `moments` are the first moments MX MY MZ
-    (kg m). With `central` True they are about the centre of mass, whose coordinates (m) are
-    `moments`.
-    """
-
-    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True, meaning="mass of the body", example="2.5")
-    moments: Vector3 = column(
-        *(Dimension.FIRST_MOMENT, "bodies", "MX MY MZ", AXES),
-        key="first_moments",
-        tunable=True,
-        meaning="mass times the coordinates x y z of the centre of mass, in the frame of the body",
-        example="[0.25, 0, 0]",
-        central=Column(
-            *("center_of_mass", "bodies", Dimension.LENGTH, (), AXES),
-            tunable=True,
-            meaning="coordinates x y z of the centre of mass, in the frame of the body",
-            example="[0.1, 0, 0]",
-        ),
-    )
-    inertia: Inertia6 = column(
-        *(Dimension.INERTIA, "bodies", " ".join(TENSOR), TENSOR),
-        key="inertia_at_origin",
-        title="inertia",
-        tunable=True,
-        meaning=f"inertia tensor about the origin of the frame: {TENSOR_IS}",
-        example="[0.01, 0.05, 0.05]",
-        central=Column(
-            *("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR),
-            tunable=True,
-            meaning=f"inertia tensor about the centre of mass, in axes of the frame: {TENSOR_IS}",
-            example="[0.01, 0, 0.002, 0.03, 0, 0.03]",
-        ),
-    )
-    central: bool = False
-
-
-@dataclass(frozen=True)
-class Spring:
-    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
-
-    stiffness: Formula = column(
-        *(Dimension.STIFFNESS, "springs", "k"),
-        symbol="k",
-        tunable=True,
-        meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd",
-        example="4.0e5",
-    )
-    damping: Formula = column(
-        *(Dimension.DAMPING, "springs", "damping"),
-        symbol="d",
-        tunable=True,
-        meaning="damping of the spring",
-        example="120",
-    )
-    neutral: Formula = column(
-        *(Dimension.POSITION, "springs", "neutral"),
-        symbol="q0",
-        tunable=True,
-        meaning="position of the joint at which the spring exerts no force",
-        example="0.001",
-    )
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
-
-    viscous: Formula = column(
-        *(Dimension.VISCOUS_FRICTION, "friction", "FV"),
-        title="viscous friction",
-        symbol="Fv",
-        tunable=True,
-        meaning="friction in proportion to the velocity of the joint",
-        example="0.8",
-    )
-    coulomb: Formula = column(
-        *(Dimension.COULOMB_FRICTION, "friction", "FS"),
-        title="coulomb friction",
-        symbol="Fs",
-        meaning="dry friction, against the sense of motion; none at rest",
-        example="1.5",
-    )
-
-
-@dataclass(frozen=True)
-class Wrench:
-    """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
-
-    force: Vector3 = column(
-        *(Dimension.FORCE, "wrenches", "FX FY FZ", AXES),
-        meaning="force that the body exerts on its surroundings at the origin of its frame, in its frame",
-        example="[0, 0, 50]",
-    )
-    moment: Vector3 = column(
-        *(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES),
-        meaning="moment that the body exerts on its surroundings about the origin of its frame, in its frame",
-        example="[0, 0, 0.2]",
-    )
-
-
-@dataclass(frozen=True)
-class Joint:
-    """One row of the table: iTj = Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1].
-
-    `antecedent` is 0 for the base, else the number (from 1) of an earlier joint. `sigma` is 0
-    (revolute), 1 (prismatic) or 2 (fixed frame). `theta` (or `r`, when prismatic) is the offset
-    to which the joint variable, named `variable`, is added.
-    """
-
-    name: str
-    antecedent: int
-    kind: Kind
-    sigma: int
-    variable: str | None = None
-    gamma: Formula = column(
-        *(Dimension.ANGLE, "joints", "gamma"),
-        meaning="rotation about z of the antecedent, before alpha: for branches of trees",
-        example='"pi/6"',
-    )
-    b: Formula = column(
-        *(Dimension.LENGTH, "joints", "b"),
-        tunable=True,
-        meaning="translation along z of the antecedent, before alpha: for branches of trees",
-        example="0.1",
-    )
-    alpha: Formula = column(
-        *(Dimension.ANGLE, "joints", "alpha"),
-        meaning="angle between z of the antecedent and z of the joint, about x",
-        example='"pi/2"',
-    )
-    d: Formula = column(
-        *(Dimension.LENGTH, "joints", "d"),
-        tunable=True,
-        meaning="distance between z of the antecedent and z of the joint, along x",
-        example='"L2"',
-    )
-    theta: Formula = column(
-        *(Dimension.ANGLE, "joints", "theta"),
-        meaning="angle about z of the joint; the joint variable where sigma = 0, alone or plus a constant",
-        example='"q1 + pi/2"',
-    )
-    r: Formula = column(
-        *(Dimension.LENGTH, "joints", "r"),
-        tunable=True,
-        meaning="translation along z of the joint; the joint variable where sigma = 1, alone or plus a constant",
-        example='"q2"',
-    )
-    body: Body = Body()
-    spring: Spring = Spring()
-    rotor_inertia: Formula = column(
-        *(Dimension.ROTOR_INERTIA, "motors", "IA"),
-        symbol="Ia",
-        tunable=True,
-        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio",
-        example="1.2",
-    )
-    friction: Friction = Friction()
-    wrench: Wrench = Wrench()
-
-    @property
-    def unit(self) -> str:
-        """Unit of the joint variable: m where the joint is prismatic, else rad."""
-        return POSITION.of(int(self.sigma == 1))
-
-    @property
-    def force_unit(self) -> str:
-        """Unit of the generalized force: N where the joint is prismatic, else N m."""
-        return FORCE.of(int(self.sigma == 1))
 
 
 @dataclass(frozen=True)
@@ -279,7 +123,7 @@ class Floating:
 
 @dataclass(frozen=True)
 class Machine:
-    """A tree of bodies joined by motors, springs, passive joints and fixed frames.
+    """A tree of bodies joined by motors, springs, passive and coupled joints and fixed frames, closed by `loops`.
 
     `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
@@ -296,6 +140,7 @@ class Machine:
     extras: dict[str, str] = field(default_factory=dict)
     source: str = ""
     name_origin: str = field(default="", compare=False)
+    loops: tuple[Loop, ...] = ()
 
     @property
     def is_grouped(self) -> bool:
@@ -306,10 +151,50 @@ class Machine:
         """Joint number `j`, counted from 1 as in the table."""
         return self.joints[j - 1]
 
-    @property
+    @cached_property
     def moving(self) -> tuple[int, ...]:
-        """Numbers (from 1) of the joints that have a variable, in table order: the entries of q."""
-        return tuple(j for j, joint in enumerate(self.joints, start=1) if joint.sigma != 2)
+        """Numbers (from 1) of the joints that own an independent variable, in table order: the entries of q."""
+        return tuple(j for j in self.owners if j not in self.dependent)
+
+    @cached_property
+    def owners(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints of the tree that have a variable of their own, in table order."""
+        return tuple(j for j in self.articulated if self.joint(j).kind is not Kind.COUPLED)
+
+    @cached_property
+    def articulated(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints of the tree that move, coupled ones too, in table order."""
+        numbered = enumerate(self.joints, start=1)
+        return tuple(j for j, joint in numbered if joint.sigma != 2 and joint.kind is not Kind.CUT)
+
+    @cached_property
+    def dependent(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints whose variables loops give, in table order: the entries of q_dep."""
+        return tuple(sorted({j for loop in self.loops for j in self.dependent_in(loop)}))
+
+    def dependent_in(self, loop: Loop) -> tuple[int, ...]:
+        """Numbers of the dependent joints of a loop: those it names, else its passive joints."""
+        if loop.dependent:
+            return tuple(j for j in self.owners if self.joint(j).name in loop.dependent)
+        around = {j for branch in branches(self.antecedents, loop) for j in branch}
+        return tuple(j for j in self.owners if j in around and self.joint(j).kind is Kind.PASSIVE)
+
+    @property
+    def antecedents(self) -> tuple[int, ...]:
+        """Antecedent of each row."""
+        return tuple(joint.antecedent for joint in self.joints)
+
+    @cached_property
+    def variables(self) -> dict[str, int]:
+        """Number of the joint that owns a variable, by the name of the variable."""
+        return {str(self.joint(j).variable): j for j in self.owners}
+
+    @cached_property
+    def is_coupled(self) -> bool:
+        """Whether joints depend on the variables of others: by their cells, or through loops."""
+        if self.loops or any(joint.kind is Kind.COUPLED for joint in self.joints):
+            return True
+        return any(not self.variables.keys().isdisjoint(joint.selected.names) for joint in self.joints)
 
     @property
     def motors(self) -> tuple[int, ...]:
@@ -333,13 +218,13 @@ class Machine:
 
     @property
     def motor_entries(self) -> tuple[int, ...]:
-        """Indices into q (from 0) of the joints driven by motors."""
-        return self.entries(self.motors)
+        """Indices into q (from 0) of the joints driven by motors whose variables are independent."""
+        return self.entries(j for j in self.motors if j in self.moving)
 
     @property
     def elastic_entries(self) -> tuple[int, ...]:
-        """Indices into q (from 0) of the elastic joints."""
-        return self.entries(self.elastic)
+        """Indices into q (from 0) of the elastic joints whose variables are independent."""
+        return self.entries(j for j in self.elastic if j in self.moving)
 
     def entries(self, joints: Iterable[int]) -> tuple[int, ...]:
         """Indices into q (from 0) of moving joints given by their numbers (from 1)."""
@@ -356,4 +241,4 @@ class Machine:
         return self.source or self.name
 
     def _numbers_of(self, kind: Kind) -> tuple[int, ...]:
-        return tuple(j for j in self.moving if self.joint(j).kind is kind)
+        return tuple(j for j in self.owners if self.joint(j).kind is kind)

@@ -152,7 +152,7 @@ class Bound:
             Axis(joint.sigma),
             Transform(steps),
             self._body(joint.body),
-            self.cell(joint.rotor_inertia),
+            self.cell(joint.reflected_inertia),
             wrench,
         )
 

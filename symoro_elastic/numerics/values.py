@@ -38,6 +38,12 @@ ANGLE, LENGTH = _either_sign(0.3, 1.2), _either_sign(0.2, 1.0)  # rad, m
 ROTOR, STIFFNESS, DAMPING, NEUTRAL = _between(0.1, 1.0), _between(100, 1000), _between(0.1, 1.0), _between(-0.2, 0.2)
 FRICTION, FORCE, GRAVITY, MOTION = _between(0.1, 1.0), _either_sign(1, 10), _either_sign(5, 10), _either_sign(0.3, 2)
 MASS = _between(1.0, 5.0)  # kg
+
+
+def _one(rng: np.random.Generator) -> float:
+    return 1.0
+
+
 DRAWS: dict[Dimension, Draw] = {
     Dimension.ANGLE: ANGLE,
     Dimension.LENGTH: LENGTH,
@@ -54,6 +60,7 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.ACCELERATION: MOTION,
     Dimension.ANGULAR_ACCELERATION: MOTION,
     Dimension.GRAVITY: GRAVITY,
+    Dimension.NUMBER: _one,
 }
 """How numbers are drawn, in this order; those of bodies depend on one another."""
 

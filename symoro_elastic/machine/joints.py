@@ -1,0 +1,230 @@
+"""The rows of the table of geometric parameters: joints, and the bodies, springs, motors and friction of each.
+
+Units are SI, angles in radians. Every cell is a `Formula`: a number or an expression over
+parameter names, declared with what it is; `columns` walks over all of them. Nothing here computes a model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.quantities.units import FORCE, POSITION
+
+Vector3 = tuple[Formula, Formula, Formula]
+Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+
+TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
+NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
+NO_INERTIA: Inertia6 = (ZERO,) * 6
+
+
+class Kind(StrEnum):
+    """Kind of a joint by the force on its variable."""
+
+    MOTOR = "motor"
+    ELASTIC = "elastic"
+    PASSIVE = "passive"
+    FIXED = "fixed"
+    COUPLED = "coupled"
+    CUT = "cut"
+
+
+@dataclass(frozen=True)
+class Body:
+    """Inertial parameters of one body, in its own frame.
+
+    `inertia` holds XX XY XZ YY YZ ZZ (tensor entries, kg m2). With `central` False, as in the
+    paper, they are about the origin of the frame and `moments` are the first moments MX MY MZ
+    (kg m). With `central` True they are about the centre of mass, whose coordinates (m) are
+    `moments`.
+    """
+
+    mass: Formula = column(Dimension.MASS, "bodies", "M", tunable=True, meaning="mass of the body", example="2.5")
+    moments: Vector3 = column(
+        *(Dimension.FIRST_MOMENT, "bodies", "MX MY MZ", AXES),
+        key="first_moments",
+        tunable=True,
+        meaning="mass times the coordinates x y z of the centre of mass, in the frame of the body",
+        example="[0.25, 0, 0]",
+        central=Column(
+            *("center_of_mass", "bodies", Dimension.LENGTH, (), AXES),
+            tunable=True,
+            meaning="coordinates x y z of the centre of mass, in the frame of the body",
+            example="[0.1, 0, 0]",
+        ),
+    )
+    inertia: Inertia6 = column(
+        *(Dimension.INERTIA, "bodies", " ".join(TENSOR), TENSOR),
+        key="inertia_at_origin",
+        title="inertia",
+        tunable=True,
+        meaning=f"inertia tensor about the origin of the frame: {TENSOR_IS}",
+        example="[0.01, 0.05, 0.05]",
+        central=Column(
+            *("inertia", "bodies", Dimension.INERTIA, TENSOR, TENSOR),
+            tunable=True,
+            meaning=f"inertia tensor about the centre of mass, in axes of the frame: {TENSOR_IS}",
+            example="[0.01, 0, 0.002, 0.03, 0, 0.03]",
+        ),
+    )
+    central: bool = False
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
+
+    stiffness: Formula = column(
+        *(Dimension.STIFFNESS, "springs", "k"),
+        symbol="k",
+        tunable=True,
+        meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd",
+        example="4.0e5",
+    )
+    damping: Formula = column(
+        *(Dimension.DAMPING, "springs", "damping"),
+        symbol="d",
+        tunable=True,
+        meaning="damping of the spring",
+        example="120",
+    )
+    neutral: Formula = column(
+        *(Dimension.POSITION, "springs", "neutral"),
+        symbol="q0",
+        tunable=True,
+        meaning="position of the joint at which the spring exerts no force",
+        example="0.001",
+    )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
+
+    viscous: Formula = column(
+        *(Dimension.VISCOUS_FRICTION, "friction", "FV"),
+        title="viscous friction",
+        symbol="Fv",
+        tunable=True,
+        meaning="friction in proportion to the velocity of the joint",
+        example="0.8",
+    )
+    coulomb: Formula = column(
+        *(Dimension.COULOMB_FRICTION, "friction", "FS"),
+        title="coulomb friction",
+        symbol="Fs",
+        meaning="dry friction, against the sense of motion; none at rest",
+        example="1.5",
+    )
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Force (N) and moment (N m) a body exerts on its surroundings, in its own frame."""
+
+    force: Vector3 = column(
+        *(Dimension.FORCE, "wrenches", "FX FY FZ", AXES),
+        meaning="force that the body exerts on its surroundings at the origin of its frame, in its frame",
+        example="[0, 0, 50]",
+    )
+    moment: Vector3 = column(
+        *(Dimension.MOMENT, "wrenches", "CX CY CZ", AXES),
+        meaning="moment that the body exerts on its surroundings about the origin of its frame, in its frame",
+        example="[0, 0, 0.2]",
+    )
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One row of the table: iTj = Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1].
+
+    `antecedent` is 0 for the base, else the number (from 1) of an earlier joint. `sigma` is 0
+    (revolute), 1 (prismatic) or 2 (fixed frame). `theta` (or `r`, when prismatic) is the offset
+    to which the joint's own variable, named `variable`, is added: a constant, or a formula of the variables of
+    other joints. A coupled joint has that formula only; a cut joint closes a loop.
+    """
+
+    name: str
+    antecedent: int
+    kind: Kind
+    sigma: int
+    variable: str | None = None
+    gamma: Formula = column(
+        *(Dimension.ANGLE, "joints", "gamma"),
+        meaning="rotation about z of the antecedent, before alpha: for branches of trees",
+        example='"pi/6"',
+    )
+    b: Formula = column(
+        *(Dimension.LENGTH, "joints", "b"),
+        tunable=True,
+        meaning="translation along z of the antecedent, before alpha: for branches of trees",
+        example="0.1",
+    )
+    alpha: Formula = column(
+        *(Dimension.ANGLE, "joints", "alpha"),
+        meaning="angle between z of the antecedent and z of the joint, about x",
+        example='"pi/2"',
+    )
+    d: Formula = column(
+        *(Dimension.LENGTH, "joints", "d"),
+        tunable=True,
+        meaning="distance between z of the antecedent and z of the joint, along x",
+        example='"L2"',
+    )
+    theta: Formula = column(
+        *(Dimension.ANGLE, "joints", "theta"),
+        meaning="angle about z of the joint; the joint variable where sigma = 0, alone or plus a constant",
+        example='"q1 + pi/2"',
+    )
+    r: Formula = column(
+        *(Dimension.LENGTH, "joints", "r"),
+        tunable=True,
+        meaning="translation along z of the joint; the joint variable where sigma = 1, alone or plus a constant",
+        example='"q2"',
+    )
+    body: Body = Body()
+    spring: Spring = Spring()
+    rotor_inertia: Formula = column(
+        *(Dimension.ROTOR_INERTIA, "motors", "IA"),
+        symbol="Ia",
+        tunable=True,
+        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio",
+        example="1.2",
+    )
+    ratio: Formula = column(
+        *(Dimension.NUMBER, "motors", "ratio"),
+        meaning="turns of the rotor for one of the joint: rotor_inertia is then that of the rotor about its own axis",
+        example="100",
+    )
+    sharing: Formula = column(
+        *(Dimension.NUMBER, "motors", "sharing"),
+        meaning="share of the torque that motors on the same freedom take, where only their sum is determined",
+        example="1",
+    )
+    friction: Friction = Friction()
+    wrench: Wrench = Wrench()
+
+    @property
+    def selected(self) -> Formula:
+        """The offset in the cell that sigma selects: r where the joint is prismatic, else theta."""
+        return self.r if self.sigma == 1 else self.theta
+
+    @property
+    def reflected_inertia(self) -> Formula:
+        """Inertia of the rotor as the joint feels it: its own times the square of the ratio where one is given."""
+        if self.ratio.is_zero or self.rotor_inertia.is_zero:
+            return self.rotor_inertia
+        return Formula.parse(f"({self.ratio})^2*({self.rotor_inertia})")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the joint variable: m where the joint is prismatic, else rad."""
+        return POSITION.of(int(self.sigma == 1))
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of the generalized force: N where the joint is prismatic, else N m."""
+        return FORCE.of(int(self.sigma == 1))
