@@ -165,9 +165,8 @@ def compiled(folder: Path, build: Path, compiler: str, name: str = "") -> ctypes
 def call(
     library: ctypes.CDLL, machine: str, model: str, inputs: Sequence[Any], p: Any, shapes: Sequence[tuple[int, ...]]
 ) -> list[Array]:
-    """Results of a C function; `p` is left out when it is empty."""
-    arrays = [np.ascontiguousarray(x, dtype=float) for x in inputs]
-    arrays += [np.ascontiguousarray(p, dtype=float)] if len(p) else []
+    """Results of a C function."""
+    arrays = [np.ascontiguousarray(x, dtype=float) for x in (*inputs, p)]
     results = [np.full(shape, np.nan) for shape in shapes]
     pointers = [a.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for a in (*arrays, *results)]
     function = getattr(library, f"{machine}_{model}")

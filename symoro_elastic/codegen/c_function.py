@@ -106,16 +106,16 @@ class CFunction:
         package, function, state = self.package, self.function, self.precision.state
         joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motors): f"{self.macro}_MOTORS"}
         named = dict.fromkeys(PER_JOINT, joints) | dict.fromkeys(PER_MOTOR, motors)
+        named |= {"p": {len(package.parameters): f"{self.macro}_PARAMETERS"}}
         self.indices = {p.symbol: f"{self.macro}_P_{p.name}" for p in package.parameters}
-        self.inputs = [
-            Array(state, a.name, named.get(a.name, {}).get(a.size, str(a.size)), a.size) for a in function.arguments
-        ]
+        *self.inputs, self.p = (
+            Array(state, name, named.get(name, {}).get(size, str(size)), size)
+            for name, size in package.inputs(function).items()
+        )
         self.results = [
             Array(state, r.name, _size(r.shape, named.get(r.name, {})), math.prod(r.shape), True)
             for r in function.results
         ]
-        count = len(package.parameters)
-        self.parameters = [Array(state, "p", f"{self.macro}_PARAMETERS", count)] if count else []
         self.entries: dict[str, Indices] = {a.name: numbered(a.symbols) for a in function.program.inputs}
 
     def _partition(self) -> None:
@@ -145,18 +145,18 @@ class CFunction:
     @property
     def arrays(self) -> list[Array]:
         """The arrays of the function that is given what depends on parameters only."""
-        return [*self.inputs, *self.parameters, *self.c, *self.results]
+        return [*self.inputs, self.p, *self.c, *self.results]
 
     @property
     def signature(self) -> list[Array]:
         """The arrays of the function as users call it."""
-        return [*self.inputs, *self.parameters, *self.results]
+        return [*self.inputs, self.p, *self.results]
 
     def part_texts(self) -> list[PartText]:
         """The parts of a call, those after the angles."""
         sincos = [Array(self.form.angle, name, str(len(self.angles)), 1) for name in SINCOS]
         spill = Array(self.form.number, SPILL, str(self.slots), 1, True)
-        arrays = [*self.inputs, *self.parameters, *self.c, *sincos, spill, *self.results]
+        arrays = [*self.inputs, self.p, *self.c, *sincos, spill, *self.results]
         last = self.parts[-1]
         return [self._part(part, arrays, self.stored if part is last else []) for part in self.parts]
 
@@ -184,8 +184,7 @@ class CFunction:
         """Arguments that no statement reads, and results without entries."""
         symbols = {symbol for angle in self.angles for symbol in _symbols(angle)} | self.used
         groups: dict[str, Indices] = {**self.entries, "p": self.indices}
-        yield from (a.name for a in self.inputs if not symbols & groups[a.name].keys())
-        yield from (a.name for a in self.parameters if not self.used & self.indices.keys())
+        yield from (a.name for a in (*self.inputs, self.p) if not symbols & groups[a.name].keys())
         yield from (r.name for r in self.results if not r.entries)
 
     def stack(self) -> int:
@@ -228,7 +227,7 @@ class CFunction:
     def _once_part(self, part: Part, constants: Sequence[str]) -> PartText:
         lines = [*self._of_parameters({"p": self.indices}, part.uses), *self._lines(part, self.once_writer)]
         lines += ["", *(f"{INDENT}c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
-        arrays = [*self.parameters] if part.uses & self.indices.keys() else []
+        arrays = [self.p] if part.uses & self.indices.keys() else []
         arrays += [Array(self.form.real, SPILL, str(self.once_slots), 1, True)] if part.spills else []
         arrays += self.c_written if constants else []
         return PartText(lines, arrays)

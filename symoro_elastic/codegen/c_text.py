@@ -117,7 +117,7 @@ def _working_name(function: CFunction) -> str:
 
 def _of_preparing(function: CFunction) -> list[Array]:
     """The arrays of the function that computes what depends on parameters only."""
-    return [*function.parameters, *function.c_written]
+    return [function.p, *function.c_written]
 
 
 def _preparing(function: CFunction) -> list[Routine]:

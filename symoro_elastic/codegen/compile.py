@@ -107,7 +107,7 @@ class CompiledPackage:
         self._entries, self._batches = {}, {}
         for name, function in self._functions.items():
             in_c = precision.function(package.name, name)
-            arrays = len(function.arguments) + bool(package.parameters) + len(function.results)
+            arrays = len(package.inputs(function)) + len(function.results)
             self._entries[name] = _entry(loaded, in_c, arrays)
             if function.arguments and hasattr(loaded, f"{in_c}_batch"):
                 self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
@@ -136,14 +136,13 @@ class CompiledPackage:
         Raises `KeyError` where the library was compiled without the files of the target `c-batch`.
         """
         signature = self._functions[function]
-        inputs = self._inputs(signature, arrays)
-        count = len(signature.arguments)
-        lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs[:count]))
+        *inputs, p = self._inputs(signature, arrays)
+        lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs))
         states = math.prod(lead)
-        columns = [np.ascontiguousarray(self._rows(array, lead).T) for array in inputs[:count]]
+        columns = [np.ascontiguousarray(self._rows(array, lead).T) for array in inputs]
         results = [np.empty((math.prod(result.shape), states), self.type) for result in signature.results]
-        parameters = [np.ascontiguousarray(p, self.type) for p in inputs[count:]]
-        self._batches[function](states, *(array.ctypes.data for array in (*columns, *parameters, *results)))
+        parameters = np.ascontiguousarray(p, self.type)
+        self._batches[function](states, *(array.ctypes.data for array in (*columns, parameters, *results)))
         return self._named(signature, [np.ascontiguousarray(array.T) for array in results], lead)
 
     def _rows(self, array: Array, lead: tuple[int, ...]) -> Array:
@@ -159,11 +158,9 @@ class CompiledPackage:
         }
 
     def _inputs(self, signature: Function, arrays: Mapping[str, ArrayLike]) -> list[Array]:
-        sizes = {argument.name: argument.size for argument in signature.arguments}
-        if self.package.parameters:
-            sizes["p"] = len(self.package.parameters)
+        sizes = self.package.inputs(signature)
         given: dict[str, ArrayLike] = {"p": self._defaults, **arrays}
-        if set(sizes) - set(given) or set(arrays) - {*sizes, "p"}:
+        if given.keys() != sizes.keys():
             raise TypeError(f"{signature.name} takes {', '.join(sizes)}, not {', '.join(arrays)}")
         return [_checked(name, given[name], size) for name, size in sizes.items()]
 

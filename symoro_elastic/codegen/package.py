@@ -134,3 +134,7 @@ class Package:
     antecedents: tuple[int, ...] = ()
     source: str = ""
     options: tuple[str, ...] = ()
+
+    def inputs(self, function: Function) -> dict[str, int]:
+        """Entries of the inputs of a function by name, in order; `p` is the last, also when no parameter is left."""
+        return {argument.name: argument.size for argument in function.arguments} | {"p": len(self.parameters)}

@@ -16,13 +16,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.c_wrappers import wrapped
 from symoro_elastic.codegen.compile import compile_library, compile_package, load_library
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
 
@@ -82,7 +83,7 @@ class RoundingModes:
         }
 
     def _inputs(self, signature: Function, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        names = [argument.name for argument in signature.arguments] + ["p"] * bool(self.package.parameters)
+        names = self.package.inputs(signature)
         return {name: np.ascontiguousarray(arguments[name], dtype=float) for name in names}
 
     def _in_mode(self, signature: Function, mode: int, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
@@ -110,23 +111,5 @@ def _shim(package: Package) -> str:
         "c/rounding_modes.c.j2",
         name=package.name,
         macro=package.name.upper(),
-        functions=[_described(package, f) for f in package.functions],
+        functions=[wrapped(package, f, DOUBLE) for f in package.functions],
     )
-
-
-def _described(package: Package, function: Function) -> dict[str, Any]:
-    inputs = [(argument.name, argument.size) for argument in function.arguments]
-    results = [(result.name, math.prod(result.shape)) for result in function.results]
-    p = ["p"] if package.parameters else []
-    pointers = [f"const double *{name}" for name, _ in inputs] + [f"const double *{name}" for name in p]
-    return {
-        "name": f"{package.name}_{function.name}",
-        "arguments": ", ".join([*pointers, *(f"double *{name}" for name, _ in results)]),
-        "call": ", ".join([*map(_row, inputs), *p, *map(_row, results)]),
-    }
-
-
-def _row(array: tuple[str, int]) -> str:
-    """Return the row of state k."""
-    name, size = array
-    return f"{name} + {size}*k"

@@ -183,7 +183,6 @@ def _mover(package: Package, precision: Precision, folder: Path) -> Any:
         macro=name.upper(),
         direct_dynamics=precision.function(package.name, "direct_dynamics"),
         precision=precision,
-        has_parameters=bool(package.parameters),
     )
     files = render_c(package, precision) | {f"{name}_motion.c": motion}
     library = load_library(compile_library(files, folder, flags=DRIFT_FLAGS))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray
+from symoro_elastic.codegen.c_wrappers import wrapped
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
@@ -94,21 +95,10 @@ def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
 
 def _repeated(package: Package, function: Function, header: str, precision: Precision) -> dict[str, Any]:
     """Return the context of a function in the template."""
-    has_parameters = bool(package.parameters)
-    inputs = [(a.name, a.size) for a in function.arguments]
-    results = [(r.name, math.prod(r.shape)) for r in function.results]
-    p = ["p"] * has_parameters
-    declared = [f"const {precision.state} *{x}" for x in (*(x for x, _ in inputs), *p)]
     macro = f"{package.name}{precision.suffix}_{function.name}_CONSTANTS".upper()
     has_constants = f"#define {macro} " in header
-    rows = [[f"{x} + {size}*k" for x, size in arrays] for arrays in (inputs, results)]
-    return {
-        "name": precision.function(package.name, function.name),
-        "arguments": ", ".join([*declared, *(f"{precision.state} *{x}" for x, _ in results)]),
-        "constants": macro if has_constants else "",
-        "call": ", ".join([*rows[0], *p, *(["c"] * has_constants), *rows[1]]),
-        "all_states": ", ".join([*(x for x, _ in inputs), *p, *(x for x, _ in results)]),
-    }
+    after_p = ("c",) if has_constants else ()
+    return wrapped(package, function, precision, after_p) | {"constants": macro if has_constants else ""}
 
 
 def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
@@ -143,8 +133,8 @@ def _c_run(
     some = states.part(slice(0, _timed_states(function)))
     inputs = [getattr(some, argument.name).astype(dtype) for argument in function.arguments]
     arrays = [np.ascontiguousarray(x.T if batch else x) for x in inputs]
-    arrays += [p.astype(dtype)] if len(p) else []
-    arrays += [np.zeros((len(some), math.prod(result.shape)), dtype) for result in function.results]
+    results = [np.zeros((len(some), math.prod(result.shape)), dtype) for result in function.results]
+    arrays += [p.astype(dtype), *results]
     entry.argtypes = [ctypes.c_size_t] * 2 + [ctypes.c_void_p] * len(arrays)
     entry.restype = None
 

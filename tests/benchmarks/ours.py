@@ -70,29 +70,29 @@ class Code:
         if not self.has_constants:
             return ""
         real, count = self.precision.type_of_real(self.package.name), f"{self.name.upper()}_CONSTANTS"
-        return f"{real} c[{count}]; {self.name}_prepare({self.parameters[0]}, c);"
+        return f"{real} c[{count}]; {self.name}_prepare({self.parameters}, c);"
 
     @property
     def has_constants(self) -> bool:
-        return bool(self.function.program.once) and bool(self.package.parameters)
+        return bool(self.function.program.once)
 
     @property
-    def parameters(self) -> list[str]:
-        return [f"{self.package.name}{self.precision.suffix}_defaults"] if self.package.parameters else []
+    def parameters(self) -> str:
+        return f"{self.package.name}{self.precision.suffix}_defaults" if self.package.parameters else "NULL"
 
     @property
     def call(self) -> str:
         """C of the model at the state `row`."""
         prepared, c = ("_prepared", ["c"]) if self.has_constants else ("", [])
         inputs, results = places("row", self.inputs), places("result", self.results)
-        return f"{self.name}{prepared}({', '.join([*inputs, *self.parameters, *c, *results])});"
+        return f"{self.name}{prepared}({', '.join([*inputs, self.parameters, *c, *results])});"
 
     @property
     def batch(self) -> str:
         """C of the model at all states, entry k of state s at [k*states + s]."""
         inputs = places("x", self.inputs, "*states")
         results = places("y", self.results, "*states")
-        return f"{self.name}_batch({', '.join(['states', *inputs, *self.parameters, *results])});"
+        return f"{self.name}_batch({', '.join(['states', *inputs, self.parameters, *results])});"
 
 
 def places(array: str, sizes: Sequence[int], times: str = "") -> list[str]:

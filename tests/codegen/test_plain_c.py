@@ -30,17 +30,19 @@ LONGEST_LINE = 120
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow")
 COMPILERS_OWN = ("far", "near", "huge", "interrupt", "unix", "linux", "pascal", "cdecl", "bit", "data", "code", "at")
 """Keywords and macros of common compilers; <windows.h> and <complex.h> define some."""
-MACHINES = ("two_axis.toml", "rx90.par", "flex4.par", "random", "long")
+MACHINES = ("two_axis.toml", "rx90.par", "flex4.par", "random", "long", "constant")
 PRECISION = [pytest.param(precision, id=precision.name) for precision in PRECISIONS.values()]
 
 
 @cache
 def machine(name: str) -> Machine:
-    """An example; a machine with friction, wrenches and a moving base; or one whose names are long."""
+    """An example; a machine with friction, wrenches and a moving base, or with long names, or without parameters."""
     if name == "random":
         return random_machine(0, joints=4, symbolic=True, moving_base=True)
     if name == "long":
         return replace(chain(4), name="machine_of_many_words_that_has_a_long_name")
+    if name == "constant":
+        return random_machine(1, joints=3)
     return read_machine(ROOT / "examples" / name)[0]
 
 
@@ -282,8 +284,9 @@ DEVIATIONS = set(re.findall(r"^\| (\d+\.\d+) \|", (ROOT / "docs" / "misra.md").r
 
 @pytest.mark.skipif(not shutil.which("cppcheck"), reason="cppcheck and its MISRA addon are not installed")
 @pytest.mark.parametrize("precision", PRECISION)
-def test_deviations_from_misra_are_documented(precision: Precision, tmp_path: Path) -> None:
-    made = traced(machine("random"), Scene(("bias_forces", "inertia_matrix"))).package
+@pytest.mark.parametrize("name", ["random", "constant"])
+def test_deviations_from_misra_are_documented(name: str, precision: Precision, tmp_path: Path) -> None:
+    made = traced(machine(name), Scene(("bias_forces", "inertia_matrix"))).package
     texts = render_c(made, precision)
     for file, text in texts.items():
         (tmp_path / file).write_text(text)

@@ -133,7 +133,7 @@ def _one(function: CFunction) -> Routine:
     prepared = f"{function.name}_prepared" if function.c else function.name
     lines, arguments = [], []
     for array in function.arrays:
-        is_of_states = array.entries and array not in (*function.parameters, *function.c)
+        is_of_states = array.entries and array not in (function.p, *function.c)
         arguments.append(f"{array.name}_one" if is_of_states else array.name)
         lines += [f"{INDENT}{array.type} {array.name}_one[{array.size}];"] if is_of_states else []
     lines += [line for array in function.inputs for line in _copied(array)]
