@@ -34,7 +34,10 @@ def whole(written: str | int, source: str, place: str) -> int:
 
 
 def offset_of(cell: Formula, variable: str) -> Formula | None:
-    """Constant added to the joint variable in `cell`; None if the cell is not the variable plus a constant."""
+    """What is added to the joint variable in `cell`: a constant, or a formula of the variables of other joints.
+
+    None if the variable does not stand in it once, as a term of its sum and without a factor.
+    """
     text = _without_parentheses(cell)
     before, found, after = _around(text, variable)
     if not found:
@@ -44,6 +47,8 @@ def offset_of(cell: Formula, variable: str) -> Formula | None:
     if after and after[0] not in "+-":
         return None
     before = before.removesuffix("+").rstrip()
+    if before.startswith("-"):
+        before = "-" + before[1:].lstrip()
     if not before and not after:
         return ZERO
     if not before:
@@ -68,11 +73,16 @@ def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
     cell = joint.theta if joint.sigma == 0 else joint.r
     offset = offset_of(cell, variable)
     if offset is None:
-        what = f"{quoted(cell)} must be the joint variable {variable!r}, alone or plus a constant"
-        raise InputError(source, f"{place}, {column}", what)
+        raise InputError(source, f"{place}, {column}", not_alone(cell, variable))
     if joint.sigma == 0:
         return replace(joint, variable=variable, theta=offset)
     return replace(joint, variable=variable, r=offset)
+
+
+def not_alone(cell: Formula, variable: str) -> str:
+    """What is wrong with a cell in which the joint variable has a factor, or occurs twice."""
+    allowed = "alone or plus a constant or a formula of the variables of other joints"
+    return f"{quoted(cell)} must be the joint variable {variable!r}, {allowed}"
 
 
 def _without_parentheses(cell: Formula) -> str:

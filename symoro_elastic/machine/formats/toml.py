@@ -8,9 +8,9 @@ from pathlib import Path
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Column, Values, with_columns
-from symoro_elastic.machine.formats.cells import OTHER, SELECTED, split
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table, load
 from symoro_elastic.machine.formats.toml_keys import (
@@ -34,9 +34,11 @@ from symoro_elastic.machine.formats.toml_keys import (
     PARAMETER,
     PARAMETERS,
     SIGMA,
+    VARIABLE,
     key_of,
     section_of,
 )
+from symoro_elastic.machine.formats.toml_loops import loops_of
 from symoro_elastic.machine.formats.toml_writing import write
 from symoro_elastic.machine.machine import (
     Base,
@@ -60,12 +62,14 @@ def read(text: str, source: str) -> Machine:
     top = load(text, source).only(MACHINE.names)
     listed = PARAMETERS.type.read(top, PARAMETERS.name)
     parameters = tuple(Parameter(name, *PARAMETER.read(listed, name)) for name in listed.entries)
+    joints = _joints(top, {parameter.name for parameter in parameters})
     machine = Machine(
         name=FILE_NAME.read(top, name_of(Path(source).stem)),
         name_origin=""
         if FILE_NAME.name in top.entries
         else 'it is made of the name of the file, give another by name = "..."',
-        joints=_joints(top, {parameter.name for parameter in parameters}),
+        joints=joints,
+        loops=loops_of(top, joints),
         parameters=parameters,
         base=_base(top),
         floating=_floating(top.table("base")),
@@ -98,7 +102,9 @@ def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
     numbers: dict[str, int] = {}
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
-    joints = [_joint(row, j, numbers, parameters) for j, row in enumerate(rows, start=1)]
+    joints = [_joint(row, j, numbers) for j, row in enumerate(rows, start=1)]
+    given = {j: VARIABLE.read(row) for j, row in enumerate(rows, start=1) if VARIABLE.name in row.entries}
+    joints = [*with_own_variables(joints, given, parameters, lambda j, key, what: rows[j - 1].fail(key, what))]
     for section in OF_JOINTS:
         for name in top.table(section).entries:
             if name not in numbers:
@@ -116,14 +122,14 @@ def _named(row: Table, j: int) -> Table:
     return replace(row, place=f"joint {j} ({shown})")
 
 
-def _joint(row: Table, j: int, numbers: dict[str, int], parameters: set[str]) -> Joint:
+def _joint(row: Table, j: int, numbers: dict[str, int]) -> Joint:
+    """A row as written, its variable still in its cell."""
     row.only(JOINTS.names)
     kind = Kind(KIND.read(row))
     if SIGMA.name not in row.entries and kind != Kind.FIXED:
         raise row.fail("sigma", "is missing: 0 revolute, 1 prismatic, 2 fixed frame")
     joint = Joint(NAME.read(row), _antecedent(row, j, numbers), kind, SIGMA.read(row, 2))
-    joint = with_columns(joint, _reader(row, "joints"))
-    return _with_variable(joint, row, parameters) if joint.sigma in (0, 1) else joint
+    return with_columns(joint, _reader(row, "joints"))
 
 
 def _antecedent(row: Table, j: int, numbers: dict[str, int]) -> int:
@@ -133,22 +139,6 @@ def _antecedent(row: Table, j: int, numbers: dict[str, int]) -> int:
     if value not in numbers:
         raise row.fail("antecedent", f"no joint {quoted(value)}{did_you_mean(value, numbers)}")
     return numbers[value]
-
-
-def _with_variable(joint: Joint, row: Table, parameters: set[str]) -> Joint:
-    """The joint with its variable: the one undeclared name in the cell that sigma selects."""
-    column, other = SELECTED[joint.sigma], OTHER[joint.sigma]
-    names = sorted(getattr(joint, column).names - parameters)
-    if len(names) == 1:
-        return split(joint, names[0], row.source, row.place)
-    if names:
-        what = f"{', '.join(names)} are not declared: one is the joint variable, the others belong in [parameters]"
-        raise row.fail(column, what)
-    elsewhere = sorted(getattr(joint, other).names - parameters)
-    what = f"no joint variable in {quoted(getattr(joint, column))}, where sigma = {joint.sigma} expects it"
-    if elsewhere:
-        what += f"; {elsewhere[0]!r} stands in {other}, which is for sigma = {1 - joint.sigma}"
-    raise row.fail(column, what)
 
 
 def _with_section(joint: Joint, section: str, table: Table) -> Joint:

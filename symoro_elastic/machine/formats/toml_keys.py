@@ -10,7 +10,7 @@ from symoro_elastic.machine.formats import keys
 from symoro_elastic.machine.formats.keys import Key, Section, Type, defined, one_of
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Base, Body, Given, Joint, Kind, Orientation
+from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
 from symoro_elastic.machine.scene import ALL
 
 
@@ -79,26 +79,72 @@ ANTECEDENT = Key(
 )
 KIND = Key(
     *("kind", one_of(tuple(Kind))),
-    "what acts on the joint: a motor, a spring (elastic), friction only (passive); fixed: it does not move",
+    "what acts on the joint: a motor, a spring (elastic), friction only (passive); fixed: it does not move; coupled: "
+    "it follows the variables of other joints; cut: it closes a loop",
     '"motor"',
 )
 SIGMA = Key(
     *("sigma", keys.WHOLE, "0 revolute, 1 prismatic, 2 fixed frame", "0"),
     otherwise="2 where the kind is fixed, else it must be given",
 )
+VARIABLE = Key(
+    *("variable", keys.NAMED, "variable of the joint itself, where its cell holds several names", '"d_nut"'),
+    otherwise="the name in the cell that no other joint owns",
+)
+
+
+def _where(kinds: Iterable[Kind], rules: keys.Schema) -> keys.Schema:
+    """The schema that holds for rows of these kinds."""
+    return {"if": {"properties": {"kind": {"enum": [kind.value for kind in kinds]}}}, "then": rules}
+
+
 BY_KIND = {
-    "if": {"properties": {"kind": {"const": Kind.FIXED.value}}},
-    "then": {"properties": {"sigma": {"const": 2}}},
-    "else": {"properties": {"sigma": {"enum": [0, 1]}}, "required": ["sigma"]},
+    "allOf": [
+        _where([Kind.FIXED], {"properties": {"sigma": {"const": 2}}}),
+        _where([Kind.CUT], {"properties": {"sigma": {"enum": [0, 1, 2]}}, "required": ["sigma"]}),
+        _where(
+            [kind for kind in Kind if kind not in (Kind.FIXED, Kind.CUT)],
+            {"properties": {"sigma": {"enum": [0, 1]}}, "required": ["sigma"]},
+        ),
+        _where([Kind.FIXED, Kind.COUPLED], {"properties": {"variable": False}}),
+    ]
 }
 JOINTS = Section(
     "joints",
     "A row for each joint, from the base outwards: "
     "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r).",
-    (NAME, ANTECEDENT, KIND, SIGMA, *keys_of(declared(Joint, "joints"))),
+    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *keys_of(declared(Joint, "joints"))),
     "joint",
     rows=True,
     rules=BY_KIND,
+)
+
+CUT = Key("cut", keys.NAMED, "joint of kind cut, whose frame closes the loop", '"pin"')
+MEETS = Key("meets", keys.NAMED, "fixed frame of the other branch that the frame of the cut joint meets", '"pin_end"')
+CLOSES = Key(
+    *("closes", one_of(tuple(Closing)), "what of the two frames meets: all of it, or its origin (a ball joint)"),
+    '"point"',
+    default=Closing.FRAME.value,
+    otherwise='"frame"',
+)
+DEPENDENT = Key(
+    *("dependent", keys.TEXTS, "joints whose variables follow from the others of the loop, by name or variable"),
+    '["th3", "th8"]',
+    default=(),
+    otherwise="the passive joints of the loop",
+)
+START = Key(
+    *("start", keys.FORMULAS, "one rough position of the loop, by joint variable: it tells the branch"),
+    "{ th2 = -1.0, th7 = 0.3, th3 = -0.27, th8 = -1.3 }",
+    default={},
+    otherwise="zero is tried",
+    unit="rad or m",
+)
+LOOPS = Section(
+    "[loops]",
+    "Closed loops: how each closes, and which of its variables follow from the others.",
+    (CUT, MEETS, CLOSES, DEPENDENT, START),
+    "loop",
 )
 
 ABOUT_ORIGIN, ABOUT_CENTER = (keys_of(declared(Body, form=form)) for form in ("column", CENTRAL))
@@ -217,10 +263,10 @@ MACHINE = Section(
     (
         *(FILE_NAME, NOTES, GRAVITY),
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
-        PARAMETERS,
+        *(_table("loops", LOOPS), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(_table("base", BASE), _table("scene", SCENE), EXTRAS),
     ),
 )
-SECTIONS = (MACHINE, JOINTS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE)
+SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE)
 """All tables of a machine file, in the order of the reference."""

@@ -9,6 +9,7 @@ from symoro_elastic.machine.columns import Column, Values, columns
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formats.toml_keys import OF_JOINTS
 from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 
@@ -36,6 +37,7 @@ def write(machine: Machine) -> str:
 
 
 def _sections(machine: Machine) -> Iterable[tuple[str, list[str]]]:
+    yield "loops", _named((loop.name, _loop(loop, machine)) for loop in machine.loops)
     yield "parameters", _table((parameter.name, _parameter(parameter)) for parameter in machine.parameters)
     for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
@@ -48,7 +50,20 @@ def _joints(machine: Machine) -> list[str]:
     rows = [_row(joint, machine) for joint in machine.joints]
     unused = {key for key in ("gamma", "b") if all(dict(row)[key] == "0" for row in rows)}
     rows = [[(key, value) for key, value in row if key not in unused] for row in rows]
-    return ["joints = [", *(f"  {line}," for line in _aligned(rows)), "]"]
+    own = [_own_variable(joint, machine) for joint in machine.joints]
+    lines = [
+        line.removesuffix(" }").rstrip() + variable + " }" if variable else line
+        for line, variable in zip(_aligned(rows), own, strict=True)
+    ]
+    return ["joints = [", *(f"  {line}," for line in lines), "]"]
+
+
+def _own_variable(joint: Joint, machine: Machine) -> str:
+    """The end of a row whose cell holds several names that are no parameters: which is its own variable."""
+    parameters = {parameter.name for parameter in machine.parameters}
+    if joint.variable is None or joint.selected.names <= parameters:
+        return ""
+    return f", variable = {_text(joint.variable)}"
 
 
 def _row(joint: Joint, machine: Machine) -> Entry:
@@ -65,6 +80,19 @@ def _row(joint: Joint, machine: Machine) -> Entry:
             if column.section == "joints"
         ),
     ]
+
+
+def _loop(loop: Loop, machine: Machine) -> Entry:
+    """Entries of a loop: keys that are not left out."""
+    entry = [("cut", _text(machine.joint(loop.cut).name)), ("meets", _text(machine.joint(loop.meets).name))]
+    if loop.closes is not Closing.FRAME:
+        entry.append(("closes", _text(loop.closes.value)))
+    if loop.dependent:
+        entry.append(("dependent", _names(loop.dependent)))
+    if loop.start:
+        start = [(_key(variable), _cell(value.text)) for variable, value in loop.start.items()]
+        entry.append(("start", _inline(start)))
+    return entry
 
 
 def _aligned(rows: Sequence[Entry]) -> list[str]:
