@@ -1,9 +1,9 @@
 """The dynamic models [12]-[61]: one backward recursion, in which a joint's rule is data.
 
 Each joint has either its torque known (a motor in the direct model; an elastic or passive joint always) or its
-acceleration known (a motor in the inverse model). Where all accelerations from the base to a body are known, its own is
-known before the backward recursion and [12], [15] give its wrench; the recursion over articulated inertias is for the
-others. The base is one of the former, unless it floats under a known wrench.
+acceleration known (a motor in the inverse model), or belongs to a cluster. Where all accelerations from the base to a
+body are known, its own is known before the backward recursion and [12], [15] give its wrench; the recursion over
+articulated inertias is for the others. The base is one of the former, unless it floats under a known wrench.
 
 In place of V' the recursion finds its remainder beyond a bias that is known beforehand (`bias_acceleration`). K, alpha
 and gamma are in the frame before the joint's rotation, where gamma is shortest; R takes them to frame j.
@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from symoro_elastic.equations.bias_acceleration import split, with_tips_in_frames_before
+from symoro_elastic.equations.clusters import Cluster, Eliminated, Motion, eliminate_cluster, motion
 from symoro_elastic.equations.elimination import (
     AccelerationKnown,
     Elimination,
@@ -53,7 +54,7 @@ from symoro_elastic.equations.spatial import (
 
 __all__ = ["AccelerationKnown", "Dynamics", "Rule", "SingularPivot", "TorqueKnown", "dynamics"]
 
-Rules = Sequence[Rule | None]
+Rules = Sequence[Rule | Cluster | None]
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Dynamics:
 
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known beforehand, `solved` the solution for a base under a known wrench.
+    [12] of bodies whose acceleration is known beforehand, `solved` the solution for a base under a known wrench,
+    `reduced` and `moved` those for clusters, by their first link.
     """
 
     mechanism: Mechanism
@@ -81,6 +83,8 @@ class Dynamics:
     f: dict[int, Wrench] = field(default_factory=dict)
     qdd: dict[int, Scalar] = field(default_factory=dict)
     Gamma: dict[int, Scalar] = field(default_factory=dict)
+    reduced: dict[int, Eliminated] = field(default_factory=dict)
+    moved: dict[int, Motion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
 
 
@@ -112,7 +116,7 @@ def unknown_accelerations(mechanism: Mechanism, rules: Rules, base: WrenchKnown 
     """Numbers of the bodies whose acceleration only the recursion finds: those beyond a joint of known torque."""
     unknown = set() if base is None else {0}
     for j, link in mechanism.from_base():
-        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown):
+        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster):
             unknown.add(j)
     return unknown
 
@@ -141,7 +145,7 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     """Accelerations [6] and wrenches [12] where all accelerations from the base are known."""
     for j, link in s.mechanism.from_base():
         i, rule = link.antecedent, rules[j]
-        if i not in s.vd or isinstance(rule, TorqueKnown):
+        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster):
             continue
         qdd = rule.qdd if rule else 0
         gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
@@ -162,11 +166,14 @@ def _origin_acceleration(link: Link, vd_i: Vector, U_i: Matrix, U_j: Matrix) -> 
 def _backward(s: Dynamics, rules: Rules) -> None:
     """From the tips to the base: [28]-[32], [50]-[56], and [15] where accelerations are known."""
     for j, link in s.mechanism.from_tips():
-        i, X, R = link.antecedent, link.before, link.joint_rotation
+        i, X, R, rule = link.antecedent, link.before, link.joint_rotation, rules[j]
         if j in s.vd:
             f = link.transform.T * s.f[j]
+        elif isinstance(rule, Cluster):
+            _reduce(s, j, i, rule)
+            continue
         else:
-            s.eliminated[j] = e = _eliminated(s, j, link, rules[j])
+            s.eliminated[j] = e = _eliminated(s, j, link, rule)
             if i not in s.vd:
                 s.Js[i] = s.Js[i] + e.K.to_antecedent(X)  # (32), (56)
                 s.betas[i] = s.betas[i] - X.T * e.alpha  # (31), (55)
@@ -175,6 +182,17 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             s.f[j], f = R * f, X.T * f
         if i in s.f:
             s.f[i] = s.f[i] + f  # (15)
+
+
+def _reduce(s: Dynamics, j: int, p: int, rule: Cluster) -> None:
+    """At its first link, a cluster in place of a joint (L26), (L27)."""
+    if j != rule.first:
+        return
+    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(p))
+    if p not in s.vd:
+        s.Js[p], s.betas[p] = s.Js[p] + e.K, s.betas[p] - e.alpha
+    elif p in s.f:
+        s.f[p] = s.f[p] + e.alpha  # (15)
 
 
 def _eliminated(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
@@ -199,12 +217,24 @@ def _solve_base(s: Dynamics, base: WrenchKnown) -> None:
 def _forward(s: Dynamics, rules: Rules) -> None:
     """From the base to the tips: [33]-[36], [57]-[61]."""
     for j, link in s.mechanism.from_base():
-        rule, a = rules[j], link.axis
-        if j not in s.vd:
+        rule = rules[j]
+        if isinstance(rule, Cluster):
+            _follow(s, j, link, rule)
+        elif j not in s.vd:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):
             s.qdd[j] = rule.qdd
-            s.Gamma[j] = a.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
+            s.Gamma[j] = link.axis.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
+
+
+def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
+    """Acceleration of a body of a cluster; those of its coordinates, found at its first link (L28), (L29)."""
+    V = s.remainder[link.antecedent]
+    if j == cluster.first:
+        s.moved[j] = motion(s.reduced[j], cluster, V)
+        s.qdd.update(s.moved[j].qdd)
+    s.remainder[j] = link.joint_rotation * (link.before * V + s.gamma[j]) + s.qdd.get(j, 0) * link.axis
+    s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]
 
 
 def _accelerate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from symoro_elastic.equations.coordinates import Rows, congruence
 from symoro_elastic.equations.elimination import SingularPivot
+from symoro_elastic.equations.factorization import Factorization, solution
 from symoro_elastic.equations.floating_base import solve_symmetric
-from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import NO_WRENCH, Axis, RigidInertia, Scalar, Twist, Vector, Wrench
 
@@ -54,51 +55,6 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
     return InertiaMatrix(composite, f, A, base)
 
 
-@dataclass(frozen=True)
-class Factorization:
-    """A = L^T D L by joint number: rows of L below its diagonal of ones, pivots D_j, their inverses.
-
-    L_ji is zero where joint i does not carry joint j. D_j is H_j [28] of the backward recursion.
-    """
-
-    L: dict[int, dict[int, Scalar]]
-    pivots: dict[int, Scalar]
-    inverses: dict[int, Scalar]
-
-
-def factorization(mechanism: Mechanism, A: list[list[Scalar]]) -> Factorization:
-    """Factors of A = L^T D L from the tips to the base, without fill-in. Raises `SingularPivot`."""
-    left = [list(row) for row in A]
-    found = Factorization({}, {}, {})
-    for j, link in mechanism.from_tips():
-        if link.axis is Axis.NONE:
-            continue
-        carrying = [i for i in path(mechanism, j)[:-1] if mechanism.link(i).axis is not Axis.NONE]
-        try:
-            inverse = 1 / left[j][j]
-        except ZeroDivisionError:
-            raise SingularPivot(j) from None
-        found.pivots[j], found.inverses[j] = left[j][j], inverse
-        found.L[j] = {i: left[j][i] * inverse for i in carrying}
-        for i in carrying:
-            for k in carrying[: carrying.index(i) + 1]:
-                left[i][k] = left[i][k] - found.L[j][i] * left[j][k]
-    return found
-
-
-def solution(factors: Factorization, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """x of A x = right, by joint number."""
-    x = dict(right)  # (10): L^T D L x = right
-    for j, row in factors.L.items():
-        for i, entry in row.items():
-            x[i] = x[i] - entry * x[j]
-    for j, row in reversed(factors.L.items()):
-        x[j] = x[j] * factors.inverses[j]
-        for i, entry in row.items():
-            x[j] = x[j] - entry * x[i]
-    return x
-
-
 def free_solution(
     factors: Factorization, found: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
 ) -> tuple[Twist, dict[int, Scalar]]:
@@ -117,6 +73,18 @@ def free_solution(
     for k, acceleration in enumerate(base.x):
         held = {j: x - pushed[k][j] * acceleration for j, x in held.items()}
     return base.twist, held
+
+
+def of_coordinates(found: InertiaMatrix, S: Rows, coordinates: Iterable[int]) -> InertiaMatrix:
+    """S^T A S, and wrenches on the base for a unit of each coordinate's acceleration (L21)."""
+    size = len(found.A)
+    A = congruence(S, {i: dict(enumerate(row)) for i, row in enumerate(found.A)}, coordinates)
+    full = [[A.get(i, {}).get(j, 0) for j in range(size)] for i in range(size)]
+    base: dict[int, Wrench] = {}
+    for j, wrench in found.base.items():
+        for k, x in S[j].items():
+            base[k] = base.get(k, NO_WRENCH) + x * wrench
+    return InertiaMatrix(found.composite, found.f, full, base)
 
 
 def _wrench(entries: tuple[Scalar, ...]) -> Wrench:

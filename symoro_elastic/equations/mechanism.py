@@ -83,6 +83,11 @@ class Mechanism:
         return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
 
     @property
+    def joints_from_tips(self) -> tuple[int, ...]:
+        """Numbers of the links on joints that move, from the tips to the base."""
+        return tuple(j for j, link in self.from_tips() if link.axis is not Axis.NONE)
+
+    @property
     def carriers(self) -> set[int]:
         """Numbers of the links that carry others, 0 for the base."""
         return {link.antecedent for link in self.links}

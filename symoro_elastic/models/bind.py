@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
-from typing import Any
+from functools import cached_property
 
-from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, TorqueKnown
+from symoro_elastic.equations.bias_acceleration import with_tips_in_frames_before
+from symoro_elastic.equations.clusters import Cluster
+from symoro_elastic.equations.coordinates import image, product, projection
+from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, Rules
 from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
 from symoro_elastic.equations.joint_laws import elastic_torque, friction
 from symoro_elastic.equations.mechanism import Link, Mechanism
@@ -16,8 +18,6 @@ from symoro_elastic.equations.spatial import (
     AxialTransform,
     Axis,
     Matrix,
-    RigidInertia,
-    Symmetric,
     Transform,
     Twist,
     Vector,
@@ -28,26 +28,19 @@ from symoro_elastic.equations.spatial import (
     translation,
 )
 from symoro_elastic.machine.arguments import arguments
-from symoro_elastic.machine.checks import formulas
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
-from symoro_elastic.machine.scene import Point
+from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientation
+from symoro_elastic.models.cells import Cells, Points
+from symoro_elastic.models.coordinates import Coordinates, Coupling
+from symoro_elastic.models.loops.closed_forms import mapped, own_variable, planar
+from symoro_elastic.models.loops.plan import Form, LoopPlan, plan_of
+from symoro_elastic.models.rules import Motion
 from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand
-from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
-from symoro_elastic.symbolic.program import Names
-
-Points = tuple[tuple[int, Point], ...]
+from symoro_elastic.symbolic.expression import Expression, operand
+from symoro_elastic.symbolic.functions import Circle, cosine_sine, sign
 
 
-def _exact(x: Scalar) -> Scalar:
-    """Constants as fractions, so that their quotients are exact."""
-    found = operand(x)
-    return found if isinstance(found, Expression) else Fraction(found)
-
-
-class Bound:
+class Bound(Cells):
     """A machine whose cells are expressions of one graph.
 
     Each of the `points`, (number of the frame, coordinates in it), is one more fixed frame of its mechanism.
@@ -57,66 +50,30 @@ class Bound:
     def __init__(
         self, machine: Machine, folded: Sequence[str] = (), points: Points = (), by: Sequence[str] = ()
     ) -> None:
-        self.machine, self.points, self.by = machine, points, by
-        self.graph = Graph()
-        self.names = Names()
+        super().__init__(machine, folded, points)
+        self.by = by
         self.motors = machine.motors
-        self._functions: dict[str, Callable[..., Any]] = {
-            "sin": lambda x: _exact(cosine_sine(self.graph, x)[1]),
-            "cos": lambda x: _exact(cosine_sine(self.graph, x)[0]),
-            "tan": self._tangent,
-            "sqrt": lambda x: square_root(self.graph, x),
-            "atan2": lambda y, x: arc_tangent(self.graph, y, x),
-        }
-        self._cells = self._parameter_cells(folded)
         self.q = self._per_joint("q", machine.moving)
         self.qd = self._per_joint("qd", machine.moving)
         self.qdd = self._per_joint("qdd", machine.moving)
         self.tau = self._per_joint("tau", self.motors)
         self.qdd_motor = self._per_joint("qdd_motor", self.motors)
         self.on_base = {row.name: tuple(map(self.graph.symbol, row.entries)) for row in self._rows_on_base()}
+        self.variables: dict[int, Scalar] = {
+            j: self.graph.symbol(str(machine.joint(j).variable)) for j in machine.owners
+        }
+        self.placed: dict[int, Circle] = {}
         self.mechanism = self._mechanism()
+        self.loops = plan_of(machine, Bound).loops if machine.loops else ()
+        for loop in self.loops:
+            self._close(loop)
+        self.coordinates = Coordinates(self, self.loops)
 
     def _rows_on_base(self) -> Iterable[Quantity]:
         return ON_BASE if self.machine.floating else ()
 
     def _per_joint(self, argument: str, joints: Sequence[int]) -> dict[int, Expression]:
         return dict(zip(joints, map(self.graph.symbol, arguments(self.machine)[argument]), strict=True))
-
-    def _parameter_cells(self, folded: Sequence[str]) -> dict[str, Scalar]:
-        cells: dict[str, Scalar] = {"pi": self.graph.pi}
-        for parameter in self.machine.parameters:
-            if parameter.name in folded and parameter.value is not None:
-                cells[parameter.name] = self.cell(parameter.value, {"pi": self.graph.pi})
-            else:
-                cells[parameter.name] = self.graph.symbol(parameter.name, Level.PARAMETER)
-        return cells
-
-    def _tangent(self, x: Scalar) -> Scalar:
-        cosine, sine = cosine_sine(self.graph, x)
-        return _exact(sine) / cosine
-
-    def cell(self, formula: Formula, names: dict[str, Scalar] | None = None) -> Scalar:
-        """The expression of a cell; exact zero is the integer 0 of structure. Raises `InputError`."""
-        try:
-            value = formula.evaluate(names or self._cells, self._functions, Fraction)
-        except (ArithmeticError, ValueError) as error:
-            reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
-            raise self.machine.error(self._place(formula), f"{formula.text!r} has no value: {reason}") from None
-        return 0 if not isinstance(value, Expression) and value == 0 else value
-
-    def cells(self, written: Sequence[Formula]) -> Any:
-        """The expressions of several cells."""
-        return tuple(map(self.cell, written))
-
-    def vector(self, written: Sequence[Formula]) -> Vector:
-        """The expressions of three cells."""
-        return Vector(*self.cells(written))
-
-    def _place(self, formula: Formula) -> str:
-        of_point = any(formula in at for _, at in self.points)
-        elsewhere = "scene, outputs" if of_point else "parameters"
-        return next((place for place, written in formulas(self.machine) if written == formula), elsewhere)
 
     def _mechanism(self) -> Mechanism:
         base, floating = self.machine.base, self.machine.floating
@@ -125,69 +82,130 @@ class Bound:
         linear, angular = self.base_acceleration
         return Mechanism(
             tuple(links),
-            self._twist_on_base("V0") if floating else self._twist(base.velocity, base.angular_velocity),
+            self._twist_on_base("V0") if floating else self.twist(base.velocity, base.angular_velocity),
             Twist(linear - self.gravity, angular),
-            self._body(floating.body) if floating else None,
+            self.body(floating.body) if floating else None,
         )
 
-    def _twist(self, linear: Sequence[Formula], angular: Sequence[Formula]) -> Twist:
-        return Twist(self.vector(linear), self.vector(angular))
+    def _close(self, loop: LoopPlan) -> None:
+        """Put closed forms in place of the dependent variables of a loop."""
+        if loop.form is Form.ASSEMBLED:
+            return
+        if loop.form is Form.MAP:
+            angles = mapped(self, loop.loop, loop.dependent) or {}
+            self.variables |= {j: x - self.offset(j) for j, x in angles.items()}
+        else:
+            found = planar(self, loop.loop, loop.dependent, loop.signs)
+            for j in loop.dependent:
+                turn = found.turns.get(j)
+                self.variables[j] = own_variable(self, j, turn) if turn else found.slides[j] - self.offset(j)
+                self.placed |= {j: (operand(turn.x), operand(turn.y))} if turn else {}
+        self.mechanism = self._mechanism()
+
+    def offset(self, j: int) -> Scalar:
+        """What the cell of a joint adds to its own variable."""
+        joint = self.machine.joint(j)
+        names = joint.selected.names & self.machine.variables.keys()
+        values = {name: self.variables[self.machine.variables[name]] for name in names}
+        return self.cell(joint.selected, self.named(values))
+
+    def angle(self, j: int) -> Scalar:
+        """The angle, or the shift, of a joint: its own variable and what its cell adds."""
+        return self.offset(j) + self.variables.get(j, 0)
 
     def _twist_on_base(self, argument: str) -> Twist:
         entries = self.on_base[argument]
         return Twist(Vector(*entries[:3]), Vector(*entries[3:]))
 
     def _link(self, j: int, joint: Joint) -> Link:
-        q = self.q.get(j, 0)
-        theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
-        r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
+        theta = self.angle(j) if joint.sigma == 0 else self.cell(joint.theta)
+        r = self.angle(j) if joint.sigma == 1 else self.cell(joint.r)
         steps = (  # (1)
             AxialTransform(Z, *cosine_sine(self.graph, self.cell(joint.gamma)), self.cell(joint.b)),
             AxialTransform(X, *cosine_sine(self.graph, self.cell(joint.alpha)), self.cell(joint.d)),
-            AxialTransform(Z, *cosine_sine(self.graph, theta), r),
+            AxialTransform(Z, *(self.placed.get(j) or cosine_sine(self.graph, theta)), r),
         )
         wrench = Wrench(self.vector(joint.wrench.force), self.vector(joint.wrench.moment))
         return Link(
             joint.antecedent,
-            Axis(joint.sigma),
+            Axis.NONE if joint.kind is Kind.CUT else Axis(joint.sigma),
             Transform(steps),
-            self._body(joint.body),
+            self.body(joint.body),
             self.cell(joint.reflected_inertia),
             wrench,
         )
-
-    def _body(self, body: Body) -> RigidInertia:
-        mass, moments, inertia = self.cell(body.mass), self.vector(body.moments), Symmetric(*self.cells(body.inertia))
-        if not body.central:
-            return RigidInertia(mass, moments, inertia)
-        return RigidInertia.about_center(mass, moments, inertia)
 
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
         return arguments(self.machine)
 
+    def rate(self, j: int) -> Scalar:
+        """Rate of the joint's own variable; of a coupled joint, that of the joint."""
+        own = self.coordinates.rates_x
+        return own[j] if j in own else product(self.coordinates.S[j], self.qd)
+
     def sign_of_velocity(self, j: int) -> Scalar:
-        """sign(qd_j)."""
-        return sign(self.graph, self.qd[j])
+        """Sign of the rate of joint j."""
+        return sign(self.graph, self.rate(j))
 
     def friction(self, j: int) -> Scalar:
         """Friction of joint j, opposing motion."""
         law = self.machine.joint(j).friction
         viscous, coulomb = self.cell(law.viscous), self.cell(law.coulomb)
-        return friction(viscous, coulomb, self.qd[j], self.sign_of_velocity(j))
+        return friction(viscous, coulomb, self.rate(j), self.sign_of_velocity(j))
 
     def passive_torque(self, j: int) -> Scalar:
         """Torque of spring and damper on joint j [9]; zero for joints without."""
         stiffness, deflection = self.spring(j)
         damping = self.cell(self.machine.joint(j).spring.damping)
-        return elastic_torque(stiffness, deflection, damping, self.qd[j])
+        return elastic_torque(stiffness, deflection, damping, self.rate(j))
 
     def spring(self, j: int) -> tuple[Scalar, Scalar]:
         """Stiffness of joint j and deflection of its spring; zero for joints without."""
         joint = self.machine.joint(j)
         if joint.kind is not Kind.ELASTIC:
             return 0, 0
-        return self.cell(joint.spring.stiffness), self.q[j] - self.cell(joint.spring.neutral)
+        return Coupling(self, joint.spring.stiffness).value, self.variables[j] - self.cell(joint.spring.neutral)
+
+    def exerted(self, j: int) -> Scalar:
+        """Sum of the torques on the own variable of joint j: motor, spring and damper, less friction."""
+        return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
+
+    def exerted_forces(self) -> dict[int, Scalar]:
+        """What is exerted on the independent variables (L3)."""
+        return self._on_independent({j: self.exerted(j) for j in self.machine.owners})
+
+    def passive_forces(self) -> dict[int, Scalar]:
+        """The same without the motors."""
+        found = {j: self.passive_torque(j) - self.friction(j) for j in self.machine.owners}
+        return self._on_independent(found)
+
+    def friction_forces(self) -> dict[int, Scalar]:
+        """Friction on the independent variables, opposing motion."""
+        own = {j: self.friction(j) for j in self.machine.owners}
+        return self._projected(own, {j: self.friction(j) for j in self._coupled})
+
+    def _on_independent(self, own: dict[int, Scalar]) -> dict[int, Scalar]:
+        for j in self.machine.elastic:
+            _, deflection = self.spring(j)
+            for v, change in Coupling(self, self.machine.joint(j).spring.stiffness).partials.items():
+                own[v] = own[v] - change * deflection * deflection / 2
+        return self._projected(own, {j: -self.friction(j) for j in self._coupled})
+
+    def _projected(self, own: Mapping[int, Scalar], of_joints: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        found = dict.fromkeys(self.machine.moving, 0) | projection(self.coordinates.S_x, own)
+        for k, x in projection(self.coordinates.S, of_joints).items():
+            found[k] = found[k] + x
+        return found
+
+    @property
+    def _coupled(self) -> tuple[int, ...]:
+        """Joints without a variable of their own, on which friction acts by their rate."""
+        return tuple(j for j in self.machine.articulated if j not in self.machine.owners)
+
+    def on_independent(self, Gamma: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """Forces of the joints on the independent variables: S^T Gamma (L3)."""
+        return dict.fromkeys(self.machine.moving, 0) | projection(self.coordinates.S, Gamma)
 
     @property
     def gravity(self) -> Vector:
@@ -211,12 +229,15 @@ class Bound:
         return dot(self.vector(self.machine.base.gravity), Vector(x, y, z))
 
     def rates(self) -> list[Scalar]:
-        """qd by link number, zero for fixed frames and the base."""
-        return [self.qd.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
+        """Rates of the joints by link number, zero for fixed frames and the base."""
+        return self._by_link(image(self.coordinates.S, self.qd))
 
     def given_accelerations(self) -> list[Scalar]:
-        """qdd by link number, zero for fixed frames and the base."""
-        return [self.qdd.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
+        """Accelerations of the joints by link number, zero for fixed frames and the base."""
+        return self._by_link(image(self.coordinates.S, self.qdd, self.coordinates.gam))
+
+    def _by_link(self, by_joint: Mapping[int, Scalar]) -> list[Scalar]:
+        return [by_joint.get(j, 0) for j in range(len(self.mechanism.links) + 1)]
 
     @property
     def base_acceleration(self) -> Twist:
@@ -224,18 +245,28 @@ class Bound:
         base = self.machine.base
         if self.machine.floating:
             return self._twist_on_base("V0d")
-        return self._twist(base.acceleration, base.angular_acceleration)
+        return self.twist(base.acceleration, base.angular_acceleration)
 
     @property
     def held_base_acceleration(self) -> Twist:
         """V'_0 without gravity where no coordinate accelerates: that of the file, zero for a floating base."""
         return AT_REST if self.machine.floating else self.base_acceleration
 
+    @cached_property
+    def without_tip_angles(self) -> Mechanism:
+        """The mechanism; where joints are coupled, tips in the frames before their joints' rotations.
+
+        The angle of a balanced rotor then is in no equation (L7).
+        """
+        if not self.machine.is_coupled:
+            return self.mechanism
+        return with_tips_in_frames_before(self.mechanism, self.machine.articulated)
+
     @property
     def held(self) -> Mechanism:
         """The mechanism on a base that no coordinate accelerates, under gravity."""
         linear, angular = self.held_base_acceleration
-        return replace(self.mechanism, acceleration=Twist(linear - self.gravity, angular))
+        return replace(self.without_tip_angles, acceleration=Twist(linear - self.gravity, angular))
 
     @property
     def base_rule(self) -> WrenchKnown | None:
@@ -245,34 +276,26 @@ class Bound:
             return None
         return WrenchKnown(Wrench(*self._twist_on_base("f0")))
 
-    def given_rules(self) -> list[Rule | None]:
+    def given_rules(self) -> Rules:
         """Every acceleration known."""
-        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
-        for j in self.machine.moving:
-            rules[j] = AccelerationKnown(self.qdd[j])
-        return rules
+        return Motion(self, self.qdd, {}).rules
 
-    def exerted(self, j: int) -> Scalar:
-        """Sum of the torques on joint j: motor, spring and damper, less friction."""
-        return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
+    def held_rules(self) -> Rules:
+        """Every acceleration known, zero for the independent variables: gives H(q, qd)."""
+        return Motion(self, dict.fromkeys(self.machine.moving, 0), {}).rules
 
-    def direct_rules(self) -> list[Rule | None]:
-        """Every torque known."""
-        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
-        for j in self.machine.moving:
-            rules[j] = TorqueKnown(self.exerted(j))
-        return rules
-
-    def inverse_rules(self) -> list[Rule | None]:
-        """Motor accelerations known, elastic and passive torques known [50]-[54]."""
-        rules = self.direct_rules()
-        for j in self.motors:
-            rules[j] = AccelerationKnown(self.qdd_motor[j])
-        return rules
-
-    def held_rules(self) -> list[Rule | None]:
-        """Every acceleration known, and zero: gives H(q, qd)."""
-        rules: list[Rule | None] = [None] * (len(self.machine.joints) + 1)
-        for j in self.machine.moving:
+    def still_rules(self) -> Rules:
+        """Every acceleration known, and zero, at rest."""
+        rules: list[Rule | Cluster | None] = [None] * (len(self.machine.joints) + 1)
+        for j in self.machine.articulated:
             rules[j] = AccelerationKnown(0)
         return rules
+
+    def direct_motion(self) -> Motion:
+        """Every torque known."""
+        return Motion(self, {}, self.exerted_forces())
+
+    def inverse_motion(self) -> Motion:
+        """Motor accelerations known, elastic and passive torques known [50]-[54]."""
+        known = {j: x for j, x in self.qdd_motor.items() if j in self.machine.moving}
+        return Motion(self, known, self.passive_forces())

@@ -11,7 +11,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
-from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.cells import Points
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.feed_forward import FEED_FORWARD

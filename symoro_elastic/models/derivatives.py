@@ -39,6 +39,7 @@ from symoro_elastic.models.naming_derivatives import (
     name_tangents,
     name_torque_derivatives,
 )
+from symoro_elastic.models.rules import Motion
 from symoro_elastic.quantities import derivative, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation, Tangents, substituted
@@ -74,11 +75,24 @@ class Derivatives:
         return Derivatives(entries, self.tangents)
 
 
+@dataclass(frozen=True)
+class Solved:
+    """A motion and the dynamics that it has."""
+
+    motion: Motion
+    found: Dynamics
+
+    @property
+    def accelerations(self) -> dict[int, Scalar]:
+        """Accelerations of the independent variables."""
+        return self.motion.accelerations(self.found)
+
+
 def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    found, by = _inverse(bound), _variables(bound, {"dqdd_motor": bound.qdd_motor})
-    outputs = _inverse_outputs(bound, found)
-    if len(bound.motors) == len(bound.machine.moving):
-        made = _by_recursion(bound, found, outputs, by)
+    solved, by = _inverse(bound), _variables(bound, {"dqdd_motor": bound.qdd_motor})
+    outputs = _inverse_outputs(bound, solved)
+    if len(bound.motors) == len(bound.machine.moving) and not bound.machine.is_coupled:
+        made = _by_recursion(bound, solved.found, outputs, by)
     else:
         needed = _needed(bound, by)
         made = _of_graph(outputs, needed)
@@ -88,10 +102,12 @@ def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
 
 
 def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    found, by = _direct(bound), _variables(bound, {"dtau": bound.tau})
-    outputs, needed = _direct_outputs(bound, found), _needed(bound, by)
-    solved = _by_recursion(bound, found, outputs, by).only(needed)
-    made = _shorter(bound, solved, outputs, needed)
+    solved, by = _direct(bound), _variables(bound, {"dtau": bound.tau})
+    outputs, needed = _direct_outputs(bound, solved), _needed(bound, by)
+    if bound.machine.is_coupled:
+        made = _of_graph(outputs, needed)
+    else:
+        made = _shorter(bound, _by_recursion(bound, solved.found, outputs, by).only(needed), outputs, needed)
     return _results(bound, _posed(bound, made, outputs), asked, _chosen(bound, by))
 
 
@@ -102,9 +118,11 @@ def _inverse_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resu
 
 
 def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Results:
-    found = _direct(bound)
-    outputs = _direct_outputs(bound, found)
+    direct = _direct(bound)
+    found, outputs = direct.found, _direct_outputs(bound, direct)
     by = _parameters(bound, outputs)
+    if bound.machine.is_coupled:
+        return _results(bound, _of_graph(outputs, by), asked, by)
     given = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     torques = {j: given.Gamma[j] - bound.exerted(j) for j in bound.machine.moving}
     torques |= zip(DEGREES, given.f[0].entries, strict=True) if bound.machine.floating else ()
@@ -189,27 +207,30 @@ def _posed(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
     return replace(made, entries=made.entries | posed)
 
 
-def _inverse(bound: Bound) -> Dynamics:
-    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules(), bound.base_rule)
+def _inverse(bound: Bound) -> Solved:
+    motion = bound.inverse_motion()
+    found = motion.solved(bound.without_tip_angles)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
-    return found
+    return Solved(motion, found)
 
 
-def _direct(bound: Bound) -> Dynamics:
-    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules(), bound.base_rule)
+def _direct(bound: Bound) -> Solved:
+    motion = bound.direct_motion()
+    found = motion.solved(bound.without_tip_angles)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
-    return found
+    return Solved(motion, found)
 
 
-def _inverse_outputs(bound: Bound, found: Dynamics) -> Outputs:
+def _inverse_outputs(bound: Bound, solved: Solved) -> Outputs:
     free = [j for j in bound.machine.moving if j not in bound.motors]
-    tau = {j: found.Gamma[j] + bound.friction(j) for j in bound.motors}
-    qdd = {"qdd": {j: found.qdd[j] for j in free}} if free else {}
-    return {"tau": tau, **qdd, **_base_outputs(bound, found)}
+    needed, passive, udd = solved.motion.forces(solved.found), bound.passive_forces(), solved.accelerations
+    tau = {j: needed[j] - passive[j] for j in bound.motors}
+    qdd = {"qdd": {j: udd[j] for j in free}} if free else {}
+    return {"tau": tau, **qdd, **_base_outputs(bound, solved.found)}
 
 
-def _direct_outputs(bound: Bound, found: Dynamics) -> Outputs:
-    return {"qdd": found.qdd, **_base_outputs(bound, found)}
+def _direct_outputs(bound: Bound, solved: Solved) -> Outputs:
+    return {"qdd": solved.accelerations, **_base_outputs(bound, solved.found)}
 
 
 def _base_outputs(bound: Bound, found: Dynamics) -> Outputs:

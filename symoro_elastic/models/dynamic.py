@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
+from symoro_elastic.equations.factorization import factorization
 from symoro_elastic.equations.kinematics import frames, velocities
-from symoro_elastic.equations.lagrange import factorization, inertia_matrix
+from symoro_elastic.equations.lagrange import InertiaMatrix, inertia_matrix, of_coordinates
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
 from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
 from symoro_elastic.machine.scene import Parts
@@ -30,9 +31,11 @@ from symoro_elastic.scalar import Scalar
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules(), bound.base_rule)
+    motion = bound.direct_motion()
+    found = motion.solved(bound.without_tip_angles)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
-    return {"qdd": Result(asked, tuple(found.qdd[j] for j in asked)), **found_of_base(bound, found)}
+    qdd = motion.accelerations(found)
+    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **found_of_base(bound, found)}
 
 
 def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
@@ -41,11 +44,12 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     Fewer operations than the recursion up to some ten joints in series. Less accurate: two or three times on an arm,
     a thousand times on 50 equal bodies, a million times where their masses grow; not for chains in single precision.
     """
-    mechanism = bound.held if bound.base_rule else bound.mechanism
+    mechanism = bound.held if bound.base_rule else bound.without_tip_angles
     held = dynamics(mechanism, bound.rates(), bound.held_rules())
-    found = inertia_matrix(mechanism)
-    factors = factorization(bound.mechanism, found.A)
-    right = {j: bound.exerted(j) - held.Gamma[j] for j in bound.machine.moving}
+    found = coordinate_inertia(bound)
+    factors = factorization(bound.machine.moving[::-1], found.A)
+    exerted, bias = bound.exerted_forces(), bound.on_independent(held.Gamma)
+    right = {j: exerted[j] - bias[j] for j in bound.machine.moving}
     qdd, of_base = solved(bound, factors, found, held, right)
     name_dynamics(bound, held, "[15]", "[61]")
     name_composites(bound, found)
@@ -53,24 +57,33 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **of_base}
 
 
+def coordinate_inertia(bound: Bound) -> InertiaMatrix:
+    """A over the independent variables."""
+    found = inertia_matrix(bound.without_tip_angles)
+    return of_coordinates(found, bound.coordinates.S, bound.machine.moving) if bound.machine.is_coupled else found
+
+
 def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.inverse_rules(), bound.base_rule)
+    motion = bound.inverse_motion()
+    found = motion.solved(bound.without_tip_angles)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     motors = tuple(j for j in asked if j in bound.motors)
     others = asked if asked == bound.machine.moving else tuple(j for j in asked if j not in bound.motors)
-    tau = tuple(found.Gamma[j] + bound.friction(j) for j in motors)
-    qdd = tuple(found.qdd[j] for j in others)
+    needed, passive, udd = motion.forces(found), bound.passive_forces(), motion.accelerations(found)
+    tau = tuple(needed[j] - passive[j] for j in motors)
+    qdd = tuple(udd[j] for j in others)
     return {"tau": Result(motors, tau), "qdd": Result(others, qdd), **found_of_base(bound, found)}
 
 
 def _bias_forces(bound: Bound, asked: Joints) -> Results:
     found = dynamics(bound.held, bound.rates(), bound.held_rules())
     name_dynamics(bound, found, "[15]", "[61]")
-    return {"H": forces(found, asked, tuple(found.Gamma[j] + bound.friction(j) for j in asked))}
+    Gamma, friction = bound.on_independent(found.Gamma), bound.friction_forces()
+    return {"H": forces(found, asked, tuple(Gamma[j] + friction[j] for j in asked))}
 
 
 def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
-    found = inertia_matrix(bound.mechanism)
+    found = coordinate_inertia(bound)
     name_composites(bound, found)
     return {"A": inertia(bound, found, asked)}
 
@@ -96,14 +109,16 @@ def _external_forces(bound: Bound, asked: Joints) -> Results:
 
 
 def _friction_forces(bound: Bound, asked: Joints) -> Results:
-    return {"H": without_force_on_base(bound, asked, tuple(bound.friction(j) for j in asked))}
+    friction = bound.friction_forces()
+    return {"H": without_force_on_base(bound, asked, tuple(friction[j] for j in asked))}
 
 
 def _held(bound: Bound, asked: Joints, mechanism: Mechanism, at_rest: bool = False) -> Results:
-    rates = [0] * len(bound.rates()) if at_rest else bound.rates()
-    found = dynamics(mechanism, rates, bound.held_rules())
+    rates = [0] * (len(bound.mechanism.links) + 1) if at_rest else bound.rates()
+    found = dynamics(mechanism, rates, bound.still_rules() if at_rest else bound.held_rules())
     name_dynamics(bound, found, "[15]", "[61]")
-    return {"H": forces(found, asked, tuple(found.Gamma[j] for j in asked))}
+    Gamma = bound.on_independent(found.Gamma)
+    return {"H": forces(found, asked, tuple(Gamma[j] for j in asked))}
 
 
 def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
@@ -122,7 +137,7 @@ def _energy(bound: Bound, _: Joints) -> Results:
     mechanism, rates = bound.mechanism, bound.rates()
     name_twists(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
     elastic: Scalar = 0
-    for j in bound.machine.moving:
+    for j in bound.machine.owners:
         elastic = elastic + elastic_energy(*bound.spring(j))
     parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity, bound.depth), elastic)
     return {"E": Result(None, parts, (3,))}

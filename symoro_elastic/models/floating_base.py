@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix, free_solution, solution, wrench_on_base
+from symoro_elastic.equations.factorization import Factorization, solution
+from symoro_elastic.equations.lagrange import InertiaMatrix, free_solution, wrench_on_base
 from symoro_elastic.equations.spatial import Scalar, SpatialVector, Twist
 from symoro_elastic.machine.arguments import PARAMETERS, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation

@@ -8,7 +8,8 @@ from enum import Enum
 from typing import Any
 
 from symoro_elastic.machine.scene import Parts, Point
-from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.cells import Points
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Program

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from symoro_elastic.equations.clusters import Eliminated
 from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.factorization import Factorization
 from symoro_elastic.equations.floating_base import Solution
 from symoro_elastic.equations.kinematics import Frame
-from symoro_elastic.equations.lagrange import Factorization, InertiaMatrix
+from symoro_elastic.equations.lagrange import InertiaMatrix
 from symoro_elastic.equations.spatial import (
     ENTRY,
     NO_WRENCH,
@@ -97,7 +99,7 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
         _name_six(bound.names, found.f.get(j, NO_WRENCH), f"f{j}", here)
         bound.names.give(found.qdd.get(j, 0), f"qdd{j}", here)
         bound.names.give(found.Gamma.get(j, 0), f"Gamma{j}", here)
-        if j in found.eliminated:
+        if j in found.beta:
             _name_acceleration(bound.names, found, j, here)
 
 
@@ -127,7 +129,7 @@ def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) 
 
 def _name_forward(bound: Bound, found: Dynamics) -> None:
     def section(j: int) -> Section:
-        if j in found.eliminated:
+        if j in found.beta:
             return Section(FORWARD_1, j, "[1], [3], [7], [14]")
         return Section(KNOWN, j, "[1], [3], [6], [12]")
 
@@ -140,7 +142,7 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
         _name_vector(bound.names, found.w[j], f"w{j}", here)
         _name_products(bound.names, found.w[j], f"ww{j}", here)
         _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
-        if j in found.eliminated:
+        if j in found.beta:
             if j in carrying:
                 _name_six(bound.names, found.bias[j], f"Vk{j}", here)
             _name_six(bound.names, found.gamma[j], f"g{j}", here)
@@ -165,12 +167,16 @@ def _name_differences(names: Names, inertia: Symmetric, quantity: str, section: 
 
 
 def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> None:
-    if j not in found.eliminated:
+    if j not in found.beta:
         _name_six(names, found.f[j], f"f{j}", section)
         return
-    eliminated = found.eliminated[j]
     _name_inertia(names, found.Js[j], f"Js{j}", section)
     _name_six(names, found.betas[j], f"bs{j}", section)
+    if j in found.reduced:
+        _name_cluster(names, found.reduced[j], j, section)
+    if j not in found.eliminated:
+        return
+    eliminated = found.eliminated[j]
     names.give(eliminated.H, f"H{j}", section)
     names.give(eliminated.Hinv, f"Hinv{j}", section)
     names.give(found.Gamma[j] if eliminated.Hinv else 0, f"Gamma{j}", section)
@@ -180,6 +186,17 @@ def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> N
     _name_six(names, eliminated.UH, f"UH{j}", section)
     _name_inertia(names, eliminated.K, f"K{j}", section)
     _name_six(names, eliminated.alpha, f"al{j}", section)
+
+
+def _name_cluster(names: Names, reduced: Eliminated, first: int, section: Section) -> None:
+    """Name the pivots of a cluster by coordinate, and what it hands on by its first joint."""
+    for k, pivot in reduced.factors.pivots.items():
+        names.give(pivot, f"H{k}", section)
+        names.give(reduced.factors.inverses[k], f"Hinv{k}", section)
+        names.give(reduced.rho[k], f"Gb{k}", section)
+        _name_six(names, reduced.U[k], f"U{k}", section)
+    _name_inertia(names, reduced.K, f"K{first}", section)
+    _name_six(names, reduced.alpha, f"al{first}", section)
 
 
 def name_composites(bound: Bound, found: InertiaMatrix) -> None:

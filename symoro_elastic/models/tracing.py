@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from symoro_elastic.models.bind import Points
+from symoro_elastic.models.cells import Points
 from symoro_elastic.models.model import Model, Results, TracedModel
 from symoro_elastic.symbolic import program
 from symoro_elastic.symbolic.angle_sums import with_angle_sums

@@ -28,8 +28,9 @@ from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Friction, Machine
 from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.models.bind import Bound, Points
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.cells import Points
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating

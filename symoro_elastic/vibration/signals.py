@@ -13,7 +13,7 @@ from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.scene import Asked, Point
-from symoro_elastic.models.bind import Points
+from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}

@@ -15,9 +15,9 @@ from typing import TypeAlias
 from symoro_elastic.equations.derivatives.torques import Entries
 from symoro_elastic.equations.dynamics import Dynamics
 from symoro_elastic.equations.elimination import joint_acceleration
+from symoro_elastic.equations.factorization import factorization, solution
 from symoro_elastic.equations.floating_base import DEGREES, solve_symmetric
 from symoro_elastic.equations.kinematics import path
-from symoro_elastic.equations.lagrange import factorization, solution
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Scalar, Twist, Wrench
 
@@ -104,7 +104,7 @@ def inverse(joints: Sequence[int], solve: Solve) -> Entries:
 def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
     """By A = L^T D L."""
     numbered = [0, *(j for j, _ in mechanism.from_base())]
-    factors = factorization(mechanism, [[A.get((i, j), 0) for j in numbered] for i in numbered])
+    factors = factorization(mechanism.joints_from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
     return lambda right: solution(factors, right)
 
 

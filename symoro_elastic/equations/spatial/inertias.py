@@ -69,6 +69,11 @@ class ArticulatedInertia:
     B: Matrix
     D: Symmetric
 
+    @classmethod
+    def zero(cls) -> ArticulatedInertia:
+        """No inertia."""
+        return cls(NONE, Matrix(ZERO, ZERO, ZERO), NONE)
+
     def __add__(self, other: ArticulatedInertia) -> ArticulatedInertia:
         return ArticulatedInertia(self.A + other.A, self.B + other.B, self.D + other.D)
 

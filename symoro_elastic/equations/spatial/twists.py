@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, NamedTuple, Self
 
-from symoro_elastic.equations.spatial.vectors import ZERO, Vector
+from symoro_elastic.equations.spatial.vectors import ZERO, Vector, dot
 from symoro_elastic.scalar import Scalar
 
 
@@ -60,6 +60,10 @@ class Wrench(SpatialVector):
     def moment(self) -> Vector:
         """The moment about the origin of the frame, N m."""
         return self.angular
+
+    def dot(self, V: Twist) -> Scalar:
+        """Power on a twist in the same frame: f^T V."""
+        return dot(self.linear, V.linear) + dot(self.angular, V.angular)
 
 
 AT_REST = Twist(ZERO, ZERO)

@@ -1,0 +1,1 @@
+"""Closed loops in reduced coordinates: where they close, how fast, and with which forces."""

@@ -1,0 +1,170 @@
+"""Closed forms of planar loops, which have three unknown joints, the cut one among them.
+
+Three turns close a triangle (L12); two turns and a slide a triangle of which one side is a line (L16), (L17); a turn
+and two slides linear equations. Angles are results as (cosine, sine): none is computed. Vectors of the plane are
+complex numbers: components along x and y of a frame whose z is the normal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from symoro_elastic.equations.loops.circuit import Circuit, Passed, Segment
+from symoro_elastic.equations.spatial import Axis, Scalar, Vector, is_zero
+
+SquareRoot = Callable[[Scalar], Scalar]
+
+
+class Complex(NamedTuple):
+    """A vector of the plane."""
+
+    x: Scalar
+    y: Scalar
+
+    def __mul__(self, other: Complex) -> Complex:  # type: ignore[override]
+        return Complex(self.x * other.x - self.y * other.y, self.x * other.y + self.y * other.x)
+
+    def __neg__(self) -> Complex:
+        return Complex(-self.x, -self.y)
+
+    def times(self, factor: Scalar) -> Complex:
+        """The vector by a factor."""
+        return Complex(factor * self.x, factor * self.y)
+
+    @property
+    def conjugate(self) -> Complex:
+        """The vector mirrored at the x axis."""
+        return Complex(self.x, -self.y)
+
+    @property
+    def squared(self) -> Scalar:
+        """Square of the length."""
+        return self.x * self.x + self.y * self.y
+
+    @property
+    def length(self) -> Scalar | None:
+        """The component of a vector that has only one, its length but for the sign; None for others."""
+        if is_zero(self.y):
+            return self.x
+        return self.y if is_zero(self.x) else None
+
+    @property
+    def inverse(self) -> Complex:
+        """1 / conj(u) = u / |u|^2."""
+        if is_zero(self.y):
+            return Complex(1 / self.x, 0)
+        if is_zero(self.x):
+            return Complex(0, 1 / self.y)
+        return self.times(1 / self.squared)
+
+
+def dot(u: Complex, v: Complex) -> Scalar:
+    """Scalar product."""
+    return u.x * v.x + u.y * v.y
+
+
+def area(u: Complex, v: Complex) -> Scalar:
+    """Component of u x v along the normal."""
+    return u.x * v.y - u.y * v.x
+
+
+@dataclass(frozen=True)
+class Closed:
+    """Unknown joints of a loop: turns as cosine + i sine, shifts of slides, by number (0 is the cut joint).
+
+    `root` is zero where the loop is singular; it is None where it has one branch only.
+    """
+
+    turns: Mapping[int, Complex]
+    slides: Mapping[int, Scalar]
+    root: Scalar | None = None
+
+
+Signs = Mapping[int, int]
+"""Sign of the root at each unknown joint: the branch of a loop."""
+
+
+def closed(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
+    """The unknown joints of a planar loop on one of its branches."""
+    turns = [k for k, joint in enumerate(loop.unknown) if joint.axis is Axis.REVOLUTE]
+    if len(turns) == 3:
+        return _triangle(loop, root, signs)
+    if len(turns) == 2:
+        return _with_slide(loop.from_joint(next(k for k in turns if (k + 1) % 3 in turns)), root, signs)
+    return _with_two_slides(loop.from_joint(turns[0]))
+
+
+def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
+    """Three known sides give the cosines; h is twice the area (L12).
+
+    At a joint between the sides a and b, opposite to c: conj(a) e^(i theta) b = (c^2 - a^2 - b^2) / 2 + i h.
+    """
+    sides = [_in_plane(segment.frame.origin) for segment in loop.segments]
+    h = _twice_area(sides, root)
+    turns = {}
+    for k, joint in enumerate(loop.unknown):
+        a, b, c = _seen_from_end(loop.segments[k - 1], sides[k - 1]), sides[k], sides[k - 2]
+        m = _half_difference(c.squared, a.squared, b.squared)
+        turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a.inverse * b.inverse.conjugate))
+    return Closed(turns, {}, h)
+
+
+def _half_difference(c: Scalar, a: Scalar, b: Scalar) -> Scalar:
+    """(c - a - b) / 2, equal sides taken together first."""
+    return ((c - b) - a if is_zero(c - b) else (c - a) - b) / 2
+
+
+def _twice_area(sides: list[Complex], root: SquareRoot) -> Scalar:
+    """Twice the area of a triangle, from the lengths of two sides where these need no root."""
+    plain = [(k, length) for k, side in enumerate(sides) if (length := side.length) is not None]
+    if len(plain) < 2:
+        aa, bb, cc = (side.squared for side in sides)
+        m = (cc - aa - bb) / 2
+        return root(aa * bb - m * m)
+    (j, a), (k, b) = plain[:2]
+    c, total, difference = sides[3 - j - k].squared, a + b, a - b
+    return root((total * total - c) * (c - difference * difference)) / 2
+
+
+def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
+    """Turns 1 and 2, then the slide along n: |w + s n| is the length of the side between the turns (L16), (L17)."""
+    first, second, slide = loop.unknown
+    side, to_slide, back = loop.segments
+    n, way = _in_plane(to_slide.frame.rotation.T.z), to_slide + back
+    start, p = _in_plane(way.frame.origin), _in_plane(side.frame.origin)
+    across = area(n, start)
+    c = signs[slide.joint] * root(p.squared - across * across)
+    w = n * Complex(c, across)
+    at_second = -(_seen_from_end(side, p).inverse.conjugate * w).conjugate
+    at_first = -(_seen_from_end(way, w) * p.inverse.conjugate)
+    turns = {first.joint: _of_joint(first, at_first), second.joint: _of_joint(second, at_second)}
+    return Closed(turns, {slide.joint: slide.sense * (c - dot(n, start))}, c)
+
+
+def _with_two_slides(loop: Circuit) -> Closed:
+    """A turn by all other turns of the loop, and w + s1 n1 + s2 n2 = 0."""
+    turn, first, second = loop.unknown
+    one, two, three = loop.segments
+    whole = (one + two + three).frame
+    n1, n2 = _in_plane(one.frame.rotation.T.z), _in_plane((one + two).frame.rotation.T.z)
+    w, between = _in_plane(whole.origin), area(n1, n2)
+    slides = {first.joint: -first.sense * area(w, n2) / between, second.joint: second.sense * area(w, n1) / between}
+    angle = Complex(whole.rotation.x.x, whole.rotation.x.y)
+    return Closed({turn.joint: _of_joint(turn, angle)}, slides)
+
+
+def _in_plane(v: Vector) -> Complex:
+    return Complex(v.x, v.y)
+
+
+def _seen_from_end(segment: Segment, v: Complex) -> Complex:
+    """Components at the end of a segment of a vector given at its beginning; a turned normal mirrors them."""
+    columns = segment.frame.rotation.T
+    return Complex(dot(_in_plane(columns.x), v), dot(_in_plane(columns.y), v))
+
+
+def _of_joint(joint: Passed, turn: Complex) -> Complex:
+    """The turn in the joint's own sense."""
+    return turn if joint.sense > 0 else turn.conjugate

@@ -1,0 +1,189 @@
+"""The joints of a machine as functions of its independent variables u: own variables x, S = dq/du and gam.
+
+The cell of a joint is its own variable, or that and a formula of other joints' variables, or a formula only. Variables
+that loops give come from closed forms where there are any, else they are arguments; their rates come from the loops'
+equations, but for parallelograms, whose angles are sums of angles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from symoro_elastic.equations.coordinates import Row, combination, product
+from symoro_elastic.equations.loops.closing import closing_acceleration, closing_columns
+from symoro_elastic.equations.loops.linear import solved
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.models.loops.assembly import loop_branches
+from symoro_elastic.models.loops.plan import Form, LoopPlan
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.differentiation import Differentiation, substituted
+from symoro_elastic.symbolic.expression import Expression
+
+if TYPE_CHECKING:
+    from symoro_elastic.models.bind import Bound
+
+
+class Coupling:
+    """A formula of own variables: its value, and its derivatives by them."""
+
+    def __init__(self, bound: Bound, formula: Formula) -> None:
+        self._bound = bound
+        variables = bound.machine.variables
+        self.by = {variables[name]: bound.graph.symbol(name) for name in sorted(formula.names & variables.keys())}
+        self._formal = bound.cell(
+            formula, bound.named({name: bound.graph.symbol(name) for name in formula.names & variables.keys()})
+        )
+
+    @property
+    def value(self) -> Scalar:
+        """The formula at the values of the variables."""
+        return self._at(self._formal)
+
+    @cached_property
+    def partials(self) -> dict[int, Scalar]:
+        """Derivatives by own variables, by number of the joint."""
+        return {v: self._at(x) for v, x in self._formal_partials.items()}
+
+    def second(self, rates: Mapping[int, Scalar]) -> Scalar:
+        """Sum of second derivatives times rates: the second derivative by time at constant rates (L4)."""
+        total: Scalar = 0
+        found = Differentiation(self._formal_partials.values())
+        for w, symbol in self.by.items():
+            tangents = found.by(symbol)
+            for v, x in self._formal_partials.items():
+                total = total + self._at(tangents.of(x)) * (rates[v] * rates[w])
+        return total
+
+    @cached_property
+    def _formal_partials(self) -> dict[int, Scalar]:
+        found = Differentiation([self._formal])
+        return {v: found.by(symbol).of(self._formal) for v, symbol in self.by.items()}
+
+    def _at(self, x: Scalar) -> Scalar:
+        """An expression over the variables' own symbols at their values."""
+        values = {self.by[v].operands[0]: self._bound.variables[v] for v in self.by}
+        changed = {name: value for name, value in values.items() if value is not self._bound.graph.symbol(name)}
+        return substituted(self._bound.graph, [x], changed)[0] if changed and isinstance(x, Expression) else x
+
+
+class Coordinates:
+    """S = dq/du, gam and the same of own variables, of a machine bound to the equations."""
+
+    def __init__(self, bound: Bound, loops: Iterable[LoopPlan] = ()) -> None:
+        self.bound, self.machine = bound, bound.machine
+        self.loops = tuple(loops)
+        self.couplings = {
+            j: Coupling(bound, joint.selected)
+            for j in self.machine.articulated
+            if not (joint := self.machine.joint(j)).selected.names.isdisjoint(self.machine.variables)
+        }
+
+    @cached_property
+    def S_x(self) -> dict[int, Row]:
+        """dx/du: rows by the joints that own variables."""
+        found: dict[int, Row] = {j: {j: 1} for j in self.machine.moving}
+        for j, x in self.bound.variables.items():
+            if isinstance(x, Expression) and j in self._mapped:
+                tangents = Differentiation([x])
+                rows = ((k, tangents.by(q).of(x)) for k, q in self.bound.q.items())
+                found[j] = combination((entry, {k: 1}) for k, entry in rows)
+        for block in self._blocks:
+            found |= self._dependent_rows(block, found)
+        return found
+
+    @cached_property
+    def S(self) -> dict[int, Row]:
+        """dq/du: rows by the joints of the tree (L1)."""
+        return {j: self._row(j, self.S_x) for j in self.machine.articulated}
+
+    def _row(self, j: int, S_x: Mapping[int, Row]) -> Row:
+        own = [(1, S_x[j])] if j in S_x else []
+        if j not in self.couplings:
+            return own[0][1] if own else {}
+        followed = ((x, S_x[v]) for v, x in self.couplings[j].partials.items() if v in S_x)
+        return combination([*own, *followed])
+
+    @cached_property
+    def rates_x(self) -> dict[int, Scalar]:
+        """Rates of own variables."""
+        return {j: product(row, self.bound.qd) for j, row in self.S_x.items()}
+
+    @cached_property
+    def gam_x(self) -> dict[int, Scalar]:
+        """Second derivatives of own variables where those of the independent ones are zero."""
+        found: dict[int, Scalar] = dict.fromkeys((*self.machine.moving, *self._mapped), 0)
+        for block in self._blocks:
+            found |= self._dependent_accelerations(block, found)
+        return found
+
+    @cached_property
+    def gam(self) -> dict[int, Scalar]:
+        """Second derivatives of joint positions where those of the independent variables are zero (L2)."""
+        return {j: self._gam(j, self.gam_x) for j in self.machine.articulated}
+
+    def _gam(self, j: int, gam_x: Mapping[int, Scalar]) -> Scalar:
+        own = gam_x.get(j, 0)
+        if j not in self.couplings:
+            return own
+        return own + product(self.couplings[j].partials, gam_x) + self.couplings[j].second(self.rates_x)  # (L4)
+
+    @property
+    def _mapped(self) -> tuple[int, ...]:
+        """Dependent joints of parallelograms."""
+        return tuple(j for one in self.loops if one.form is Form.MAP for j in one.dependent)
+
+    @property
+    def _blocks(self) -> list[list[LoopPlan]]:
+        """Other loops in the order in which they are closed, those that share dependent joints together."""
+        blocks: list[list[LoopPlan]] = []
+        for one in self.loops:
+            if one.form is not Form.MAP:
+                shared = [block for block in blocks if any(not {*one.dependent}.isdisjoint(x.dependent) for x in block)]
+                blocks = [block for block in blocks if block not in shared]
+                blocks.append([*(x for block in shared for x in block), one])
+        return blocks
+
+    def _dependent_rows(self, block: list[LoopPlan], S_x: Mapping[int, Row]) -> dict[int, Row]:
+        """Rows of dx/du of a block of loops: -W_d^-1 W_u S (L10)."""
+        unknown = self._unknown(block)
+        W_d, known = self._columns(block, unknown, S_x)
+        k = sorted({k for row in known for k in row})
+        columns = solved(W_d, [[-row.get(i, 0) for row in known] for i in k])
+        return {
+            d: combination((column[m], {i: 1}) for i, column in zip(k, columns, strict=True))
+            for m, d in enumerate(unknown)
+        }
+
+    def _dependent_accelerations(self, block: list[LoopPlan], gam_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        """gam of the variables of a block of loops: -W_d^-1 phi (L11)."""
+        unknown = self._unknown(block)
+        W_d, _ = self._columns(block, unknown, self.S_x)
+        rates = {j: product(row, self.bound.qd) for j, row in self.S.items()}
+        known = {j: self._gam(j, gam_x) for j in self.machine.articulated}
+        phi: list[Scalar] = []
+        for one in block:
+            relative = closing_acceleration(loop_branches(self.bound, one.loop), rates, known).entries
+            phi += [relative[row] for row in one.kept]
+        (found,) = solved(W_d, [[-x for x in phi]])
+        return dict(zip(unknown, found, strict=True))
+
+    def _unknown(self, block: list[LoopPlan]) -> list[int]:
+        return sorted({j for one in block for j in one.dependent})
+
+    def _columns(
+        self, block: list[LoopPlan], unknown: list[int], S_x: Mapping[int, Row]
+    ) -> tuple[list[list[Scalar]], list[dict[int, Scalar]]]:
+        """Columns of W_d, and rows of W_u over the independent variables."""
+        by_unknown: list[dict[int, Scalar]] = []
+        by_known: list[dict[int, Scalar]] = []
+        fixed = {v: row for v, row in S_x.items() if v not in unknown}
+        free: dict[int, Row] = {v: {v: 1} for v in unknown}
+        for one in block:
+            columns = closing_columns(loop_branches(self.bound, one.loop))
+            for i in one.kept:
+                entries = [(column.entries[i], j) for j, column in columns.items()]
+                by_unknown.append(combination((x, self._row(j, free)) for x, j in entries))
+                by_known.append(combination((x, self._row(j, fixed)) for x, j in entries))
+        return [[row.get(d, 0) for row in by_unknown] for d in unknown], by_known

@@ -1,0 +1,138 @@
+"""Assembled positions of a machine with loops, in numbers: Newton's method and continuation from a start."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.equations.coordinates import combination
+from symoro_elastic.equations.loops.closing import (
+    Branches,
+    CutJoint,
+    branches_of,
+    closing_columns,
+    closing_error,
+)
+from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+
+if TYPE_CHECKING:
+    from symoro_elastic.models.bind import Bound
+
+SEED = 20263
+STEPS, CLOSED, LONGEST_STEP = 50, 1e-11, 0.5
+Position = dict[int, float]
+"""Values of the own variables by number of their joint, rad or m."""
+Values = Mapping[str, float]
+
+
+def cut_joint(machine: Machine, loop: Loop) -> CutJoint:
+    """The cut joint of a loop."""
+    return CutJoint(loop.cut, loop.meets, Axis(machine.joint(loop.cut).sigma), loop.closes is Closing.POINT)
+
+
+def loop_branches(bound: Bound, loop: Loop) -> Branches:
+    """The branches of a loop of a bound machine."""
+    rows = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
+    return branches_of(bound.mechanism, rows, cut_joint(bound.machine, loop))
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A row of W over the own variables, by number of their joint, and its closing error."""
+
+    loop: str
+    row: int
+    columns: Mapping[int, Scalar]
+    error: Scalar
+
+
+def equations_of(bound: Bound, loop: Loop) -> list[Equation]:
+    """All rows of a loop, at any position, of a machine bound with every own variable independent."""
+    branches = loop_branches(bound, loop)
+    columns, error = closing_columns(branches), closing_error(branches)
+    by_own: dict[int, dict[int, Scalar]] = {
+        row: combination((column.entries[row], bound.coordinates.S[j]) for j, column in columns.items())
+        for row in range(6)
+    }
+    return [Equation(loop.name, row, by_own[row], error.entries[row]) for row in branches.cut.rows]
+
+
+class Assembly:
+    """A machine with its loops open, and the equations that close them, in numbers.
+
+    `bind` binds a machine to the equations. Parameters without value are drawn.
+    """
+
+    def __init__(self, machine: Machine, bind: Callable[[Machine], Bound], values: Values | None = None) -> None:
+        from dataclasses import replace
+
+        self.machine = machine
+        self.bound = bind(replace(machine, loops=()))
+        self.equations = [equation for loop in machine.loops for equation in equations_of(self.bound, loop)]
+        self.values = self._values() if values is None else dict(values)
+
+    def _values(self) -> dict[str, float]:
+        source = random.Random(SEED)
+        drawn = {parameter.name: source.uniform(0.5, 1.5) for parameter in self.machine.parameters}
+        return drawn | parameter_values(self.machine)
+
+    @cached_property
+    def _leaves(self) -> list[Any]:
+        return [x for one in self.equations for x in (one.error, *one.columns.values())]
+
+    def numbers(self, position: Position) -> tuple[Array, Array]:
+        """Closing errors, and W over all own variables, in the order of `machine.owners`."""
+        symbols = {str(self.machine.joint(j).variable): x for j, x in position.items()}
+        value = evaluate(self._leaves, self.values | symbols, FLOATS)
+        order = {j: k for k, j in enumerate(self.machine.owners)}
+        errors = np.array([float(value(one.error)) for one in self.equations])
+        W = np.zeros((len(self.equations), len(order)))
+        for i, one in enumerate(self.equations):
+            for j, x in one.columns.items():
+                W[i, order[j]] = value(x)
+        return errors, W
+
+    def start(self) -> Position:
+        """The position that the loops give as start, zero elsewhere."""
+        given = {name: formula for loop in self.machine.loops for name, formula in loop.start.items()}
+        names = {str(self.machine.joint(j).variable): j for j in self.machine.owners}
+        found = dict.fromkeys(self.machine.owners, 0.0)
+        return found | {names[name]: x.value(self.values) for name, x in given.items() if name in names}
+
+    def assembled(self, position: Position, dependent: Sequence[int]) -> tuple[Position, float]:
+        """The position with its dependent variables changed until the loops close, and the largest error left."""
+        columns = [k for k, j in enumerate(self.machine.owners) if j in dependent]
+        found = dict(position)
+        for _ in range(STEPS):
+            errors, W = self.numbers(found)
+            if not np.all(np.isfinite(errors)) or np.max(np.abs(errors), initial=0) < CLOSED / 100:
+                break
+            step = -np.linalg.lstsq(W[:, columns], errors, rcond=1e-9)[0]
+            step *= min(1.0, LONGEST_STEP / max(np.max(np.abs(step), initial=0), 1e-300))
+            for k, change in zip(columns, step, strict=True):
+                found[self.machine.owners[k]] += float(change)
+        return found, float(np.max(np.abs(self.numbers(found)[0]), initial=0))
+
+    def moved(self, position: Position, target: Mapping[int, float], dependent: Sequence[int]) -> Position | None:
+        """An assembled position at other independent variables, reached by continuation; None where it ends."""
+        free = [j for j in target if j not in dependent]
+        longest = max((abs(target[j] - position[j]) for j in free), default=0.0)
+        steps = max(1, int(np.ceil(longest / 0.1)))
+        found = position
+        for step in range(1, steps + 1):
+            here = {j: position[j] + (target[j] - position[j]) * step / steps for j in free}
+            found, error = self.assembled({**found, **here}, dependent)
+            if not error < CLOSED:
+                return None
+        return found

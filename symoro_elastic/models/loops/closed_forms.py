@@ -1,0 +1,67 @@
+"""Closed forms of the loops of a bound machine: expressions of dependent variables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from symoro_elastic.equations.loops.circuit import Circuit, circuit
+from symoro_elastic.equations.loops.parallelogram import parallelogram
+from symoro_elastic.equations.loops.planar import Closed, Complex, closed
+from symoro_elastic.machine.loops import Loop, branches
+from symoro_elastic.models.loops.assembly import Assembly, Position, cut_joint
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.functions import arc_tangent, square_root
+
+if TYPE_CHECKING:
+    from symoro_elastic.models.bind import Bound
+
+AGREEING = 1e-7
+
+
+def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
+    """The circuit of a loop with these joints unknown."""
+    rows = branches(bound.machine.antecedents, loop)
+    return circuit(bound.mechanism, rows, cut_joint(bound.machine, loop), unknown)
+
+
+def mapped(bound: Bound, loop: Loop, dependent: Sequence[int]) -> dict[int, Scalar] | None:
+    """Angles of the dependent joints of a parallelogram; None where a loop is none."""
+    around = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
+    moving = [j for j in bound.machine.articulated if j in around]
+    angles = {j: bound.angle(j) for j in moving if j not in bound.placed}
+    found = parallelogram(loop_circuit(bound, loop, moving), {0, *dependent}, angles, bound.graph.pi / 2)
+    return None if found is None else {j: x for j, x in found.items() if j}
+
+
+def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[int, int]) -> Closed:
+    """The unknown joints of a planar loop on one of its branches."""
+    return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
+
+
+def own_variable(bound: Bound, joint: int, turn: Complex) -> Scalar:
+    """The own variable of a joint that stands at cosine + i sine."""
+    return arc_tangent(bound.graph, turn.y, turn.x) - bound.offset(joint)
+
+
+def agrees(assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
+    """Whether a closed form of a joint, its turn or its own position, gives the assembled positions."""
+    bound = assembly.bound
+    offset, leaves = bound.offset(joint), list(form) if isinstance(form, Complex) else [form]
+    for position in positions:
+        symbols = {str(assembly.machine.joint(j).variable): x for j, x in position.items()}
+        try:
+            value = evaluate([*leaves, offset], assembly.values | symbols, FLOATS)
+            found, wanted = [value(x) for x in leaves], value(offset) + position[joint]
+        except (ArithmeticError, ValueError):
+            return False
+        if isinstance(form, Complex):
+            errors = [found[0] - math.cos(wanted), found[1] - math.sin(wanted)]
+        else:
+            turns = bound.machine.joint(joint).sigma == 0
+            errors = [math.remainder(found[0] - wanted, 2 * math.pi) if turns else found[0] - wanted]
+        if not max(map(abs, errors)) < AGREEING:
+            return False
+    return True

@@ -1,0 +1,262 @@
+"""How each loop of a machine closes: equations kept, dependent variables, closed form and branch, singularities."""
+
+from __future__ import annotations
+
+import random
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.machine.loops import Loop, branches
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.loops.assembly import CLOSED, SEED, Assembly, Position, loop_branches
+from symoro_elastic.models.loops.closed_forms import agrees, loop_circuit, mapped, planar
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+
+if TYPE_CHECKING:
+    from symoro_elastic.models.bind import Bound
+
+INDEPENDENT = 1e-8
+"""Of a row of W, relative, beyond which it is no combination of others."""
+SAMPLES, DRAWS, STEP = 4, 40, 0.3
+EIGHT_ULPS = 1e-12
+
+
+class Form(StrEnum):
+    """How dependent variables follow from the independent ones."""
+
+    MAP = "constant map"
+    TRIANGLE = "triangle"
+    SLIDE = "triangle with a slide"
+    SLIDES = "two slides"
+    ASSEMBLED = "assembled"
+
+
+FORMS = {3: Form.TRIANGLE, 2: Form.SLIDE, 1: Form.SLIDES}
+"""Of planar loops, by the number of turns among their three unknown joints."""
+
+
+@dataclass(frozen=True)
+class LoopPlan:
+    """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
+
+    `signs` are those of the root at each unknown joint.
+    """
+
+    loop: Loop
+    kept: tuple[int, ...]
+    dropped: tuple[int, ...]
+    dependent: tuple[int, ...]
+    form: Form
+    signs: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All loops of a machine, in the order in which they are closed; `positions` are assembled, the first at start."""
+
+    loops: tuple[LoopPlan, ...]
+    assembly: Assembly
+    positions: tuple[Position, ...]
+
+    @property
+    def needs_assembly(self) -> bool:
+        """Whether dependent variables are arguments of the models."""
+        return any(one.form is Form.ASSEMBLED for one in self.loops)
+
+
+_known: dict[int, tuple[weakref.ref[Machine], Plan]] = {}
+
+
+def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
+    """The plan of a machine with loops, made once; raises `InputError` for loops that do not close."""
+    known = _known.get(id(machine))
+    if known is not None and known[0]() is machine:
+        return known[1]
+    plan = _made(machine, bind)
+    key = id(machine)
+    _known[key] = weakref.ref(machine, lambda _: _known.pop(key, None) and None), plan
+    return plan
+
+
+def _made(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
+    assembly = Assembly(machine, bind)
+    start = _assembled_start(machine, assembly)
+    positions = (start, *_positions_near(machine, assembly, start))
+    kept = _independent_rows(assembly, positions)
+    _refuse_wrong_number(machine, assembly, kept)
+    _refuse_singular(machine, assembly, kept, positions)
+    plans = []
+    for loop in machine.loops:
+        own = [k for k, one in enumerate(assembly.equations) if one.loop == loop.name]
+        rows = tuple(assembly.equations[k].row for k in own if k in kept)
+        dropped = tuple(assembly.equations[k].row for k in own if k not in kept)
+        plans.append(LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}))
+    return Plan(_with_forms(machine, assembly, plans, positions), assembly, positions)
+
+
+def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
+    rough = _mapped_start(machine, assembly)
+    found, error = assembly.assembled(rough, machine.dependent)
+    if not error < CLOSED:
+        found, error = assembly.assembled(rough, machine.owners)
+    if not error < CLOSED:
+        names = ", ".join(loop.name for loop in machine.loops)
+        what = f"no position near start: {error:.2g} (m, rad) stay open after 50 steps of Newton's method"
+        raise machine.error(f"loop {names}", what)
+    return found
+
+
+def _mapped_start(machine: Machine, assembly: Assembly) -> Position:
+    """The start that the file gives; parallelograms without one stand apart from their flat position."""
+    position = assembly.start()
+    for loop in machine.loops:
+        angles = None if loop.start else mapped(assembly.bound, loop, machine.dependent_in(loop))
+        if angles is None:
+            continue
+        position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
+        symbols = {str(machine.joint(j).variable): x for j, x in position.items()}
+        offsets = {j: assembly.bound.offset(j) for j in angles}
+        value = evaluate([*angles.values(), *offsets.values()], assembly.values | symbols, FLOATS)
+        position |= {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+    return position
+
+
+def _positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:
+    source, found = random.Random(SEED), []
+    position = start
+    for _ in range(DRAWS):
+        target = {j: start[j] + source.uniform(-STEP, STEP) for j in machine.moving}
+        moved = assembly.moved(position, target, machine.dependent)
+        if moved is not None:
+            found.append(moved)
+            position = moved
+        if len(found) == SAMPLES:
+            break
+    return found
+
+
+def _independent_rows(assembly: Assembly, positions: Sequence[Position]) -> list[int]:
+    """Equations that are no combination of those before them, in one of the positions at least."""
+    kept: list[int] = []
+    matrices = [assembly.numbers(position)[1] for position in positions]
+    for row in range(len(assembly.equations)):
+        if any(_rank(W[[*kept, row]]) > _rank(W[kept]) for W in matrices):
+            kept.append(row)
+    return kept
+
+
+def _rank(W: Array) -> int:
+    if not W.size:
+        return 0
+    lengths = np.linalg.norm(W, axis=1, keepdims=True)
+    return int(np.linalg.matrix_rank(W / np.where(lengths > INDEPENDENT, lengths, np.inf), tol=INDEPENDENT))
+
+
+def _refuse_wrong_number(machine: Machine, assembly: Assembly, kept: Sequence[int]) -> None:
+    dependent = machine.dependent
+    if len(kept) == len(dependent):
+        return
+    names = ", ".join(str(machine.joint(j).variable) for j in dependent)
+    loops = ", ".join(loop.name for loop in machine.loops)
+    total = len(assembly.equations)
+    dropped = f" ({total - len(kept)} of {total} are fulfilled by the plane)" if total > len(kept) else ""
+    what = f"{len(kept)} equations for {len(dependent)} dependent variables{dropped}: "
+    what += f"keep one of {names} independent" if len(dependent) > len(kept) else "name more joints in dependent"
+    raise machine.error(f"loop {loops}", what)
+
+
+def _refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], positions: Sequence[Position]) -> None:
+    columns = [machine.owners.index(j) for j in machine.dependent]
+    matrices = [assembly.numbers(position)[1][list(kept)] for position in positions]
+    if not columns or any(_rank(W[:, columns].T) == len(columns) for W in matrices):
+        return
+    *_, V = np.linalg.svd(matrices[-1][:, columns])
+    together = [machine.joint(j) for j, x in zip(machine.dependent, V[-1], strict=True) if abs(x) > 1e-6]
+    names = " and ".join(str(joint.variable) for joint in together)
+    what = f"{names} cannot all depend: their columns are dependent in every position; try {_other(machine, matrices)}"
+    raise machine.error(f"loop {', '.join(loop.name for loop in machine.loops)}", what)
+
+
+def _other(machine: Machine, matrices: Sequence[Array]) -> str:
+    """Joints that can depend, as a list in a file."""
+    kept: list[int] = []
+    for k in range(len(machine.owners)):
+        if any(_rank(W[:, [*kept, k]].T) > len(kept) for W in matrices):
+            kept.append(k)
+    return "[" + ", ".join(f'"{machine.joint(machine.owners[k]).variable}"' for k in kept) + "]"
+
+
+def _with_forms(
+    machine: Machine, assembly: Assembly, plans: Sequence[LoopPlan], positions: Sequence[Position]
+) -> tuple[LoopPlan, ...]:
+    """The plans with their closed forms, loops whose other joints are known first."""
+    from dataclasses import replace
+
+    waiting, found = list(plans), []
+    while waiting:
+        shared = {j for one in waiting for j in one.dependent if sum(j in x.dependent for x in plans) > 1}
+        ready = [one for one in waiting if not _needs(machine, one, waiting)] or waiting[:1]
+        one = ready[0]
+        waiting.remove(one)
+        form, signs = Form.ASSEMBLED, dict[int, int]()
+        if shared.isdisjoint(one.dependent):
+            form, signs = _form(machine, assembly, one, positions)
+        found.append(replace(one, form=form, signs=signs))
+    return tuple(found)
+
+
+def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool:
+    """Whether a loop runs through dependent joints of others that are not closed yet."""
+    around = {j for branch in branches(machine.antecedents, one.loop) for j in branch}
+    return any(not around.isdisjoint(other.dependent) for other in waiting if other is not one)
+
+
+def _form(
+    machine: Machine, assembly: Assembly, one: LoopPlan, positions: Sequence[Position]
+) -> tuple[Form, dict[int, int]]:
+    """The closed form that gives the assembled positions, and its signs."""
+    bound = assembly.bound
+    angles = mapped(bound, one.loop, one.dependent)
+    if angles is not None and all(agrees(assembly, j, x, positions) for j, x in angles.items()):
+        return Form.MAP, {}
+    loop = loop_circuit(bound, one.loop, one.dependent)
+    turns = sum(joint.axis is Axis.REVOLUTE for joint in loop.unknown)
+    if len(loop.unknown) != 3 or not turns or not _is_planar(bound, one, assembly):
+        return Form.ASSEMBLED, {}
+    signs: dict[int, int] = {joint.joint: 1 for joint in loop.unknown}
+    for sign in (1, -1):
+        found = planar(bound, one.loop, one.dependent, dict.fromkeys(signs, sign))
+        forms = {**found.turns, **found.slides}
+        signs |= {j: sign for j in one.dependent if agrees(assembly, j, forms[j], positions)}
+    found = planar(bound, one.loop, one.dependent, signs)
+    forms = {**found.turns, **found.slides}
+    if not all(agrees(assembly, j, forms[j], positions) for j in one.dependent):
+        return Form.ASSEMBLED, {}
+    return FORMS[turns], signs
+
+
+def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:
+    """Whether all turns of a loop are about one direction, and all its slides across it, in any position."""
+    seen = loop_branches(bound, one.loop)
+    axes = [(link.axis, seen.seen.frames[k].z) for k, link in seen.mechanism.from_base() if link.axis is not Axis.NONE]
+    if seen.cut.axis is not Axis.NONE:
+        axes.append((seen.cut.axis, seen.seen.frames[seen.number[seen.cut.m]].z))
+    source = random.Random(SEED)
+    symbols = {str(bound.machine.joint(j).variable): source.uniform(-3, 3) for j in bound.machine.owners}
+    value = evaluate([x for _, z in axes for x in z], assembly.values | symbols, FLOATS)
+    numbers = [(axis, np.array([value(x) for x in z])) for axis, z in axes]
+    turning = [z for axis, z in numbers if axis is Axis.REVOLUTE]
+    if not turning:
+        return False
+    normal = turning[0]
+    return all(
+        np.linalg.norm(np.cross(normal, z)) < EIGHT_ULPS if axis is Axis.REVOLUTE else abs(normal @ z) < EIGHT_ULPS
+        for axis, z in numbers
+    )
