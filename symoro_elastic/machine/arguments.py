@@ -13,7 +13,7 @@ PARAMETERS = "p"
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument."""
-    of = {"n": machine.moving, "m": machine.motors, "": ()}
+    of = {"n": machine.moving, "m": machine.motors, "d": machine.dependent, "": ()}
     inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
     rows = [row for row in inputs if row.entries or row.follows]
     return {row.name: _entries(machine, row, of[row.follows]) for row in rows}

@@ -65,6 +65,7 @@ class Bound(Cells):
         self.placed: dict[int, Circle] = {}
         self.mechanism = self._mechanism()
         self.loops = plan_of(machine, Bound).loops if machine.loops else ()
+        self.takes_dependent = any(loop.form is Form.ASSEMBLED for loop in self.loops)
         for loop in self.loops:
             self._close(loop)
         self.coordinates = Coordinates(self, self.loops)

@@ -13,6 +13,7 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Asked, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.cells import Points
+from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.feed_forward import FEED_FORWARD
@@ -27,7 +28,7 @@ from symoro_elastic.symbolic.program import Input
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-FAMILIES = (DYNAMIC, DERIVATIVES, FEED_FORWARD, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION)
+FAMILIES = (DYNAMIC, DERIVATIVES, FEED_FORWARD, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION, CLOSED_CHAINS)
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
@@ -71,6 +72,8 @@ def expressions(
     if model.own_arguments:
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
+    if machine.is_coupled:
+        model = of_closed_chain(model, bound, results)
     inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
     return Trace(model, inputs, results, bound.graph, bound.names, not asked, bound.points, merge_angles)
 

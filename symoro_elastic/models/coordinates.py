@@ -7,7 +7,7 @@ equations, but for parallelograms, whose angles are sums of angles.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -89,7 +89,7 @@ class Coordinates:
                 tangents = Differentiation([x])
                 rows = ((k, tangents.by(q).of(x)) for k, q in self.bound.q.items())
                 found[j] = combination((entry, {k: 1}) for k, entry in rows)
-        for block in self._blocks:
+        for block in self.blocks:
             found |= self._dependent_rows(block, found)
         return found
 
@@ -114,7 +114,7 @@ class Coordinates:
     def gam_x(self) -> dict[int, Scalar]:
         """Second derivatives of own variables where those of the independent ones are zero."""
         found: dict[int, Scalar] = dict.fromkeys((*self.machine.moving, *self._mapped), 0)
-        for block in self._blocks:
+        for block in self.blocks:
             found |= self._dependent_accelerations(block, found)
         return found
 
@@ -134,20 +134,28 @@ class Coordinates:
         """Dependent joints of parallelograms."""
         return tuple(j for one in self.loops if one.form is Form.MAP for j in one.dependent)
 
-    @property
-    def _blocks(self) -> list[list[LoopPlan]]:
-        """Other loops in the order in which they are closed, those that share dependent joints together."""
+    @cached_property
+    def blocks_with_maps(self) -> list[list[LoopPlan]]:
+        """All loops in the order in which they are closed, those that share dependent joints together."""
+        return self._united(self.loops)
+
+    @cached_property
+    def blocks(self) -> list[list[LoopPlan]]:
+        """The same without parallelograms."""
+        return self._united(one for one in self.loops if one.form is not Form.MAP)
+
+    @staticmethod
+    def _united(loops: Iterable[LoopPlan]) -> list[list[LoopPlan]]:
         blocks: list[list[LoopPlan]] = []
-        for one in self.loops:
-            if one.form is not Form.MAP:
-                shared = [block for block in blocks if any(not {*one.dependent}.isdisjoint(x.dependent) for x in block)]
-                blocks = [block for block in blocks if block not in shared]
-                blocks.append([*(x for block in shared for x in block), one])
+        for one in loops:
+            shared = [block for block in blocks if any(not {*one.dependent}.isdisjoint(x.dependent) for x in block)]
+            blocks = [block for block in blocks if block not in shared]
+            blocks.append([*(x for block in shared for x in block), one])
         return blocks
 
     def _dependent_rows(self, block: list[LoopPlan], S_x: Mapping[int, Row]) -> dict[int, Row]:
         """Rows of dx/du of a block of loops: -W_d^-1 W_u S (L10)."""
-        unknown = self._unknown(block)
+        unknown = self.unknown(block)
         W_d, known = self._columns(block, unknown, S_x)
         k = sorted({k for row in known for k in row})
         columns = solved(W_d, [[-row.get(i, 0) for row in known] for i in k])
@@ -158,7 +166,7 @@ class Coordinates:
 
     def _dependent_accelerations(self, block: list[LoopPlan], gam_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
         """gam of the variables of a block of loops: -W_d^-1 phi (L11)."""
-        unknown = self._unknown(block)
+        unknown = self.unknown(block)
         W_d, _ = self._columns(block, unknown, self.S_x)
         rates = {j: product(row, self.bound.qd) for j, row in self.S.items()}
         known = {j: self._gam(j, gam_x) for j in self.machine.articulated}
@@ -169,8 +177,18 @@ class Coordinates:
         (found,) = solved(W_d, [[-x for x in phi]])
         return dict(zip(unknown, found, strict=True))
 
-    def _unknown(self, block: list[LoopPlan]) -> list[int]:
+    def unknown(self, block: Sequence[LoopPlan]) -> list[int]:
+        """Dependent joints of a block of loops."""
         return sorted({j for one in block for j in one.dependent})
+
+    def columns_of(self, block: list[LoopPlan]) -> list[list[Scalar]]:
+        """Columns of W_d of a block of loops (L10)."""
+        return self._columns(block, self.unknown(block), self.S_x)[0]
+
+    def partial(self, j: int, v: int) -> Scalar:
+        """dq_j/dx_v of joint j by the own variable of joint v (L1)."""
+        own = int(j == v)
+        return own + self.couplings[j].partials.get(v, 0) if j in self.couplings else own
 
     def _columns(
         self, block: list[LoopPlan], unknown: list[int], S_x: Mapping[int, Row]

@@ -57,6 +57,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.OF_FRAMES,
         signatures.ON_BASE,
         signatures.COLUMNS,
+        signatures.OF_CLOSED_CHAINS,
         signatures.OF_MACHINES,
     )
     for row in rows

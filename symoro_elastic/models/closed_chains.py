@@ -1,0 +1,209 @@
+"""Models of machines whose joints are coupled: dependent variables, assembly, S and gam, forces of constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from symoro_elastic.equations.dynamics import Dynamics, dynamics
+from symoro_elastic.equations.loops.closing import closing_columns, closing_error
+from symoro_elastic.equations.loops.linear import solved
+from symoro_elastic.equations.spatial import Vector, Wrench
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Parts
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.assembly import loop_branches
+from symoro_elastic.models.loops.plan import Form, LoopPlan
+from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.naming import name_dynamics
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.differentiation import substituted
+from symoro_elastic.symbolic.functions import square_root
+
+NEWTON_STEPS = 5
+
+
+def of_closed_chain(model: Model, bound: Bound, results: Results) -> Model:
+    """The model with the arguments that it takes where joints are coupled, and the results that it has there.
+
+    Velocities of joints follow from q and qd; dependent variables without closed form are an argument after q.
+    """
+    arguments = model.arguments
+    if "qd" in arguments and "q" not in arguments:
+        arguments = ("q", *arguments)
+    if bound.takes_dependent and "q" in arguments and "q_dep" not in arguments:
+        k = arguments.index("q") + 1
+        arguments = (*arguments[:k], "q_dep", *arguments[k:])
+    return replace(model, arguments=arguments, results=tuple(results))
+
+
+def _dependent_coordinates(bound: Bound, _: Joints) -> Results:
+    _refuse_without_couplings(bound, "dependent_coordinates")
+    owners = bound.machine.owners
+    return {"x": Result(owners, tuple(bound.variables[j] for j in owners))}
+
+
+def _coupling_matrix(bound: Bound, _: Joints) -> Results:
+    _refuse_without_couplings(bound, "coupling_matrix")
+    coordinates, joints, independent = bound.coordinates, bound.machine.articulated, bound.machine.moving
+    entries = tuple(coordinates.S[j].get(k, 0) for j in joints for k in independent)
+    return {
+        "S": Result(joints, entries, (len(independent),)),
+        "gam": Result(joints, tuple(coordinates.gam[j] for j in joints)),
+    }
+
+
+def _assemble(bound: Bound, _: Joints) -> Results:
+    """Dependent variables by a fixed number of steps of Newton's method, from a guess (L18)."""
+    if not bound.takes_dependent:
+        what = "no loop needs it, for the dependent variables have closed forms: ask for dependent_coordinates"
+        raise bound.machine.error("assemble", what)
+    assembled = [loop for loop in bound.loops if loop.form is Form.ASSEMBLED]
+    unknown = sorted({j for loop in assembled for j in loop.dependent})
+    errors, steps = _newton_step(bound, assembled, unknown)
+    names = [str(bound.machine.joint(j).variable) for j in unknown]
+    found: Sequence[Scalar] = [bound.variables[j] for j in unknown]
+    for _step in range(NEWTON_STEPS):
+        moves = substituted(bound.graph, steps, dict(zip(names, found, strict=True)))
+        found = [x - move for x, move in zip(found, moves, strict=True)]
+    position = dict(zip(names, found, strict=True))
+    left = substituted(bound.graph, errors, position)
+    closed = [bound.variables[j] for j in bound.machine.dependent]
+    total: Scalar = 0
+    for x in left:
+        total = total + x * x
+    return {
+        "q_dep": Result(bound.machine.dependent, tuple(substituted(bound.graph, closed, position))),
+        "residual": Result(None, (square_root(bound.graph, total),), (1,)),
+    }
+
+
+def _newton_step(bound: Bound, loops: Sequence[LoopPlan], unknown: Sequence[int]) -> tuple[list[Scalar], list[Scalar]]:
+    """Errors in the rows kept, and W_d^-1 times them, block by block (L18)."""
+    steps: dict[int, Scalar] = {}
+    errors: list[Scalar] = []
+    for block in bound.coordinates.blocks:
+        if block[0].form is not Form.ASSEMBLED:
+            continue
+        error = []
+        for loop in block:
+            entries = closing_error(loop_branches(bound, loop.loop)).entries
+            error += [entries[row] for row in loop.kept]
+        W_d = bound.coordinates.columns_of(block)
+        (step,) = solved(W_d, [error])
+        steps |= zip(bound.coordinates.unknown(block), step, strict=True)
+        errors += error
+    return errors, [steps[j] for j in unknown]
+
+
+def _constraint_forces(bound: Bound, _: Joints) -> Results:
+    """Forces of loops and couplings in a motion: S^T rho = 0, W_d^T mu = rho_d (L32)."""
+    _refuse_without_couplings(bound, "constraint_forces")
+    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    name_dynamics(bound, found, "[15]", "[61]")
+    results: Results = {}
+    if bound.machine.loops:
+        wrenches = loop_forces(bound, found)
+        entries = tuple(x for loop in bound.machine.loops for x in wrenches[loop.name].entries)
+        results["mu"] = Result(None, entries, (len(bound.machine.loops), 6))
+    coupled = tuple(j for j in bound.machine.articulated if j not in bound.machine.owners)
+    if coupled:
+        needed = needed_forces(bound, found)
+        results["lam"] = Result(coupled, tuple(needed[j] for j in coupled))
+    return results
+
+
+def needed_forces(bound: Bound, found: Dynamics) -> dict[int, Scalar]:
+    """Force that each joint needs beyond its friction where it has no variable of its own; loops count as cut."""
+    forces = {j: found.Gamma[j] for j in bound.machine.articulated}
+    for j in forces.keys() - {*bound.machine.owners}:
+        forces[j] = forces[j] + bound.friction(j)
+    return forces
+
+
+def loop_forces(bound: Bound, found: Dynamics) -> dict[str, Wrench]:
+    """Wrench of the body of the frame met on the body of each cut joint, by the name of the loop (L33)."""
+    coordinates = bound.coordinates
+    needed = needed_forces(bound, found)
+    rho = {j: needed.get(j, 0) - bound.passive_torque(j) + bound.friction(j) for j in bound.machine.dependent}
+    for j in bound.machine.dependent:
+        for i, coupling in coordinates.couplings.items():
+            rho[j] = rho[j] + coupling.partials.get(j, 0) * needed[i]
+    wrenches: dict[str, Wrench] = {}
+    for block in coordinates.blocks_with_maps[::-1]:
+        unknown = coordinates.unknown(block)
+        columns = coordinates.columns_of(block)
+        transposed = [[column[i] for column in columns] for i in range(len(unknown))]
+        (mu,) = solved(transposed, [[rho[j] for j in unknown]])
+        rows = iter(mu)
+        for loop in block:
+            entries: list[Scalar] = [0] * 6
+            for i in loop.kept:
+                entries[i] = next(rows)
+            wrenches[loop.loop.name] = Wrench(Vector(*entries[:3]), Vector(*entries[3:]))
+        rho = _without(bound, block, wrenches, rho)
+    return wrenches
+
+
+def _without(
+    bound: Bound, block: Sequence[LoopPlan], wrenches: dict[str, Wrench], rho: dict[int, Scalar]
+) -> dict[int, Scalar]:
+    """What is left for the other loops: a loop that runs through joints of others loads them."""
+    shares: dict[int, Scalar] = dict.fromkeys(rho, 0)
+    for loop in block:
+        for i, column in closing_columns(loop_branches(bound, loop.loop)).items():
+            force = wrenches[loop.loop.name].dot(column)
+            shares = {j: share + bound.coordinates.partial(i, j) * force for j, share in shares.items()}
+    return {j: x - shares[j] for j, x in rho.items()}
+
+
+def _refuse_without_couplings(bound: Bound, model: str) -> None:
+    machine: Machine = bound.machine
+    if not machine.is_coupled:
+        raise machine.error(model, "no joint depends on another here, by a coupling or a loop: leave the model out")
+
+
+FAMILY = "closed chains"
+CLOSED_CHAINS = (
+    Model(
+        "dependent_coordinates",
+        "own variables of all joints",
+        "(L1), (L12)-(L17)",
+        ("q",),
+        ("x",),
+        _dependent_coordinates,
+        FAMILY,
+        Parts.WHOLE,
+    ),
+    Model(
+        "coupling_matrix",
+        "velocities and accelerations of all joints from those of the independent variables",
+        "(L2), (L10), (L11)",
+        ("q", "qd"),
+        ("S", "gam"),
+        _coupling_matrix,
+        FAMILY,
+        Parts.WHOLE,
+    ),
+    Model(
+        "assemble",
+        "dependent variables from a guess: five steps of Newton's method",
+        "(L18)",
+        ("q", "q_dep"),
+        ("q_dep", "residual"),
+        _assemble,
+        FAMILY,
+        Parts.WHOLE,
+    ),
+    Model(
+        "constraint_forces",
+        "forces of loops and couplings",
+        "(L32), (L33)",
+        ("q", "qd", "qdd"),
+        ("mu", "lam"),
+        _constraint_forces,
+        FAMILY,
+        Parts.WHOLE,
+        keeps_grouping=False,
+    ),
+)
