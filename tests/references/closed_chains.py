@@ -68,7 +68,7 @@ class State:
 
 
 class Chain:
-    """The variables of a machine by name, and its table at given values of them; `number` reads decimals of the file."""
+    """The variables of a machine by name, and its table at given values of them; `number` reads its decimals."""
 
     def __init__(self, machine: Machine, values: Values | None = None, number: Number = exact) -> None:
         self.machine = replace(machine, joints=tuple(map(_with_reflected_inertia, machine.joints)))

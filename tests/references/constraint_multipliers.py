@@ -142,7 +142,7 @@ class Multipliers:
 
     @in_many_digits
     def constraint_forces(self, tau: Sequence[Any]) -> list[list[Any]]:
-        """Wrench of m's body on e's body at the point where they meet, in axes of m, of each loop; 0 on rows left out."""
+        """Of each loop the wrench of m's body on e's body where they meet, in axes of m; 0 on rows left out."""
         _, multipliers, _ = self._solve(self._passive_forces() + self.chain.spread_motors(tau))
         of_loops = iter(multipliers[len(self.coupled_entries) :])
         count = sum(len(self._order(loop)) for loop in self.chain.machine.loops)

@@ -20,7 +20,6 @@ from tests.references.elimination import identity, independent_rows, least_squar
 from tests.references.numbers_of_machine import BodyNumbers, JointNumbers
 from tests.references.series import coefficient
 
-
 STEP = mpf(10) ** -20
 
 
