@@ -29,7 +29,7 @@ class Situation:
 
 @cache
 def machine(name: str) -> Machine:
-    return read_machine(FILES[name])
+    return read_machine(FILES[name])[0]
 
 
 @cache
