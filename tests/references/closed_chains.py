@@ -70,6 +70,7 @@ class State:
 class Chain:
     """The variables of a machine by name, and its table at given values of them; `number` reads its decimals."""
 
+    @in_many_digits
     def __init__(self, machine: Machine, values: Values | None = None, number: Number = exact) -> None:
         self.machine = replace(machine, joints=tuple(map(_with_reflected_inertia, machine.joints)))
         self.values = dict(values or {})
