@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -46,3 +46,16 @@ def data(name: str) -> dict[str, Any]:
 
 def _situation(entry: dict[str, Any]) -> Situation:
     return Situation(State(entry["u"], entry["ud"], entry["guess"]), entry["tau"], entry["qdd_motor"])
+
+
+def reordered(described: Machine) -> Machine:
+    """The machine with its rows in another order: of the rows whose antecedent stands already, the last one."""
+    order: list[int] = []
+    while len(order) < len(described.joints):
+        numbered = enumerate(described.joints, start=1)
+        order.append([j for j, row in numbered if j not in order and row.antecedent in (0, *order)][-1])
+    number = {0: 0, **{j: k for k, j in enumerate(order, start=1)}}
+    rows = [described.joint(j) for j in order]
+    loops = [replace(loop, cut=number[loop.cut], meets=number[loop.meets]) for loop in described.loops]
+    moved = tuple(replace(row, antecedent=number[row.antecedent]) for row in rows)
+    return replace(described, joints=moved, loops=tuple(loops))

@@ -202,13 +202,15 @@ class Multipliers:
         return [kinetic, gravity, self.chain.spring_energy(self.at)]
 
 
-def free_tree(chain: Chain) -> Machine:
-    """The tree whose joints, coupled and cut ones too, are free; friction of coupled joints stays, springs go."""
-    return replace(chain.machine, joints=tuple(map(_free, chain.machine.joints)), loops=())
+def free_tree(chain: Chain, cut_joints: bool = True) -> Machine:
+    """The tree whose joints are free, coupled and (if asked) cut ones too; friction of coupled joints stays."""
+    return replace(chain.machine, joints=tuple(_free(joint, cut_joints) for joint in chain.machine.joints), loops=())
 
 
-def _free(joint: Joint) -> Joint:
-    kind = Kind.FIXED if joint.sigma == 2 else Kind.PASSIVE
-    cell = {0: {"theta": ZERO}, 1: {"r": ZERO}, 2: {}}[joint.sigma]
+def _free(joint: Joint, cut_joints: bool) -> Joint:
+    """A passive joint without spring; a cut joint that is not free is a fixed frame where its variable is zero."""
+    if joint.sigma == 2 or (joint.kind is Kind.CUT and not cut_joints):
+        return replace(joint, kind=Kind.FIXED, sigma=2)
+    cell = {"r": ZERO} if joint.sigma == 1 else {"theta": ZERO}
     friction = joint.friction if joint.kind is Kind.COUPLED else Friction()
-    return replace(joint, kind=kind, spring=Spring(), friction=friction, **cell)
+    return replace(joint, kind=Kind.PASSIVE, spring=Spring(), friction=friction, **cell)
