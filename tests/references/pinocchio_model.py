@@ -234,3 +234,31 @@ def _inertia(body: BodyNumbers) -> Any:
     centre = body.first_moment / body.mass
     central = body.inertia - body.mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return pin.Inertia(body.mass, centre, central)
+
+
+def constraint_dynamics(
+    machine: Machine, met: Sequence[tuple[int, int]], q: Numbers, qd: Numbers, forces: Numbers
+) -> Array:
+    """qdd of a tree under forces on its joints, the origins of pairs of frames (numbers from 1) kept together.
+
+    Multipliers found by proximal steps to 1e-14; planar loops have one row too many, which the steps bear.
+    """
+    built = _build(machine, None)
+    constraints = pin.StdVec_RigidConstraintModel()
+    for pair in met:
+        (one, place), (other, end) = ((built.carriers[j - 1], built.places[j - 1]) for j in pair)
+        constraints.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, built.model, one, place, other, end))
+    data = pin.StdVec_RigidConstraintData()
+    data.extend([constraint.createData() for constraint in constraints])
+    settings = pin.ProximalSettings(1e-14, 1e-10, 1000)
+    model, state = built.model, built.data
+    try:
+        pin.initConstraintDynamics(model, state, constraints, data)
+    except TypeError:  # before Pinocchio 4
+        pin.initConstraintDynamics(model, state, constraints)
+    position, velocity, given = _put(built, q, position=True), _put(built, qd), _put(built, forces)
+    rest, scratch = np.zeros(model.nv), model.createData()
+    for sign, wrenches in ((1, ()), (-1, (_external_forces(built),))):
+        given += sign * pin.rnea(model, scratch, position, rest, rest, *wrenches)
+    found = pin.constraintDynamics(model, state, position, velocity, given, constraints, data, settings)
+    return np.array(found[built.order])
