@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 
 from symoro_elastic.machine.columns import cells
@@ -13,6 +14,8 @@ from symoro_elastic.machine.names import did_you_mean, quoted, reserved
 
 Fault = tuple[str, str]
 """A key, and what is wrong with it."""
+SAME = 1e-9
+"""Largest difference, rad or m, of positions that are the same but for rounding."""
 
 
 def missing_rows(machine: Machine) -> Iterator[Fault]:
@@ -72,7 +75,6 @@ def loop_faults(machine: Machine, taken: Collection[str]) -> Iterator[Fault]:
         yield from _placed(loop, (*_ends(machine, loop, ends), *_dependent(machine, loop), *_start(machine, loop)))
         ends |= {loop.cut: loop.name, loop.meets: loop.name}
     yield from _twice_dependent(machine)
-    yield from _other_starts(machine)
 
 
 def _placed(loop: Loop, faults: Collection[Fault]) -> Iterator[Fault]:
@@ -142,33 +144,32 @@ def _twice_dependent(machine: Machine) -> Iterator[Fault]:
                 yield f"loop {loop.name}, dependent", what
 
 
-def _other_starts(machine: Machine) -> Iterator[Fault]:
-    """Variables that two loops start at different values."""
-    named: dict[str, tuple[str, Formula]] = {}
-    for loop in machine.loops:
-        for variable, formula in loop.start.items():
-            other, before = named.setdefault(variable, (loop.name, formula))
-            if formula.tree != before.tree and variable in machine.variables:
-                what = f"{variable} = {formula} contradicts {variable} = {before} of loop {other}"
-                yield f"loop {loop.name}, start", f"{what}: a joint has one position"
-
-
 def start_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[Fault]:
-    """Positions of loops that have no value, with their place."""
-    parameters = {parameter.name for parameter in machine.parameters}
+    """Positions of loops that have no value, or differ from those of another loop, with their place."""
+    before: dict[str, tuple[str, float]] = {}
     for loop in machine.loops:
         for variable, formula in loop.start.items():
             place = f"loop {loop.name}, start, {variable}"
-            for name in sorted(formula.names - values.keys()):
-                if name in parameters:
-                    yield place, f"{name} has no value, but a branch is told by numbers: give it one, or write a number"
-                else:
-                    yield place, f"{name!r} is not declared{did_you_mean(name, parameters)}"
-            if formula.names <= values.keys():
-                try:
-                    formula.value(values)
-                except FormulaError as error:
-                    yield place, str(error)
+            try:
+                value = formula.value(values)
+            except KeyError:
+                yield place, _without_value(machine, formula, values)
+                continue
+            except FormulaError as error:
+                yield place, str(error)
+                continue
+            other, first = before.setdefault(variable, (loop.name, value))
+            if not math.isclose(first, value, rel_tol=SAME, abs_tol=SAME):
+                yield place, f"{value:g} contradicts {first:g} of loop {other}: a joint has one position"
+
+
+def _without_value(machine: Machine, formula: Formula, values: Mapping[str, float]) -> str:
+    """Why a formula has no value: a name that is not declared, or a parameter without a value."""
+    parameters = {parameter.name for parameter in machine.parameters}
+    for name in sorted(formula.names - parameters):
+        return f"{name!r} is not declared{did_you_mean(name, parameters)}"
+    missing = ", ".join(sorted(formula.names - values.keys()))
+    return f"{missing} has no value, but a branch is told by numbers: give it one, or write a number"
 
 
 def loop_warnings(machine: Machine) -> list[str]:

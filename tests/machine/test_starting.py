@@ -43,7 +43,11 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
     assert options
     for k in options:
         active = re.sub(r"^# (?=\[\w+\]$|\w+ = )", "", blocks[k].replace("joint_name", joint), flags=re.MULTILINE)
-        active = re.sub('"(pin|pin_end|q3)"', f'"{joint}"', active).replace("elbow", joint).replace("L2", toml.read(text, "").parameters[0].name)
+        active = (
+            re.sub('"(pin|pin_end|q3)"', f'"{joint}"', active)
+            .replace("elbow", joint)
+            .replace("L2", toml.read(text, "").parameters[0].name)
+        )
         assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != toml.read(text, "")
 
 
