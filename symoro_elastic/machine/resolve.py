@@ -10,6 +10,7 @@ from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.restrict import refuse_locking
 from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
 
 Models = Mapping[str, Offer]
@@ -65,6 +66,8 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
     for model, texts in outputs.items():
         for text in texts:
             asked = _asked(text, model, source)
+            if models[model].parts is not Parts.JOINTS:
+                _check_not_cut(asked, model, machine, source)
             for is_asked, offering, how in (
                 (asked.seen_from is not None, seen, "as seen from a frame"),
                 (asked.at is not None, at_points, "at a point"),
@@ -78,6 +81,17 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
                 raise InputError(source, f"scene, outputs, {model}", what)
             for name in asked.by:
                 _check_column(name, model, machine, models, source)
+
+
+def _check_not_cut(asked: Asked, model: str, machine: Machine, source: str) -> None:
+    """Refuse the frame of a cut joint, which is that of the row that it meets."""
+    joints = _joints_by_any_name(machine)
+    named = {joints.get(name) for name in (asked.name, asked.seen_from) if name}
+    for loop in machine.loops:
+        cut, meets = machine.joint(loop.cut).name, machine.joint(loop.meets).name
+        if cut in named:
+            what = f"{cut} is the cut joint of loop {loop.name}: ask for the frame that it meets, {meets}"
+            raise InputError(source, f"scene, outputs, {model}", what)
 
 
 def _check_column(name: str, model: str, machine: Machine, models: Models, source: str) -> None:
@@ -120,10 +134,8 @@ def _known(name: str, known: Iterable[str], what: str, source: str, key: str) ->
 
 
 def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> None:
-    fixed = {joint.name for joint in machine.joints if joint.sigma == 2}
+    refuse_locking(machine, locked, source)
     for joint, value in locked.items():
-        if joint in fixed:
-            raise InputError(source, f"scene, locked, {joint}", "a fixed frame has no variable to lock")
         _check_value(value, machine, source, f"locked, {joint}")
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import strategies as st
 
 from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import (
     Base,
     Body,
@@ -38,6 +41,39 @@ lift = { stiffness = "K2", damping = 3 }
 base_yaw = { rotor_inertia = 0.5 }
 [friction]
 base_yaw = { viscous = 1, coulomb = 2 }
+"""
+
+COUPLED = """
+name = "palletizer"
+joints = [
+  { name = "waist", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" },
+  { name = "rotor", antecedent = 0, kind = "coupled", sigma = 0, theta = "N1*q1" },
+  { name = "arm", antecedent = "waist", kind = "motor", sigma = 0, alpha = "pi/2", theta = "q2" },
+  { name = "forearm", antecedent = "arm", kind = "passive", sigma = 0, d = "L2", theta = "q3" },
+  { name = "crank", antecedent = "waist", kind = "elastic", sigma = 0, alpha = "pi/2", theta = "qm/N1 + q4" },
+  { name = "drive", antecedent = "waist", kind = "motor", sigma = 0, alpha = "pi/2", theta = "qm" },
+  { name = "rod", antecedent = "crank", kind = "passive", sigma = 0, d = "L3", theta = "q5" },
+  { name = "pin", antecedent = "rod", kind = "cut", sigma = 0, d = "L2", theta = "q6" },
+  { name = "pin_end", antecedent = "forearm", kind = "fixed", d = "L3" },
+  { name = "jaw", antecedent = "forearm", kind = "coupled", sigma = 1, r = "L3*sin(q3)" },
+]
+[loops.ring]
+cut = "pin"
+meets = "pin_end"
+dependent = ["q3", "rod"]
+start = { q2 = 1, q3 = 1.5, q4 = 0, qm = "2.5*N1", q5 = -1.5 }
+[parameters]
+L2 = 0.7
+L3 = 0.2
+N1 = 100
+[bodies]
+forearm = { mass = 9 }
+[springs]
+crank = { stiffness = "3e4/(1 + q2^2)" }
+[motors]
+arm = { rotor_inertia = 5e-4, ratio = "N1" }
+[friction]
+jaw = { viscous = 3 }
 """
 
 PAR = """
@@ -148,3 +184,44 @@ def machines(draw: st.DrawFn) -> Machine:
         notes=tuple(draw(st.lists(texts, max_size=3))),
         extras=draw(extras),
     )
+
+
+@st.composite
+def coupled_machines(draw: st.DrawFn) -> Machine:
+    """A machine whose cells hold variables of other joints, of rows above and below, without a cycle; its loops."""
+    machine = draw(machines())
+    order = draw(st.permutations(range(1, len(machine.joints) + 1)))
+    rows = list(machine.joints)
+    for place, j in enumerate(order):
+        leaders = [rows[k - 1].variable for k in order[:place] if rows[k - 1].variable]
+        if rows[j - 1].sigma != 2 and leaders:
+            rows[j - 1] = draw(_following(rows[j - 1], leaders))
+    ends = (
+        Joint("pin", draw(st.integers(0, len(rows))), Kind.CUT, 0, "x_pin", theta=draw(formulas)),
+        Joint("pin_end", draw(st.integers(0, len(rows))), Kind.FIXED, 2, d=draw(formulas)),
+    )
+    loops = draw(st.sampled_from([(), _loops(draw, rows)]))
+    return replace(machine, joints=(*rows, *ends) if loops else tuple(rows), loops=loops, scene=None)
+
+
+@st.composite
+def _following(draw: st.DrawFn, joint: Joint, leaders: list[str]) -> Joint:
+    """The joint as it is, with a formula of others' variables added to its own, or with that formula only."""
+    first, second = draw(st.sampled_from(leaders)), draw(st.sampled_from(leaders))
+    written = ["L1*{0}", "-Kx*{0} + {1}/L2", "({0} + {1})/2", "sin({0})*{1} - pi/2", "-({0} - {1})"]
+    text = draw(st.sampled_from(written))
+    cell = Formula.parse(text.format(first, second))
+    way = draw(st.integers(0, 2))
+    if way == 0:
+        return joint
+    if way == 1:
+        return joint.with_selected(cell)
+    return replace(joint, kind=Kind.COUPLED, variable=None, spring=Spring()).with_selected(cell)
+
+
+def _loops(draw: st.DrawFn, rows: list[Joint]) -> tuple[Loop, ...]:
+    own = [joint for joint in rows if joint.variable]
+    dependent = tuple(joint.name for joint in own if draw(st.booleans()))
+    start = {str(joint.variable): draw(formulas) for joint in own} if draw(st.booleans()) else {}
+    closes = draw(st.sampled_from([Closing.FRAME, Closing.POINT]))
+    return (Loop("ring", len(rows) + 1, len(rows) + 2, closes, dependent, start),)

@@ -105,7 +105,12 @@ BAD = [
     # the joint variable
     ('theta = "q1"', "theta = 0", "joint 1 (base_yaw), theta", "no joint variable"),
     ('theta = "q1"', 'r = "q1"', "joint 1 (base_yaw), theta", "'q1' stands in r, which is for sigma = 1"),
-    ('theta = "q1"', 'theta = "q1 + L1"', "joint 1 (base_yaw), theta", 'the cell holds q1 and L1, both new: say variable = "L1"; parameters are declared'),
+    (
+        'theta = "q1"',
+        'theta = "q1 + L1"',
+        "joint 1 (base_yaw), theta",
+        'the cell holds q1 and L1, both new: say variable = "L1"; parameters are declared',
+    ),
     ('theta = "q1"', 'theta = "2*q1"', "joint 1 (base_yaw), theta", "plus a constant"),
     ('theta = "q1"', 'theta = "-q1"', "joint 1 (base_yaw), theta", "plus a constant"),
     ('theta = "q1"', 'theta = "pi/2 - q1"', "joint 1 (base_yaw), theta", "plus a constant"),

@@ -24,7 +24,15 @@ BEYOND = (
     *("needs arithmetic", "not arithmetic", "exponent", "there are sin", "ends too early"),
     *("out of the range", "no value", "division by zero", "terms and signs", "deeper", "bits", "digits", "not finite"),
     *("holds names", "did you mean 'lift'", "closed loops", "taken by", "joint variable", "keyword", "generated code"),
-    *("stands in r", "not declared", "both new", "plus a constant", "variable of joint", "needs a stiffness", "only an elastic"),
+    *(
+        "stands in r",
+        "not declared",
+        "both new",
+        "plus a constant",
+        "variable of joint",
+        "needs a stiffness",
+        "only an elastic",
+    ),
     *("intermediate", "out of range"),
 )
 

@@ -27,7 +27,7 @@ def test_a_start_is_a_sound_machine(kind: str) -> None:
 def test_all_tables_and_keys_are_shown(kind: str) -> None:
     text = starting_text("machine", kind)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
-    assert headings == ["parameters", *OF_JOINTS, "base", "scene", "extras"]
+    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "scene", "extras"]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120
@@ -43,7 +43,11 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
     assert options
     for k in options:
         active = re.sub(r"^# (?=\[\w+\]$|\w+ = )", "", blocks[k].replace("joint_name", joint), flags=re.MULTILINE)
-        active = active.replace("elbow", joint).replace("L2", toml.read(text, "").parameters[0].name)
+        active = (
+            re.sub('"(pin|pin_end|q3)"', f'"{joint}"', active)
+            .replace("elbow", joint)
+            .replace("L2", toml.read(text, "").parameters[0].name)
+        )
         assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != toml.read(text, "")
 
 

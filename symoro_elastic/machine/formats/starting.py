@@ -12,6 +12,7 @@ from symoro_elastic.machine.formats.toml_keys import (
     EXTRAS,
     GRAVITY,
     JOINTS,
+    LOOPS,
     NOTES,
     OF_JOINTS,
     PARAMETERS,
@@ -131,7 +132,44 @@ body = { mass = 3, center_of_mass = [0, 0, 0.02], inertia = [0.05, 0.05, 0.08] }
 """,
     },
 )
-STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FLOATING}
+LINKAGE = Start(
+    "an arm whose forearm is moved through a parallelogram, and a waist with the rotor of its gear",
+    """
+  { name = "waist",   antecedent = 0,         kind = "motor",   sigma = 0, alpha = 0,      d = 0,     theta = "q1" },
+  { name = "rotor",   antecedent = 0,         kind = "coupled", sigma = 0, alpha = 0,      d = 0,     theta = "N1*q1" },
+  { name = "arm",     antecedent = "waist",   kind = "motor",   sigma = 0, alpha = "pi/2", d = 0,     theta = "q2" },
+  { name = "forearm", antecedent = "arm",     kind = "passive", sigma = 0, alpha = 0,      d = "L2",  theta = "q3" },
+  { name = "crank",   antecedent = "waist",   kind = "motor",   sigma = 0, alpha = "pi/2", d = 0,     theta = "q4" },
+  { name = "rod",     antecedent = "crank",   kind = "passive", sigma = 0, alpha = 0,      d = "L3",  theta = "q5" },
+  { name = "pin",     antecedent = "rod",     kind = "cut",     sigma = 0, alpha = 0,      d = "L2",  theta = "q6" },
+  { name = "pin_end", antecedent = "forearm", kind = "fixed",   sigma = 2, alpha = 0,      d = "L3",  theta = 0 },
+  { name = "tool",    antecedent = "forearm", kind = "fixed",   sigma = 2, alpha = 0,      d = "-L4", theta = 0 },
+""",
+    {
+        "loops": """
+parallelogram = { cut = "pin", meets = "pin_end", start = { q2 = 1.0, q3 = 1.5, q4 = 2.5, q5 = -1.5 } }
+""",
+        "parameters": """
+N1 = 100
+L2 = { value = 0.7, unit = "m" }
+L3 = { value = 0.2, unit = "m" }
+L4 = { value = 0.6, unit = "m" }
+""",
+        "bodies": """
+waist   = { mass = 40, center_of_mass = [0, 0, 0.1], inertia = [1, 1, 0.8] }
+rotor   = { mass = 1, center_of_mass = [0, 0, 0], inertia = [0.0004, 0.0004, 0.0007] }
+arm     = { mass = 15, center_of_mass = [0.35, 0, 0], inertia = [0.05, 0.6, 0.6] }
+forearm = { mass = 10, center_of_mass = [-0.2, 0, 0], inertia = [0.03, 0.3, 0.3] }
+crank   = { mass = 6, center_of_mass = [0.1, 0, 0], inertia = [0.01, 0.02, 0.02] }
+rod     = { mass = 3, center_of_mass = [0.35, 0, 0], inertia = [0.002, 0.1, 0.1] }
+""",
+        "motors": """
+arm   = { rotor_inertia = 0.0005, ratio = 100 }
+crank = { rotor_inertia = 0.0005, ratio = 80 }
+""",
+    },
+)
+STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FLOATING, "linkage": LINKAGE}
 """Machines to start from, by kind."""
 WIDTH = 120
 HEAD = """# {title}
@@ -149,6 +187,7 @@ def starting_text(name: str, kind: str) -> str:
         f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
         f"gravity = {GRAVITY.example}  # {GRAVITY.unit}: {GRAVITY.meaning}",
         "\n".join([*_comments(JOINTS), f"joints = [\n{start.joints.strip(chr(10))}\n]"]),
+        _of_section("loops", LOOPS, start),
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
@@ -163,8 +202,8 @@ def _of_section(name: str, section: Section, start: Start) -> str:
         own = [
             key for key in section.keys if not (name == "bodies" and key.name in ("first_moments", "inertia_at_origin"))
         ]
-        example = "{joint} = {{ " + ", ".join(f"{key.name} = {key.example}" for key in own) + " }}"
-        lines = example.format(joint="joint_name")
+        example = ", ".join(f"{key.name} = {key.example}" for key in own)
+        lines = f"{section.entries}_name = {{ {example} }}"
     else:
         lines = "\n".join(f"{key.name} = {key.example}" for key in section.keys)
     return _table(name, "\n".join(_comments(section)), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))

@@ -129,13 +129,13 @@ CLOSES = Key(
 )
 DEPENDENT = Key(
     *("dependent", keys.TEXTS, "joints whose variables follow from the others of the loop, by name or variable"),
-    '["th3", "th8"]',
+    '["q3"]',
     default=(),
     otherwise="the passive joints of the loop",
 )
 START = Key(
     *("start", keys.FORMULAS, "one rough position of the loop, by joint variable: it tells the branch"),
-    "{ th2 = -1.0, th7 = 0.3, th3 = -0.27, th8 = -1.3 }",
+    "{ q2 = 1, q3 = 0.5 }",
     default={},
     otherwise="zero is tried",
     unit="rad or m",
