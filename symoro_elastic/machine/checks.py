@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from symoro_elastic.machine.columns import Cell, cells, columns
+from symoro_elastic.machine.coupling_checks import cell_faults, row_faults, share_faults
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
+from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IMPORTED, did_you_mean, free_name, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
@@ -27,13 +30,17 @@ def check(machine: Machine, taken: Collection[str] = (), models: Models | None =
     for j, joint in enumerate(machine.joints, start=1):
         _check_joint(machine, j, joint)
     _check_base(machine)
+    _refuse(machine, (), missing_rows(machine))
+    _refuse(machine, cut_faults(machine), loop_faults(machine, taken))
     _check_declared(machine)
+    _refuse(machine, cell_faults(machine))
     _check_units(machine)
     values = parameter_values(machine)
     _check_values(machine, values)
+    _refuse(machine, share_faults(machine, values), start_faults(machine, values))
     if machine.scene is not None:
         resolve(machine.scene, machine, models)
-    return warnings(machine, values)
+    return warnings(machine, values) + loop_warnings(machine)
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:
@@ -115,6 +122,16 @@ def _check_base(machine: Machine) -> None:
             raise machine.error(f"base, {column.key}", "it is an argument where the base floats: leave it out")
 
 
+def _refuse(
+    machine: Machine, of_joints: Iterable[tuple[int, tuple[str, str]]], of_loops: Iterable[tuple[str, str]] = ()
+) -> None:
+    """Raise `InputError` for the first fault of a joint, then of a loop."""
+    for j, (key, what) in of_joints:
+        raise machine.error(place_of(j, machine.joint(j), key), what)
+    for place, what in of_loops:
+        raise machine.error(place, what)
+
+
 def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
     for key, what in _faults(j, joint):
         raise machine.error(place_of(j, joint, key), what)
@@ -123,15 +140,18 @@ def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
 def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
     if not 0 <= joint.antecedent < j:
         what = f"{joint.antecedent} must be 0 (the base) or a row above {j}: joints are numbered from the base outwards"
-        yield "antecedent", f"{what}, and closed loops are not handled"
+        yield "antecedent", f"{what}; closed loops are written with a row of kind cut, in [loops]"
     if joint.sigma not in (0, 1, 2):
         yield "sigma", f"{joint.sigma} must be 0 (revolute), 1 (prismatic) or 2 (fixed frame)"
-    if (joint.kind == Kind.FIXED) != (joint.sigma == 2):
+    if joint.kind != Kind.CUT and (joint.kind == Kind.FIXED) != (joint.sigma == 2):
         yield "kind", f"{joint.kind.value!r} does not go with sigma = {joint.sigma}: kind fixed means sigma = 2"
     if joint.sigma == 2 and joint.variable is not None:
         yield "joint variable", f"a fixed frame has none, not {joint.variable!r}"
-    if joint.sigma != 2 and joint.variable is None:
+    if joint.kind == Kind.COUPLED and joint.variable is not None:
+        yield "joint variable", f"a coupled joint has none of its own, not {joint.variable!r}"
+    if joint.sigma != 2 and joint.variable is None and joint.kind != Kind.COUPLED:
         yield "theta" if joint.sigma == 0 else "r", f"the joint variable is missing, sigma = {joint.sigma} puts it here"
+    yield from row_faults(joint)
     yield from _spring_faults(joint)
 
 
@@ -139,21 +159,38 @@ def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
     if joint.kind == Kind.ELASTIC and joint.spring.stiffness.is_zero:
         yield "stiffness", "an elastic joint needs a stiffness: give one, or make the joint passive"
     for cell, formula in cells(joint.spring):
-        if joint.kind != Kind.ELASTIC and not formula.is_zero:
+        if joint.kind not in (Kind.ELASTIC, Kind.CUT) and not formula.is_zero:
             yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
 
 
 def _check_declared(machine: Machine) -> None:
     parameters = {parameter.name for parameter in machine.parameters}
-    owners = {joint.variable: place_of(j, joint) for j, joint in enumerate(machine.joints, start=1)}
+    following = _following(machine)
     for place, formula in formulas(machine):
-        for name in sorted(formula.names - parameters):
-            if name in owners:
-                what = f"{name!r} is the variable of {owners[name]}: here stand numbers and parameters only"
-            else:
-                what = f"{name!r} is not declared{did_you_mean(name, parameters)}"
-                what += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
+        known = parameters.union(machine.variables) if place in following else parameters
+        for name in sorted(formula.names - known):
+            what = _of_joint(machine, name) or (
+                f"{name!r} is not declared{did_you_mean(name, known)}"
+                f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
+            )
             raise machine.error(place, what)
+
+
+def _following(machine: Machine) -> set[str]:
+    """Places of the cells that may hold the variables of joints."""
+    keys = [(j, key) for j in machine.articulated for key in (SELECTED[machine.joint(j).sigma], "stiffness")]
+    return {place_of(j, machine.joint(j), key) for j, key in keys}
+
+
+def _of_joint(machine: Machine, name: str) -> str:
+    """Why a cell cannot hold the variable of a joint; empty for other names."""
+    for j, joint in enumerate(machine.joints, start=1):
+        if joint.variable == name and joint.kind == Kind.CUT:
+            return f"{name!r} is the variable of the cut joint {joint.name}, which follows from its loop: leave it out"
+        if joint.variable == name:
+            what = f"{name!r} is the variable of {place_of(j, joint)}: here stand numbers and parameters only"
+            return f"{what}; a joint that follows it has kind coupled, and the formula in theta or r"
+    return ""
 
 
 def _check_values(machine: Machine, values: Mapping[str, float]) -> None:

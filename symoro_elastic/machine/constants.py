@@ -34,7 +34,7 @@ def with_constants(machine: Machine, names: Collection[str]) -> Machine:
 def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:
     """Data with values in place of names in all its formulas, points in the outputs of a scene included."""
     if isinstance(x, Formula):
-        return _numeric(x, values)
+        return substituted(x, values)
     if isinstance(x, str) and AT in x:
         return str(_replaced(Asked.parse(x), values))
     if isinstance(x, tuple):
@@ -46,7 +46,8 @@ def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:
     return x
 
 
-def _numeric(formula: Formula, values: Mapping[str, Formula]) -> Formula:
+def substituted(formula: Formula, values: Mapping[str, Formula]) -> Formula:
+    """The expression with others in place of names; raises `FormulaError` where it grows beyond what is read."""
     if not formula.names & values.keys():
         return formula
     if formula.tree[0] == "name":

@@ -33,7 +33,8 @@ def with_base_coordinates(machine: Machine) -> Machine:
     base = Joint(BASE, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
     before = len(coordinates) + 1
     carried = [replace(joint, antecedent=joint.antecedent + before) for joint in machine.joints]
-    return replace(machine, joints=(*coordinates, base, *carried), floating=None, scene=None)
+    loops = tuple(replace(loop, cut=loop.cut + before, meets=loop.meets + before) for loop in machine.loops)
+    return replace(machine, joints=(*coordinates, base, *carried), loops=loops, floating=None, scene=None)
 
 
 def _coordinate(k: int, name: str) -> Joint:

@@ -6,7 +6,7 @@ parameter names, declared with what it is; `columns` walks over all of them. Not
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
@@ -19,6 +19,10 @@ Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
+
+
+SELECTED = {0: "theta", 1: "r"}
+"""Cell that sigma selects: the one that holds the joint variable."""
 
 
 class Kind(StrEnum):
@@ -81,7 +85,8 @@ class Spring:
         *(Dimension.STIFFNESS, "springs", "k"),
         symbol="k",
         tunable=True,
-        meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd",
+        meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd; it may hold joint "
+        "variables",
         example="4.0e5",
     )
     damping: Formula = column(
@@ -176,13 +181,15 @@ class Joint:
     )
     theta: Formula = column(
         *(Dimension.ANGLE, "joints", "theta"),
-        meaning="angle about z of the joint; the joint variable where sigma = 0, alone or plus a constant",
+        meaning="angle about z of the joint; where sigma = 0 the joint variable, alone or plus a constant or a formula "
+        "of the variables of other joints",
         example='"q1 + pi/2"',
     )
     r: Formula = column(
         *(Dimension.LENGTH, "joints", "r"),
         tunable=True,
-        meaning="translation along z of the joint; the joint variable where sigma = 1, alone or plus a constant",
+        meaning="translation along z of the joint; where sigma = 1 the joint variable, alone or plus a constant or a "
+        "formula of the variables of other joints",
         example='"q2"',
     )
     body: Body = Body()
@@ -196,7 +203,8 @@ class Joint:
     )
     ratio: Formula = column(
         *(Dimension.NUMBER, "motors", "ratio"),
-        meaning="turns of the rotor for one of the joint: rotor_inertia is then that of the rotor about its own axis",
+        meaning="turns of the rotor for one of the joint, rad/m where it slides: rotor_inertia is then that of the "
+        "rotor about its own axis, kg m2",
         example="100",
     )
     sharing: Formula = column(
@@ -212,12 +220,17 @@ class Joint:
         """The offset in the cell that sigma selects: r where the joint is prismatic, else theta."""
         return self.r if self.sigma == 1 else self.theta
 
+    def with_selected(self, formula: Formula) -> Joint:
+        """The joint with another formula in the cell that sigma selects."""
+        return replace(self, r=formula) if self.sigma == 1 else replace(self, theta=formula)
+
     @property
     def reflected_inertia(self) -> Formula:
         """Inertia of the rotor as the joint feels it: its own times the square of the ratio where one is given."""
         if self.ratio.is_zero or self.rotor_inertia.is_zero:
             return self.rotor_inertia
-        return Formula.parse(f"({self.ratio})^2*({self.rotor_inertia})")
+        text = f"({self.ratio})^2*({self.rotor_inertia})"
+        return Formula(text, ("*", ("power", self.ratio.tree, 2), self.rotor_inertia.tree))
 
     @property
     def unit(self) -> str:

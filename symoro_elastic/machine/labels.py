@@ -31,9 +31,17 @@ class ParameterLabels:
 
     @cached_property
     def _own(self) -> set[tuple[int, str]]:
-        """Joints and names of the cells that are the parameter of their own label: XX of joint 3 is XX3."""
+        """Joints and names of the cells that are the parameter of their own label: XX of joint 3 is XX3.
+
+        A rotor behind a ratio is none of them, as its inertia counts with the square of the ratio.
+        """
         joints = enumerate(self._machine.joints, start=1)
-        named = ((j, cell.par, formula.tree) for j, joint in joints for cell, formula in cells(joint))
+        named = (
+            (j, cell.par, formula.tree)
+            for j, joint in joints
+            for cell, formula in cells(joint)
+            if cell.column.key != "rotor_inertia" or joint.ratio.is_zero
+        )
         return {(j, f"{par}{j}") for j, par, tree in named if par and tree == ("name", f"{par}{j}")}
 
 

@@ -34,12 +34,15 @@ class Loop:
 
 
 def path(antecedents: Sequence[int], j: int) -> list[int]:
-    """Numbers of the rows from the base to row j; `antecedents[j - 1]` is that of row j."""
+    """Numbers of the rows from the base to row j; `antecedents[j - 1]` is that of row j.
+
+    It ends where an antecedent is no row above its own, as in a table that is not checked yet.
+    """
     rows: list[int] = []
     while j > 0:
-        rows.insert(0, j)
-        j = antecedents[j - 1]
-    return rows
+        rows.append(j)
+        j = antecedents[j - 1] if antecedents[j - 1] < j else 0
+    return rows[::-1]
 
 
 def branches(antecedents: Sequence[int], loop: Loop) -> tuple[list[int], list[int]]:

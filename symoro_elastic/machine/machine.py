@@ -176,8 +176,18 @@ class Machine:
         """Numbers of the dependent joints of a loop: those it names, else its passive joints."""
         if loop.dependent:
             return tuple(j for j in self.owners if self.joint(j).name in loop.dependent)
-        around = {j for branch in branches(self.antecedents, loop) for j in branch}
-        return tuple(j for j in self.owners if j in around and self.joint(j).kind is Kind.PASSIVE)
+        return tuple(j for j in self.around(loop) if self.joint(j).kind is Kind.PASSIVE)
+
+    def around(self, loop: Loop) -> tuple[int, ...]:
+        """Numbers of the joints of the tree that move on both branches of a loop."""
+        rows = {j for branch in branches(self.antecedents, loop) for j in branch}
+        return tuple(j for j in self.articulated if j in rows)
+
+    def owners_in(self, loop: Loop) -> tuple[int, ...]:
+        """Numbers of the joints on whose variables those around a loop depend, by their cells."""
+        joints = [self.joint(j) for j in self.around(loop)]
+        names = {name for joint in joints for name in (str(joint.variable), *joint.selected.names)}
+        return tuple(j for j in self.owners if self.joint(j).variable in names)
 
     @property
     def antecedents(self) -> tuple[int, ...]:

@@ -11,6 +11,8 @@ from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 
 ROUNDING = 1e-9
 NEARLY_A_TURN = 1e-3
+FAST = 1e4
+"""Ratio beyond which no gear is built."""
 
 Matrix = list[list[float]]
 
@@ -20,7 +22,7 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     lines = [f"base: {line}" for line in _inertia(machine.floating.body, values)] if machine.floating else []
     for j, joint in enumerate(machine.joints, start=1):
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
-        found = (*_angles(joint, values), *inertia, *_without_effect(joint))
+        found = (*_angles(joint, values), *inertia, *_without_effect(joint), *_gears(joint, values))
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
     return lines + _moving_nothing(machine, values)
 
@@ -147,7 +149,7 @@ def _moving_nothing(machine: Machine, values: Mapping[str, float]) -> list[str]:
         return []
     lines = []
     for j in machine.motors:
-        masses, inertias = zip(*(bodies[k - 1] for k in _carried(machine, j)), strict=True)
+        masses, inertias = zip(*(bodies[k - 1] for k in _moved(machine, j)), strict=True)
         slides = machine.joint(j).sigma == 1
         if not any(masses) and (slides or not any(inertias)):
             lines.append(f"joint {j} ({machine.joint(j).name}): no body beyond this motor has mass{_or(slides)}")
@@ -164,13 +166,20 @@ def _heaviness(body: Body, values: Mapping[str, float]) -> tuple[bool, bool]:
     return mass, any(others)
 
 
-def _carried(machine: Machine, j: int) -> list[int]:
-    """Numbers of the bodies beyond a joint."""
-    carried = {j}
-    for k, joint in enumerate(machine.joints, start=1):
-        if joint.antecedent in carried:
-            carried.add(k)
-    return sorted(carried)
+def _moved(machine: Machine, j: int) -> list[int]:
+    """Numbers of the bodies that joint j moves: those beyond it, beyond joints that follow it, and of its loops."""
+    moved, followed, count = {j}, {j}, 0
+    while len(moved) + len(followed) > count:
+        count = len(moved) + len(followed)
+        names = {machine.joint(k).variable for k in followed}
+        for k, joint in enumerate(machine.joints, start=1):
+            if joint.antecedent in moved or not names.isdisjoint(joint.selected.names):
+                moved.add(k)
+        for loop in machine.loops:
+            if not moved.isdisjoint(machine.around(loop)):
+                followed.update(machine.around(loop))
+        moved |= followed
+    return sorted(moved)
 
 
 def _without_effect(joint: Joint) -> Iterator[str]:
@@ -178,3 +187,9 @@ def _without_effect(joint: Joint) -> Iterator[str]:
         yield "rotor inertia and friction of a fixed frame have no effect"
     if joint.kind == Kind.ELASTIC and not joint.rotor_inertia.is_zero:
         yield "rotor inertia on an elastic joint: kept, and counted in its inertia"
+
+
+def _gears(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
+    ratio = _value(joint.ratio, values)
+    if ratio is not None and abs(ratio) > FAST:
+        yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"

@@ -7,7 +7,7 @@ Spong (1987) keeps the first term only: the kinetic energy that a rotor owes to 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
@@ -21,16 +21,36 @@ ZZ = 5
 
 
 def rotors(machine: Machine) -> tuple[int, ...]:
-    """Return the numbers of revolute motors whose body is a rotor: a coaxial elastic joint carries the next body."""
+    """Return the numbers of revolute motors whose body is a rotor: a coaxial elastic joint carries the next body.
+
+    Rotors are also balanced bodies that carry nothing, on joints that are geared: they follow the variables of others,
+    or others follow theirs.
+    """
     coaxial = {
         joint.antecedent
         for joint in machine.joints
         if joint.kind is Kind.ELASTIC and joint.sigma == 0 and joint.alpha.is_zero and joint.d.is_zero
+        if joint.selected.names.isdisjoint(machine.variables)
     }
+    carriers = {joint.antecedent for joint in machine.joints}
+    followed = {name for j in machine.articulated for name in machine.joint(j).selected.names}
     return tuple(
         j for j, joint in enumerate(machine.joints, start=1)
-        if j in coaxial and joint.kind is Kind.MOTOR and joint.sigma == 0
+        if joint.sigma == 0 and (
+            (j in coaxial and joint.kind is Kind.MOTOR)
+            or (j not in carriers and _is_geared(joint, followed) and _is_balanced(joint.body))
+        )
     )  # fmt: skip
+
+
+def _is_geared(joint: Joint, followed: Collection[str]) -> bool:
+    return joint.kind is Kind.COUPLED or (joint.kind is Kind.MOTOR and joint.variable in followed)
+
+
+def _is_balanced(body: Body) -> bool:
+    """Return whether turning a body about z leaves its mass where it was."""
+    xx, xy, xz, yy, yz, _ = body.inertia
+    return xx.tree == yy.tree and all(x.is_zero for x in (*body.moments[:2], xy, xz, yz))
 
 
 def reduced(machine: Machine) -> Machine:
@@ -45,7 +65,7 @@ def reduced(machine: Machine) -> Machine:
         xx, xy, xz, yy, yz, _ = joint.body.inertia
         if not spin.is_zero:
             body = replace(joint.body, inertia=(xx, xy, xz, yy, yz, ZERO))
-            joints[j - 1] = replace(joint, body=body, rotor_inertia=_sum(joint.rotor_inertia, spin))
+            joints[j - 1] = replace(joint, body=body, rotor_inertia=_sum(joint.reflected_inertia, spin), ratio=ZERO)
     return replace(machine, joints=tuple(joints))
 
 
@@ -60,10 +80,12 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
     for name, ratio in ratios.items():
         j = _geared(machine, name, ratio)
         joint = joints[j - 1]
-        coupled = f"({joint.rotor_inertia}) / ({ratio!r})"
+        reflected = joint.reflected_inertia
+        coupled = f"({reflected}) / ({ratio!r})"
         joints[j - 1] = replace(
             joint,
-            rotor_inertia=Formula.parse(f"({joint.rotor_inertia}) - {coupled}"),
+            rotor_inertia=Formula.parse(f"({reflected}) - {coupled}"),
+            ratio=ZERO,
             body=_with_inertia(joint.body, {ZZ: coupled}),
         )
         if joint.antecedent:
@@ -90,6 +112,9 @@ def _geared(machine: Machine, name: str, ratio: float) -> int:
         able = [o.name for o in machine.joints if o.kind is Kind.MOTOR and o.sigma == 0 and not o.rotor_inertia.is_zero]
         what = f"{name} is no revolute motor with a rotor inertia, so no gear ratio belongs to it"
         raise InputError(source, "--ratio", f"{what}; such are {', '.join(able) or 'none here'}")
+    if not joint.ratio.is_zero and (joint.ratio.names or joint.ratio.value() != ratio):
+        what = f"{name}: the file gives ratio = {joint.ratio}: leave out one of both"
+        raise InputError(source, "--ratio", what)
     if not (abs(ratio) >= 1 and abs(ratio) < float("inf")):
         raise InputError(
             source, "--ratio", f"{name}: {ratio:g} is no gear ratio: turns of the rotor for one of the joint"

@@ -10,6 +10,7 @@ from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.restrict import refuse_locking
 from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
 
 Models = Mapping[str, Offer]
@@ -120,10 +121,8 @@ def _known(name: str, known: Iterable[str], what: str, source: str, key: str) ->
 
 
 def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> None:
-    fixed = {joint.name for joint in machine.joints if joint.sigma == 2}
+    refuse_locking(machine, locked, source)
     for joint, value in locked.items():
-        if joint in fixed:
-            raise InputError(source, f"scene, locked, {joint}", "a fixed frame has no variable to lock")
         _check_value(value, machine, source, f"locked, {joint}")
 
 

@@ -1,21 +1,37 @@
-"""Restriction of a machine to a scene: locked joints become fixed frames, gravity may be removed."""
+"""Restriction of a machine to a scene: locked joints keep their place, gravity may be removed."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.constants import substituted
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 
 
 def restricted(machine: Machine, scene: Scene) -> Machine:
-    """The machine with the joints of the scene locked, without gravity if the scene says so."""
-    joints = tuple(
-        _locked(joint, scene.locked[joint.name]) if joint.name in scene.locked else joint for joint in machine.joints
-    )
+    """The machine with the joints of the scene locked, without gravity if the scene says so.
+
+    The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
+    coupled where its cell holds the variables of others. Raises `InputError` for joints that cannot be locked.
+    """
     base = machine.base if scene.gravity else replace(machine.base, gravity=NO_VECTOR)
-    return replace(machine, joints=joints, base=base)
+    machine = replace(machine, base=base)
+    if scene.locked.keys().isdisjoint(joint.name for joint in machine.joints):
+        return machine
+    refuse_locking(machine, scene.locked, machine.label)
+    locked = {str(j.variable): scene.locked[j.name] for j in machine.joints if j.name in scene.locked}
+    try:
+        joints = tuple(_with_locked(joint, locked) for joint in machine.joints)
+    except FormulaError as error:
+        raise machine.error("scene, locked", f"{', '.join(locked)}: {error}") from None
+    joints = tuple(_still_if_coupled(joint, machine.variables) for joint in joints)
+    return replace(machine, joints=joints, loops=tuple(_unlocked(loop, locked) for loop in machine.loops))
 
 
 def folded(machine: Machine, scene: Scene) -> tuple[str, ...]:
@@ -25,14 +41,57 @@ def folded(machine: Machine, scene: Scene) -> tuple[str, ...]:
     return tuple(scene.fold)
 
 
-def _locked(joint: Joint, value: Formula) -> Joint:
-    """The joint held at a value of its variable: a fixed frame."""
-    still = replace(joint, kind=Kind.FIXED, sigma=2, variable=None, spring=Spring(), friction=Friction())
-    still = replace(still, rotor_inertia=Formula.parse(0))
-    if joint.sigma == 1:
-        return replace(still, r=_sum(joint.r, value))
-    return replace(still, theta=_sum(joint.theta, value))
+def refuse_locking(machine: Machine, names: Iterable[str], source: str) -> None:
+    """Raise `InputError` for a joint, by name, whose variable is not independent."""
+    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    for name in names:
+        reason = _not_lockable(machine, rows[name]) if name in rows else ""
+        if reason:
+            raise InputError(source, f"scene, locked, {name}", reason)
+
+
+def _not_lockable(machine: Machine, j: int) -> str:
+    """Why joint j cannot be locked; empty where it can."""
+    kind = machine.joint(j).kind
+    if machine.joint(j).sigma == 2:
+        return "a fixed frame has no variable to lock"
+    if kind == Kind.COUPLED:
+        followed = [name for name in machine.variables if name in machine.joint(j).selected.names]
+        return f"a coupled joint follows {', '.join(followed)}: lock {'that' if len(followed) == 1 else 'those'}"
+    loops = [loop for loop in machine.loops if j in machine.dependent_in(loop) or j == loop.cut]
+    if not loops:
+        return ""
+    free = [str(machine.joint(k).variable) for k in machine.owners_in(loops[0]) if k in machine.moving]
+    what = f"its variable follows from loop {loops[0].name}"
+    return f"{what}: lock an independent joint of the loop: {', '.join(free)}" if free else what
+
+
+def _with_locked(joint: Joint, locked: Mapping[str, Formula]) -> Joint:
+    """The joint with constants for locked variables: one that is locked itself follows what else its cell holds."""
+    value = locked.get(str(joint.variable))
+    if joint.sigma in SELECTED:
+        cell = substituted(joint.selected, locked)
+        joint = joint.with_selected(cell if value is None else _sum(cell, value))
+    stiffness = substituted(joint.spring.stiffness, locked)
+    joint = replace(joint, spring=replace(joint.spring, stiffness=stiffness))
+    if value is None:
+        return joint
+    return replace(joint, kind=Kind.COUPLED, variable=None, spring=Spring(), friction=Friction(), sharing=ZERO)
+
+
+def _still_if_coupled(joint: Joint, variables: Collection[str]) -> Joint:
+    """A fixed frame in place of a coupled joint that follows none of these variables."""
+    if joint.kind != Kind.COUPLED or not joint.selected.names.isdisjoint(variables):
+        return joint
+    return replace(joint, kind=Kind.FIXED, sigma=2, friction=Friction(), rotor_inertia=ZERO, ratio=ZERO)
+
+
+def _unlocked(loop: Loop, locked: Mapping[str, Formula]) -> Loop:
+    """The loop without the start of locked variables."""
+    return replace(loop, start={name: value for name, value in loop.start.items() if name not in locked})
 
 
 def _sum(offset: Formula, value: Formula) -> Formula:
-    return value if offset.is_zero else Formula.parse(f"({offset}) + ({value})")
+    if offset.is_zero:
+        return value
+    return Formula(f"({offset}) + ({value})", ("+", offset.tree, value.tree))

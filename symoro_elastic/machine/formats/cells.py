@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Joint
+from symoro_elastic.machine.joints import SELECTED, Joint
 from symoro_elastic.machine.names import quoted
 
-SELECTED = {0: "theta", 1: "r"}
+__all__ = ["OTHER", "SELECTED", "cell_of", "formula", "not_alone", "offset_of", "split", "whole"]
+
 OTHER = {0: "r", 1: "theta"}
 
 _TOKEN = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*|\S", re.ASCII)
@@ -69,14 +70,10 @@ def cell_of(variable: str | None, offset: Formula) -> str:
 
 def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
     """The joint with its variable taken out of the cell that sigma selects; raises `InputError`."""
-    column = SELECTED[joint.sigma]
-    cell = joint.theta if joint.sigma == 0 else joint.r
-    offset = offset_of(cell, variable)
+    offset = offset_of(joint.selected, variable)
     if offset is None:
-        raise InputError(source, f"{place}, {column}", not_alone(cell, variable))
-    if joint.sigma == 0:
-        return replace(joint, variable=variable, theta=offset)
-    return replace(joint, variable=variable, r=offset)
+        raise InputError(source, f"{place}, {SELECTED[joint.sigma]}", not_alone(joint.selected, variable))
+    return replace(joint.with_selected(offset), variable=variable)
 
 
 def not_alone(cell: Formula, variable: str) -> str:

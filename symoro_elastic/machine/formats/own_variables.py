@@ -38,7 +38,7 @@ def with_own_variables(
         offset = offset_of(joint.selected, owned[j])
         if offset is None:
             raise fail(j, SELECTED[joint.sigma], not_alone(joint.selected, owned[j]))
-        split[j - 1] = replace(joint, variable=owned[j], **{SELECTED[joint.sigma]: offset})
+        split[j - 1] = replace(joint.with_selected(offset), variable=owned[j])
     return tuple(split)
 
 

@@ -12,6 +12,7 @@ from symoro_elastic.machine.formats.toml_keys import (
     EXTRAS,
     GRAVITY,
     JOINTS,
+    LOOPS,
     NOTES,
     OF_JOINTS,
     PARAMETERS,
@@ -149,6 +150,7 @@ def starting_text(name: str, kind: str) -> str:
         f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
         f"gravity = {GRAVITY.example}  # {GRAVITY.unit}: {GRAVITY.meaning}",
         "\n".join([*_comments(JOINTS), f"joints = [\n{start.joints.strip(chr(10))}\n]"]),
+        _of_section("loops", LOOPS, start),
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
@@ -159,7 +161,10 @@ def starting_text(name: str, kind: str) -> str:
 
 def _of_section(name: str, section: Section, start: Start) -> str:
     """A table as the kind gives it, or as a comment, below its keys."""
-    if section.entries:
+    if section is LOOPS:
+        example = ", ".join(f"{key.name} = {key.example}" for key in section.keys)
+        lines = f"loop_name = {{ {example} }}"
+    elif section.entries:
         own = [
             key for key in section.keys if not (name == "bodies" and key.name in ("first_moments", "inertia_at_origin"))
         ]
