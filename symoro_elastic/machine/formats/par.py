@@ -104,6 +104,9 @@ def _in_order(columns: Columns, machine: Machine) -> Machine:
         return machine
     if not isinstance(order, list) or sorted(map(str, order)) != sorted(columns.names):
         raise columns.fail("order", f"must name each of the {columns.count} joints once")
+    for j, joint in enumerate(machine.joints, start=1):
+        if not joint.antecedent < j:
+            raise InputError(columns.source, columns.place(j, "ant"), f"{joint.antecedent} must be a row above {j}")
     return renumbered(machine, [columns.names.index(name) + 1 for name in order])
 
 
