@@ -92,6 +92,29 @@ k = {0, K2, 0}
 G = {0, 0, -9.81}
 """
 
+PAR_LOOP = """
+NL = 5
+NJ = 6
+NF = 7
+Type = 2
+ant = {0, 1, 2, 0, 0, 4, 3}
+sigma = {0, 0, 0, 0, 0, 0, 2}
+d = {0, 0, L1, L0, 0.1, L3, L2}
+theta = {qm, d1, q3, q4, N5*qm, q6, 0}
+gamma = {0, 0, 0, 0, 0, 0, pi/2}
+mu = {1, 1, 0, 0, 0, 0, 0}
+M = {1, 2, 3, 4, 5}
+ZZ = {0.1, 0.2, 0.3, 0.4, ZZ5}
+IA = {0.5, 0, 0, 0, 0}
+eta = {0, 1, 0, 0, 0, 0}
+k = {0, K1*(2 + qm), 0, 0, 0, 0}
+QP = {QP1, QP2, QP3, QP4, QP5, QP6}
+G = {0, -9.81, 0}
+(*! values = {L0 = 0.3, L1 = 0.1, L2 = 0.35, L3 = 0.2} *)
+(*! start = {qm = 1.0, d1 = 0, q3 = -0.6, q4 = 1.4, q6 = pi/4} *)
+"""
+"""A four-bar linkage with an elastic crank and a geared rotor: a loop, a coupling, a stiffness that varies."""
+
 NAMES = ("L1", "L2", "m_arm", "Kx", "angle", "b7")
 UNITS = ("", "m", "N m/rad", 'a "b" \\ *)', "kg*m", "{}", "é, =")
 

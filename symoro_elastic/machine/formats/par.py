@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import cells, with_cells, with_columns
-from symoro_elastic.machine.formats.cells import formula, split
+from symoro_elastic.machine.formats.cells import formula
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import UTF_8, WESTERN, name_of
 from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.par_columns import Columns
+from symoro_elastic.machine.formats.par_extensions import Declared, listed
+from symoro_elastic.machine.formats.par_loops import read_loops
 from symoro_elastic.machine.formats.par_names import Names
+from symoro_elastic.machine.formats.par_order import renumbered
 from symoro_elastic.machine.formats.par_syntax import EXTENDED, ParText, take_apart
-from symoro_elastic.machine.formats.par_writing import kind_flags, layout, listed, structure
+from symoro_elastic.machine.formats.par_writing import kind_flags, layout, structure
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table
 from symoro_elastic.machine.formula import Formula, FormulaError
@@ -41,41 +45,69 @@ def read(text: str, source: str) -> Machine:
     scene, central, floating = _scene(found), _central_bodies(columns), _floating(columns)
     of_base = [formula for _, formula in cells(floating.body)] if floating else []
     names = Names(columns, [*of_base, *_formulas_of_extensions(columns, scene, central, source)])
-    joints = [_joint(columns, j, names) for j in range(1, columns.count + 1)]
-    joints = [_with_central(columns, j, joint, central.get(j)) for j, joint in enumerate(joints, start=1)]
+    joints = _joints(columns, names, central)
     name, origin = _name(found)
     machine = Machine(
         name=name,
         name_origin=origin,
-        joints=tuple(joints),
-        parameters=names.parameters({joint.variable for joint in joints if joint.variable}),
+        joints=joints,
+        loops=read_loops(columns, joints),
+        parameters=names.parameters(),
         base=_base(columns),
         floating=floating,
         notes=(*found.comments, *_texts(found, "notes")),
         extras=_extras(columns, joints),
         source=source,
     )
+    machine = _in_order(columns, machine)
     return replace(machine, scene=resolve(scene, machine)) if scene else machine
 
 
 def write(machine: Machine) -> str:
     """The .par text that `read` reads back; parameters are listed only if needed to restore their order."""
-    text = layout(machine, declare=False)
-    try:
-        again = read(text, machine.source)
-        if (again.parameters, again.joints) == (machine.parameters, machine.joints):
-            return text
-    except InputError:
-        pass
-    return layout(machine, declare=True)
+    for declared in Declared:
+        text = layout(machine, declared)
+        try:
+            again = read(text, machine.source)
+        except InputError:
+            continue
+        if (again.parameters, again.joints, again.loops) == (machine.parameters, machine.joints, machine.loops):
+            break
+    return text
 
 
-def _joint(columns: Columns, j: int, names: Names) -> Joint:
-    bare = Joint(columns.names[j - 1], columns.whole("ant", j, 0), columns.kind(j), columns.whole("sigma", j, 0))
-    joint = with_cells(bare, lambda cell, _: columns.cell(cell, j))
-    if joint.sigma not in (0, 1):
-        return joint
-    return split(joint, names.variable(j, joint.sigma), columns.source, columns.place(j, ""))
+def _joints(columns: Columns, names: Names, central: Mapping[int, Body]) -> tuple[Joint, ...]:
+    """The rows, coupled where their cells hold no variable of their own."""
+    rows = range(1, columns.count + 1)
+    joints = with_own_variables(
+        [_joint(columns, j, j in names.variables) for j in rows],
+        names.variables,
+        {parameter.name for parameter in names.parameters()},
+        lambda j, key, what: InputError(columns.source, columns.place(j, key), what),
+    )
+    return tuple(_with_central(columns, j, joint, central.get(j)) for j, joint in zip(rows, joints, strict=True))
+
+
+def _joint(columns: Columns, j: int, owns: bool) -> Joint:
+    """A row as written, its variable still in its cell."""
+    sigma, kind = columns.whole("sigma", j, 0), columns.kind(j)
+    if kind is Kind.PASSIVE and sigma in (0, 1) and not owns:
+        kind = Kind.COUPLED
+    bare = Joint(columns.names[j - 1], columns.whole("ant", j, 0), kind, sigma)
+    return with_cells(bare, lambda cell, _: columns.cell(cell, j))
+
+
+def _in_order(columns: Columns, machine: Machine) -> Machine:
+    """The machine with its rows in the order that the file says, else in that of its lists."""
+    order = columns.found.extensions.get("order")
+    if order is None:
+        return machine
+    if not isinstance(order, list) or sorted(map(str, order)) != sorted(columns.names):
+        raise columns.fail("order", f"must name each of the {columns.count} joints once")
+    for j, joint in enumerate(machine.joints, start=1):
+        if not joint.antecedent < j:
+            raise InputError(columns.source, columns.place(j, "ant"), f"{joint.antecedent} must be a row above {j}")
+    return renumbered(machine, [columns.names.index(name) + 1 for name in order])
 
 
 def _base(columns: Columns) -> Base:
@@ -146,20 +178,21 @@ def _trees(body: Body) -> list[Any]:
     return [formula.tree for formula in (*body.moments, *body.inertia)]
 
 
-def _extras(columns: Columns, joints: list[Joint]) -> dict[str, str]:
+def _extras(columns: Columns, joints: Sequence[Joint]) -> dict[str, str]:
     """Entries that no model uses: unused lists, and flags that differ from those of the kinds of joints."""
     found = columns.found
     extras = dict(columns.extension_table("extras"))
     for key in ("QP", "QDP", "GAM", "Z"):
         if key in found.lists:
             extras[key] = listed(found.lists[key])
-    if found.lists.get("mu", usual := [kind_flags(joint)[0] for joint in joints]) != usual:
+    usual = [kind_flags(joint)[0] for joint in joints]
+    if columns.lists.get("mu", usual) != usual:
         extras["mu"] = listed(found.lists["mu"])
     if found.numbers.get("Type", structure(joints)) != structure(joints):
         extras["Type"] = _type(found)
     unused = [
         "0" if joint.kind == Kind.ELASTIC else cell
-        for joint, cell in zip(joints, found.lists.get("k", ["0"] * len(joints)), strict=True)
+        for joint, cell in zip(joints, found.lists.get("k", []), strict=False)
     ]
     if any(cell != "0" for cell in unused):
         extras["k"] = listed(unused)

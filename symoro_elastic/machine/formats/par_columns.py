@@ -7,11 +7,14 @@ from collections.abc import Mapping
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Cell
 from symoro_elastic.machine.formats.cells import formula, whole
-from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, INERTIAL, JOINT, LISTS, VECTORS, ParText
+from symoro_elastic.machine.formats.par_counts import check_lengths, counts
+from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, INERTIAL, LISTS, ParText
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Given, Kind, Vector3
 from symoro_elastic.machine.names import quoted, reserved
 
+ROWS = (*GEOMETRIC, *BODY, "eta", "k")
+"""Lists with an entry a row."""
 FALSE, TRUE = ("0", "False", "false"), ("1", "True", "true")
 
 
@@ -21,9 +24,14 @@ class Columns:
     def __init__(self, found: ParText) -> None:
         self.found, self.source = found, found.source
         self.known_of_base = self._known_of_base()
-        self.count = self._count()
-        self._check_lengths()
+        for key in ("ant", "sigma"):
+            if key not in found.lists:
+                raise InputError(self.source, key, f"the list is missing: write {key} = {{...}}, an entry a joint")
+        self.counts = counts(found)
+        check_lengths(found, self.counts, with_base=self.known_of_base is not None)
+        self.count = self.counts.frames
         self.of_base = self._of_base()
+        self.lists = {key: self._padded(found.lists[key]) for key in ROWS if key in found.lists}
         self.names = self._names()
         self._formulas: dict[str, tuple[Formula, ...]] = {}
         self._extensions: dict[str, list[Formula]] = {}
@@ -36,9 +44,9 @@ class Columns:
 
     def whole(self, key: str, j: int, default: int) -> int:
         """The whole number in a cell."""
-        if key not in self.found.lists:
+        if key not in self.lists:
             return default
-        return whole(self.found.lists[key][j - 1], self.source, self.place(j, key))
+        return whole(self.lists[key][j - 1], self.source, self.place(j, key))
 
     def flag(self, key: str, j: int, default: int) -> int:
         """The 0 or 1 in a cell."""
@@ -49,10 +57,10 @@ class Columns:
 
     def formula(self, key: str, j: int) -> Formula:
         """The expression in a cell, zero where the file has no such list."""
-        if key not in self.found.lists:
+        if key not in self.lists:
             return ZERO
         if key not in self._formulas:
-            cells = enumerate(self.found.lists[key], start=1)
+            cells = enumerate(self.lists[key], start=1)
             self._formulas[key] = tuple(formula(text, self.source, self.place(i, key)) for i, text in cells)
         return self._formulas[key][j - 1]
 
@@ -79,9 +87,10 @@ class Columns:
         if key not in self.found.extensions:
             return [ZERO] * self.count
         value = self.found.extensions[key]
-        if not isinstance(value, list) or len(value) != self.count or not all(isinstance(v, str) for v in value):
+        lengths = (self.counts.bodies, self.counts.joints, self.count)
+        if not isinstance(value, list) or len(value) not in lengths or not all(isinstance(v, str) for v in value):
             raise self.fail(key, f"must be a list of {self.count} entries, one a joint")
-        return [formula(text, self.source, self.place(j, key)) for j, text in enumerate(value, start=1)]
+        return [formula(text, self.source, self.place(j, key)) for j, text in enumerate(self._padded(value), start=1)]
 
     def extension_table(self, key: str) -> dict[str, str]:
         """A table of texts in an extension line, empty without the line."""
@@ -95,8 +104,12 @@ class Columns:
         return InputError(self.source, f"(*! {key} *)", what)
 
     def kind(self, j: int) -> Kind:
-        """Kind of a joint by sigma, eta and mu."""
+        """Kind of a joint by its row, sigma, eta and mu; a joint without motor and spring is passive, or coupled."""
         fixed = self.whole("sigma", j, 0) == 2
+        if self.counts.is_cut(j):
+            return self._cut(j)
+        if self.counts.is_end(j) and not fixed:
+            raise InputError(self.source, self.place(j, "sigma"), self._no_end(j))
         elastic = self.flag("eta", j, 0) == 1
         if fixed and elastic:
             raise InputError(self.source, self.place(j, "eta"), "a fixed frame (sigma = 2) has no spring: write 0")
@@ -105,6 +118,24 @@ class Columns:
         if elastic:
             return Kind.ELASTIC
         return Kind.MOTOR if self.flag("mu", j, 1) else Kind.PASSIVE
+
+    def _cut(self, j: int) -> Kind:
+        """The kind of a cut joint, which has no motor and no spring."""
+        for key in ("mu", "eta"):
+            if self.flag(key, j, 0):
+                rows = range(1, self.counts.bodies + 1)
+                passive = [self.names[i - 1] for i in rows if self.kind(i) is Kind.PASSIVE][:8]
+                elsewhere = f" (passive joints: {', '.join(passive)})" if passive else ""
+                what = f"the cut joint carries no motor, spring or body: write 0, or cut the loop elsewhere{elsewhere}"
+                raise InputError(self.source, self.place(j, key), what)
+        return Kind.CUT
+
+    def _no_end(self, j: int) -> str:
+        """What is wrong with the frame that a cut joint meets if it moves."""
+        first, last = self.counts.joints + 1, self.count
+        rows = f"row {last} is the frame" if first == last else f"rows {first} to {last} are the frames"
+        cut = self.names[j - self.counts.loops - 1]
+        return f"must be 2: {rows} that cut joints meet, this one {quoted(cut)}, and does not move"
 
     def _known_of_base(self) -> Given | None:
         """Known quantity of the base: the wrench on a floating one, the acceleration of a mobile one."""
@@ -122,7 +153,7 @@ class Columns:
         """Cells of the base, removed from the lists, where they precede those of the bodies."""
         cells = {}
         for key in BODY:
-            if len(self.found.lists.get(key, ())) > self.count:
+            if self.known_of_base and self.counts.has_base(key, len(self.found.lists.get(key, ()))):
                 cells[key], *self.found.lists[key] = self.found.lists[key]
         for key in BODY[len(INERTIAL) :]:
             if not self.base_formula(cells, key).is_zero:
@@ -133,41 +164,9 @@ class Columns:
         """A cell of the base, zero without an entry."""
         return formula(cells.get(key, "0"), self.source, f"base, {key}")
 
-    def _count(self) -> int:
-        if "NL" not in self.found.numbers:
-            raise InputError(self.source, "NL", "is missing: write NL = the number of bodies")
-        for key in ("ant", "sigma"):
-            if key not in self.found.lists:
-                raise InputError(self.source, key, f"the list is missing: write {key} = {{...}}, an entry a joint")
-        bodies = whole(self.found.numbers["NL"], self.source, "NL")
-        joints = whole(self.found.numbers.get("NJ", str(bodies)), self.source, "NJ")
-        if joints != bodies:
-            raise InputError(self.source, "NJ", self._loops(bodies, joints))
-        frames = whole(self.found.numbers.get("NF", str(bodies)), self.source, "NF")
-        if frames != bodies:
-            raise InputError(self.source, "NF", f"{frames} must be 2 NJ - NL = {bodies}, or left out")
-        return bodies
-
-    def _loops(self, bodies: int, joints: int) -> str:
-        if joints < bodies:
-            return f"{joints} joints are too few for NL = {bodies} bodies: each body has one"
-        ant = self.found.lists["ant"]
-        loops = []
-        for j in range(bodies + 1, min(joints, bodies + 5) + 1):
-            end = j + joints - bodies
-            ends = f", between bodies {ant[j - 1]} and {ant[end - 1]}" if end <= len(ant) else ""
-            loops.append(f"joint {j} closes a loop{ends}")
-        return f"{joints} joints for {bodies} bodies: {'; '.join(loops)[:200]}; closed loops are not handled, cut them"
-
-    def _check_lengths(self) -> None:
-        expected = {**dict.fromkeys(VECTORS, 3), "Z": 16}
-        for key, cells in self.found.lists.items():
-            count = expected.get(key, self.count)
-            if key in BODY and self.known_of_base and len(cells) == count + 1:
-                continue
-            if len(cells) != count:
-                rows = "NL" if key in BODY else "NJ" if key in JOINT else "NF" if key in GEOMETRIC else "fixed"
-                raise InputError(self.source, key, f"has {len(cells)} entries, expected {count} ({rows})")
+    def _padded(self, cells: list[str]) -> list[str]:
+        """A list with zeros for the cut joints and the frames they meet, where it has no entries for them."""
+        return [*cells, *["0"] * (self.count - len(cells))]
 
     def _names(self) -> list[str]:
         names = self.found.extensions.get("names")

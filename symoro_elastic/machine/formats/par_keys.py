@@ -14,10 +14,10 @@ class Place(Enum):
     """Where a key of a .par file stands, and what it holds."""
 
     NUMBER = "a number: `NJ = 6`"
-    GEOMETRIC = "a list with an entry for each joint: geometry"
-    INERTIAL = "a list with an entry for each joint (one more for the base, where it floats): body"
-    ACTING = "a list with an entry for each joint: forces"
-    JOINT = "a list with an entry for each joint: law of the joint"
+    GEOMETRIC = "a list with an entry for each frame (NF): geometry"
+    INERTIAL = "a list with an entry for each body (NL; one more for the base, where it floats): body"
+    ACTING = "a list with an entry for each body (NL): forces"
+    JOINT = "a list with an entry for each joint (NJ): law of the joint"
     BASE = "a list of 3 numbers or formulas: base"
     FRAME = "a list of 16 numbers: base"
     EXTENSION = "a line `(*! key = value *)`, which SYMORO reads as a comment"
@@ -57,15 +57,31 @@ def _cells(place: Place, names: str, example: str) -> Iterator[ParKey]:
 GEOMETRY = Place.GEOMETRIC
 KEYS = (
     ParKey("NL", Place.NUMBER, "number of bodies", "3", "must be given"),
-    ParKey("NJ", Place.NUMBER, "number of joints: as many as bodies, as closed loops are not handled", "3", "NL"),
-    ParKey("NF", Place.NUMBER, "number of frames, 2 NJ - NL", "3", "NL"),
-    ParKey("Type", Place.NUMBER, "0 chain, 1 tree, 2 closed loops; kept, not used", "0", "by `ant`"),
+    ParKey(
+        *(
+            "NJ",
+            Place.NUMBER,
+            "number of joints: bodies and closed loops; rows NL + 1 to NJ are cut joints, without body",
+        ),
+        "3",
+        "NL",
+    ),
+    ParKey(
+        *("NF", Place.NUMBER, "number of frames, 2 NJ - NL; rows NJ + 1 to NF are the frames that the cut joints meet"),
+        "3",
+        "2 NJ - NL",
+    ),
+    ParKey("Type", Place.NUMBER, "0 chain, 1 tree, 2 closed loops; kept, not used", "0", "by `ant` and NJ"),
     ParKey("is_floating", Place.NUMBER, "1 where the base floats and the wrench on it is known", "1"),
     ParKey("is_mobile", Place.NUMBER, "1 where the base floats and its acceleration is known", "0"),
     ParKey("ant", GEOMETRY, "row of the joint that carries this one; 0 is the base", "{0, 1, 2}", "must be given"),
     ParKey("sigma", GEOMETRY, "0 revolute, 1 prismatic, 2 fixed frame", "{0, 0, 2}", "must be given"),
     *_cells(GEOMETRY, "b d r gamma alpha", "{0, @2, 0}"),
-    ParKey("mu", GEOMETRY, "1 where a motor drives the joint, 0 where it is passive or fixed", "{1, 1, 0}", "1"),
+    ParKey(
+        *("mu", GEOMETRY, "1 where a motor drives the joint, 0 where it is passive, coupled, cut or fixed"),
+        "{1, 1, 0}",
+        "1, 0 in rows beyond NL",
+    ),
     *_cells(GEOMETRY, "theta", "{th1, th2, 0}"),
     *_cells(Place.INERTIAL, "XX XY XZ YY YZ ZZ MX MY MZ M", "{@1, @2, 0}"),
     *_cells(Place.ACTING, "IA FV FS FX FY FZ CX CY CZ", "{@1, @2, 0}"),
@@ -86,7 +102,27 @@ KEYS = (
     ),
     ParKey("values", Place.EXTENSION, "values of parameters", "{L2 = 0.35}", "none"),
     ParKey("units", Place.EXTENSION, "units of parameters, SI", "{L2 = m}", "none"),
-    *_cells(Place.EXTENSION, "damping neutral", "{0, @2, 0}"),
+    ParKey(
+        *("variable", Place.EXTENSION, "joint variables, by joint, of cells in which several names may be meant"),
+        "{nut = d_nut}",
+        "the name in the cell that is new: no parameter, and no variable of another joint",
+    ),
+    ParKey(
+        *("loops", Place.EXTENSION, "closed loops in the order of the cut joints: names, and the keys of TOML"),
+        "{left = {closes = point, dependent = {th3, th8}, start = {th3 = 0.2}}, right = {}}",
+        "loop_1, loop_2 ...; frames meet; passive joints are dependent",
+    ),
+    ParKey(
+        *("start", Place.EXTENSION, "one rough position of all loops, by joint variable: it tells the branch"),
+        "{th2 = -1.0, th3 = -0.27}",
+        "none",
+    ),
+    ParKey(
+        *("order", Place.EXTENSION, "names of all joints in the order of the table, where it is not that of the rows"),
+        "{b1, pin, b2, pin_end}",
+        "the order of the rows",
+    ),
+    *_cells(Place.EXTENSION, "damping neutral ratio sharing", "{0, @2, 0}"),
     ParKey(
         *("central", Place.EXTENSION, "bodies given about the centre of mass: x y z XX XY XZ YY YZ ZZ by joint"),
         "{elbow = {0.1, 0, 0, XX2, 0, 0, YY2, 0, ZZ2}}",

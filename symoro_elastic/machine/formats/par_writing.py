@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import name_of
-from symoro_elastic.machine.formats.par_syntax import BODY, EXTENDED, GEOMETRIC, HEADINGS, JOINT, ROBOT, entries
-from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Body, Given, Joint, Kind, Machine, Orientation
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.formats.par_extensions import Declared, extension, extension_lines, listed, word
+from symoro_elastic.machine.formats.par_order import order_of, renumbered
+from symoro_elastic.machine.formats.par_syntax import BODY, GEOMETRIC, HEADINGS, JOINT, ROBOT, entries
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.machine import Given, Joint, Kind, Machine
 
 
-def layout(machine: Machine, declare: bool) -> str:
-    """The text, with the list of parameters if `declare`; raises `InputError` for what .par cannot represent."""
+def layout(machine: Machine, declared: Declared) -> str:
+    """The text, with these names declared; raises `InputError` for what .par cannot represent."""
+    names = [joint.name for joint in machine.joints]
+    machine = renumbered(machine, order_of(machine)) if machine.loops else machine
+    ordered = names if names != [joint.name for joint in machine.joints] else []
     notes = _plain_notes(machine.notes)
+    own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
     blocks = [
         [_name(machine.name), *(f"(* {note} *)" for note in notes)],
         _numbers(machine),
@@ -29,7 +34,7 @@ def layout(machine: Machine, declare: bool) -> str:
         [f"(* {HEADINGS[2]} *)", *_joint_lists(machine)],
         [f"(* {HEADINGS[3]} *)", *_base(machine)],
         [f"(* {HEADINGS[4]} *)", f"G = {_vector(machine.base.gravity)}"],
-        _extensions(machine, notes, declare),
+        extension_lines(machine, notes, own, declared, ordered),
         [f"(* {HEADINGS[6]} *)"],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
@@ -37,48 +42,48 @@ def layout(machine: Machine, declare: bool) -> str:
 
 def kind_flags(joint: Joint) -> tuple[str, str]:
     """mu and eta as SYMORO would set them."""
-    return "0" if joint.kind in (Kind.PASSIVE, Kind.FIXED) else "1", "1" if joint.kind == Kind.ELASTIC else "0"
+    return str(int(joint.kind in (Kind.MOTOR, Kind.ELASTIC))), str(int(joint.kind == Kind.ELASTIC))
 
 
 def structure(joints: Sequence[Joint]) -> str:
-    """Type: 0 for a simple chain, 1 for a tree."""
+    """Type: 0 for a simple chain, 1 for a tree, 2 with closed loops."""
+    if any(joint.kind is Kind.CUT for joint in joints):
+        return "2"
     return "0" if all(joint.antecedent == j for j, joint in enumerate(joints)) else "1"
-
-
-def listed(cells: Iterable[str]) -> str:
-    """Text of a list."""
-    return "{" + ", ".join(cells) + "}"
 
 
 def written_extras(machine: Machine) -> dict[str, list[str]]:
     """The extras that can be written as lists of the .par format."""
-    lengths = {"QP": None, "QDP": None, "GAM": None, "Z": 16, "k": None, "mu": None}
+    bodies, loops = len(machine.joints) - 2 * len(machine.loops), len(machine.loops)
+    rows = (bodies, bodies + loops, bodies + 2 * loops)
     found = {}
-    for key, length in lengths.items():
-        cells = _as_list(machine.extras.get(key, ""), length or len(machine.joints))
+    for key in ("QP", "QDP", "GAM", "Z", "k", "mu"):
+        cells = _as_list(machine.extras.get(key, ""), (16,) if key == "Z" else rows)
         if cells and _fits(key, cells, machine.joints):
             found[key] = cells
     return found
 
 
-def _as_list(text: str, length: int) -> list[str]:
+def _as_list(text: str, lengths: Collection[int]) -> list[str]:
     if not re.fullmatch(r"\{[^{}*]*\}", text):
         return []
     try:
         cells = entries(text, "", "")
     except InputError:
         return []
-    return cells if len(cells) == length and listed(cells) == text else []
+    return cells if len(cells) in lengths and listed(cells) == text else []
 
 
 def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
     elastic = [joint.kind == Kind.ELASTIC for joint in joints]
     if key == "k":
         unused = [cell != "0" for cell in cells]
-        return any(unused) and all(cell == "0" for cell, spring in zip(cells, elastic, strict=True) if spring)
+        here = all(cell == "0" for cell, spring in zip(cells, elastic, strict=False) if spring)
+        return any(unused) and here and not any(elastic[len(cells) :])
     if key == "mu":
         usual = [kind_flags(joint)[0] for joint in joints]
         free = [spring or joint.sigma == 2 for spring, joint in zip(elastic, joints, strict=True)]
+        cells = [*cells, *["0"] * (len(joints) - len(cells))]
         same = all(cell == mu or (f and cell in ("0", "1")) for cell, mu, f in zip(cells, usual, free, strict=True))
         return same and cells != usual
     return True
@@ -86,14 +91,15 @@ def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
 
 def _name(name: str) -> str:
     """The line with the machine's name, as SYMORO writes it where that gives the name back."""
-    return f"(* Robotname = '{name}' *)" if name_of(name) == name else _extension("name", _word(name))
+    return f"(* Robotname = '{name}' *)" if name_of(name) == name else extension("name", word(name))
 
 
 def _numbers(machine: Machine) -> list[str]:
-    count = len(machine.joints)
+    frames, loops = len(machine.joints), len(machine.loops)
     kind = machine.extras.get("Type", "")
     usual = structure(machine.joints)
-    numbers = [f"NL = {count}", f"NJ = {count}", f"NF = {count}", f"Type = {kind if _is_type(kind) else usual}"]
+    counts = [f"NL = {frames - 2 * loops}", f"NJ = {frames - loops}", f"NF = {frames}"]
+    numbers = [*counts, f"Type = {kind if _is_type(kind) else usual}"]
     if machine.floating is None:
         return numbers
     return [*numbers, "is_mobile = 1" if machine.floating.known is Given.ACCELERATION else "is_floating = 1"]
@@ -120,6 +126,9 @@ def _geometric_cells(joint: Joint) -> dict[str, str]:
 
 def _bodies(machine: Machine) -> list[str]:
     rows = [_body_cells(joint, f"joint {joint.name}", machine) for joint in machine.joints]
+    beyond = rows[len(rows) - 2 * len(machine.loops) :]
+    if all(row[key].text == "0" for row in beyond for key in BODY):
+        del rows[len(rows) - len(beyond) :]
     if machine.floating:
         base = Joint("base", 0, Kind.FIXED, 2, body=machine.floating.body)
         rows.insert(0, _body_cells(base, "base", machine))
@@ -141,12 +150,13 @@ def _about_origin(joint: Joint, place: str, machine: Machine) -> Joint:
 
 def _joint_lists(machine: Machine) -> list[str]:
     extras = written_extras(machine)
-    unused = extras.get("k", ["0"] * len(machine.joints))
+    count = len(machine.joints) - len(machine.loops)
+    unused = extras.get("k", ["0"] * count)
     rows = {
-        "eta": [kind_flags(joint)[1] for joint in machine.joints],
+        "eta": [kind_flags(joint)[1] for joint in machine.joints[:count]],
         "k": [
             joint.spring.stiffness.text if joint.kind == Kind.ELASTIC else other
-            for joint, other in zip(machine.joints, unused, strict=True)
+            for joint, other in zip(machine.joints, unused, strict=False)
         ],
         **{key: extras[key] for key in JOINT[2:] if key in extras},
     }
@@ -168,66 +178,12 @@ def _base(machine: Machine) -> list[str]:
 def _aligned(rows: dict[str, list[str]]) -> list[str]:
     """Lines of lists with entries aligned in columns."""
     name = max(map(len, rows))
-    count = len(next(iter(rows.values())))
-    widths = [max(len(row[j]) for row in rows.values()) for j in range(count)]
+    widths = [max(map(len, column)) for column in zip_longest(*rows.values(), fillvalue="")]
     lines = []
     for key, row in rows.items():
-        padded = [f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)]
+        padded = [f"{cell:>{width}}" for cell, width in zip(row, widths, strict=False)]
         lines.append(f"{key:{name}} = {listed(padded)}")
     return lines
-
-
-def _extensions(machine: Machine, notes: list[str], declare: bool) -> list[str]:
-    joints, parameters = machine.joints, machine.parameters
-    turned = machine.floating and machine.floating.orientation
-    usual_names = all(joint.name == f"j{j}" for j, joint in enumerate(joints, start=1))
-    own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
-    cells_by_key = [{cell.par: formula for cell, formula in cells(joint)} for joint in joints]
-    values: dict[str, str] = {
-        "names": "" if usual_names else listed(_word(joint.name) for joint in joints),
-        "parameters": listed(_word(p.name) for p in parameters) if declare else "",
-        "values": _entries({p.name: _word(p.value.text) for p in parameters if p.value}),
-        "units": _entries({p.name: _word(p.unit) for p in parameters if p.unit}),
-        **{key: _joint_list(row[key] for row in cells_by_key) for key in EXTENDED},
-        "central": _entries({joint.name: _central(joint.body) for joint in joints if joint.body.central}),
-        "orientation": "quaternion" if turned is Orientation.QUATERNION else "",
-        "notes": listed(map(_word, machine.notes[len(notes) :])) if machine.notes[len(notes) :] else "",
-        "scene": _scene(machine.scene) if machine.scene else "",
-        "extras": _entries({key: _word(text) for key, text in machine.extras.items() if key not in own}),
-    }
-    return [_extension(key, value) for key, value in values.items() if value]
-
-
-def _extension(key: str, value: str) -> str:
-    return f"(*! {key} = {value} *)"
-
-
-def _entries(table: dict[str, str]) -> str:
-    return listed(f"{_word(key)} = {value}" for key, value in table.items()) if table else ""
-
-
-def _joint_list(formulas: Iterable[Formula]) -> str:
-    cells = list(formulas)
-    return listed(_word(cell.text) for cell in cells) if any(cell != ZERO for cell in cells) else ""
-
-
-def _central(body: Body) -> str:
-    return listed(_word(formula.text) for formula in (*body.moments, *body.inertia))
-
-
-def _scene(scene: Scene) -> str:
-    parts = {}
-    if scene.models:
-        parts["models"] = listed(map(_word, scene.models))
-    if scene.outputs:
-        parts["outputs"] = _entries({model: listed(map(_word, names)) for model, names in scene.outputs.items()})
-    if scene.locked:
-        parts["locked"] = _entries({joint: _word(value.text) for joint, value in scene.locked.items()})
-    if scene.fold:
-        parts["fold"] = scene.fold if isinstance(scene.fold, str) else listed(map(_word, scene.fold))
-    if not scene.gravity:
-        parts["gravity"] = "false"
-    return _entries(parts) or "{}"
 
 
 def _vector(formulas: Iterable[Formula]) -> str:
@@ -243,10 +199,3 @@ def _plain_notes(notes: Sequence[str]) -> list[str]:
             break
         plain.append(note)
     return plain
-
-
-def _word(text: str) -> str:
-    """A text in an extension line, quoted where it must be."""
-    if re.fullmatch(r"[A-Za-z0-9_.+\-*/^]+( [A-Za-z0-9_.+\-*/^]+)*", text, re.ASCII):
-        return text
-    return json.dumps(text, ensure_ascii=not text.isprintable()).replace("*)", "*\\u0029")

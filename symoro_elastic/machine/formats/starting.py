@@ -198,7 +198,10 @@ def starting_text(name: str, kind: str) -> str:
 
 def _of_section(name: str, section: Section, start: Start) -> str:
     """A table as the kind gives it, or as a comment, below its keys."""
-    if section.entries:
+    if section is LOOPS:
+        example = ", ".join(f"{key.name} = {key.example}" for key in section.keys)
+        lines = f"loop_name = {{ {example} }}"
+    elif section.entries:
         own = [
             key for key in section.keys if not (name == "bodies" and key.name in ("first_moments", "inertia_at_origin"))
         ]
