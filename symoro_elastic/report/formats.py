@@ -37,14 +37,15 @@ leader adds. A joint without a variable of its own is `kind = "coupled"`.
 
 | to say | write |
 | --- | --- |
-| gear, or the body of a rotor | a row `rotor` on the body of the stator, `kind = "coupled"`, `theta = "N2*q2"`, a body |
+| gear, body of a rotor | a row `rotor` on the body of the stator, `kind = "coupled"`, `theta = "N2*q2"`, and a body |
 | inertia of a rotor, without its gyroscopic effect | `[motors] axis_2 = { rotor_inertia = 2e-4, ratio = 100 }` |
-| torque on the side of the rotor, elastic gear | `rotor` is the motor, `theta = "qm2"`; the joint: `kind = "elastic"`, `theta = "qm2/N2 + q2"`, `variable = "q2"` is the deflection |
+| elastic gear | `rotor` is the motor, `theta = "qm2"`; the elastic joint: `theta = "qm2/N2 + q2"` |
 | ball screw with an elastic nut | `r = "pitch/(2*pi)*(qm + d_torsion) + d_nut"`, `variable = "d_nut"` |
 | stiffness that varies with the position | `[springs] screw = { stiffness = "k1/(L0 + x_table)" }` |
 | rack, differential, coupled wrist | `r = "R*q1"`; `theta = "(qa + qb)/2"`; `theta = "N6*(q6 + c65*q5)"` |
 | parallelogram by hand | `theta = "q4 - q2"`, no loop |
 
+The variable of an elastic gear is its deflection: `variable = "q2"`.
 Friction and springs act on the variable of the joint, friction of a coupled joint on its own rate.
 
 ### Closed loops

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from dataclasses import replace
 
@@ -159,11 +160,8 @@ def test_a_locked_joint_that_follows_others_is_coupled() -> None:
 def test_joints_that_follow_locked_ones_only_are_fixed() -> None:
     still = restricted(read(COUPLED), Scene(locked={"waist": parse("pi/4")}))
     rotor = still.joint(2)
-    assert (rotor.kind, rotor.sigma, rotor.theta.value({"N1": 100})) == (
-        Kind.FIXED,
-        2,
-        pytest.approx(25 * 3.14159265358979),
-    )
+    assert (rotor.kind, rotor.sigma) == (Kind.FIXED, 2)
+    assert rotor.theta.value({"N1": 100}) == pytest.approx(25 * math.pi)
 
 
 def test_a_loop_with_all_its_independent_joints_locked_is_consistent() -> None:

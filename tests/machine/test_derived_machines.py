@@ -84,7 +84,8 @@ def test_the_full_model_of_a_rotor_takes_the_ratio_of_the_file_once() -> None:
 
 def test_the_rigid_limit_of_an_elastic_gear_is_a_gear() -> None:
     crank = rigid(read(("crank = { stiffness", "crank = { neutral = 0.01, stiffness"))).joint(5)
-    assert (crank.kind, crank.theta.value({"N1": 100, "qm": 1.0})) == (Kind.COUPLED, pytest.approx(0.02))
+    assert crank.kind is Kind.COUPLED
+    assert crank.theta.value({"N1": 100, "qm": 1.0}) == pytest.approx(0.02)
 
 
 def test_a_spring_that_follows_from_a_loop_has_no_rigid_limit() -> None:
@@ -102,7 +103,8 @@ def test_folded_parameters_are_constants_of_loops_too() -> None:
 
 def test_freed_cells_keep_the_couplings() -> None:
     machine = freed(read(('ratio = "N1"', "ratio = 100")), SECTIONS)
-    assert {"IA3": 5e-4, "ratio3": 100.0}.items() <= {p.name: p.value.value() for p in machine.parameters}.items()
+    values = {p.name: p.value.value() for p in machine.parameters if p.value}
+    assert (values["IA3"], values["ratio3"]) == (5e-4, 100.0)
     assert machine.joint(5).spring.stiffness == read().joint(5).spring.stiffness
     assert machine.joint(3).reflected_inertia.value({"IA3": 2, "ratio3": 3}) == 18
     assert check(machine) == []
