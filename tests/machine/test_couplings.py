@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+import re
 from dataclasses import replace
 
 import pytest
@@ -91,6 +92,17 @@ def test_a_machine_with_loops_survives_writing() -> None:
 @settings(max_examples=200, deadline=None)
 def test_random_coupled_machines_survive_writing(machine: Machine) -> None:
     assert toml.read(toml.write(machine), "") == machine
+
+
+@given(coupled_machines())
+@settings(max_examples=200, deadline=None)
+def test_own_variables_that_are_not_named_are_found_or_in_doubt(machine: Machine) -> None:
+    """A row never gets the variable of another."""
+    text = re.sub(r', variable = "\w+" }', " }", toml.write(machine))
+    try:
+        assert toml.read(text, "") == machine
+    except InputError as error:
+        assert re.search(r"the cell holds .* (both|all) new: say variable = ", str(error))
 
 
 def positions(machine: Machine, values: dict[str, float]) -> dict[str, float]:
