@@ -165,9 +165,9 @@ def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
 
 def _check_declared(machine: Machine) -> None:
     parameters = {parameter.name for parameter in machine.parameters}
-    following = _following(machine)
+    following, with_variables = _following(machine), parameters.union(machine.variables)
     for place, formula in formulas(machine):
-        known = parameters.union(machine.variables) if place in following else parameters
+        known = with_variables if place in following else parameters
         for name in sorted(formula.names - known):
             what = _of_joint(machine, name) or (
                 f"{name!r} is not declared{did_you_mean(name, known)}"

@@ -72,7 +72,8 @@ def _cycle(machine: Machine) -> Iterator[tuple[int, Fault]]:
 
 def _mixed_units(machine: Machine, joint: Joint) -> Iterator[str]:
     """Angles that are added to lengths as they are; a factor of any kind may be a radius or a pitch."""
-    sigmas = {name: machine.joint(j).sigma for name, j in machine.variables.items()}
+    variables = machine.variables
+    sigmas = {name: machine.joint(variables[name]).sigma for name in joint.selected.names if name in variables}
     for sigma, sum_ in _sums(joint.selected.tree, joint.sigma):
         bare = [str(tree[1]) for tree in sum_ if tree[0] == "name" and tree[1] in sigmas]
         kinds = {sigmas[name] for name in bare} | ({sigma} if sigma is not None else set())

@@ -216,7 +216,7 @@ def coupled_machines(draw: st.DrawFn) -> Machine:
     order = draw(st.permutations(range(1, len(machine.joints) + 1)))
     rows = list(machine.joints)
     for place, j in enumerate(order):
-        leaders = [rows[k - 1].variable for k in order[:place] if rows[k - 1].variable]
+        leaders = [str(rows[k - 1].variable) for k in order[:place] if rows[k - 1].variable]
         if rows[j - 1].sigma != 2 and leaders:
             rows[j - 1] = draw(_following(rows[j - 1], leaders))
     ends = (

@@ -55,16 +55,24 @@ def _owned(joints: Sequence[Joint], new: Mapping[int, list[str]], given: Mapping
     elsewhere = set(owned.values())
     owned |= {j: name for j, name in alone.items() if name not in elsewhere}
     owned |= given
-    while found := _left_over(new, owned):
-        owned |= found
+    _leave_over(new, owned)
     return owned
 
 
-def _left_over(new: Mapping[int, list[str]], owned: Mapping[int, str]) -> dict[int, str]:
-    """Variables of the rows in whose cells all names but one are owned by others."""
-    taken = set(owned.values())
-    left = {j: [name for name in names if name not in taken] for j, names in new.items() if j not in owned}
-    return {j: names[0] for j, names in left.items() if len(names) == 1}
+def _leave_over(new: Mapping[int, list[str]], owned: dict[int, str]) -> None:
+    """Add the variables of the rows in whose cells all names but one are owned by others."""
+    left = {j: {*names} for j, names in new.items() if j not in owned}
+    holding: dict[str, list[int]] = {}
+    for j, names in left.items():
+        for name in names:
+            holding.setdefault(name, []).append(j)
+    taken = [*dict.fromkeys(owned.values())]
+    for name in taken:
+        for j in holding.pop(name, ()):
+            left[j].discard(name)
+            if len(left[j]) == 1 and j not in owned:
+                (owned[j],) = left[j]
+                taken.append(owned[j])
 
 
 def _no_own(joint: Joint, new: Sequence[str], taken: Collection[str], parameters: Collection[str]) -> str:
