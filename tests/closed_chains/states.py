@@ -43,7 +43,7 @@ def _state(name: str, chooser: random.Random) -> dict[str, Any]:
     joints = [chain.machine.joint(j) for j in chain.machine.moving]
     first = [start.get(variable, 0.0) for variable in chain.independent]
     shifts = [_reach(chain, joint) * chooser.uniform(-1, 1) for joint in joints]
-    u, guess = _walk(chain, start, first, shifts)
+    u, guess = _reachable(chain, start, first, shifts)
     ud = [_short(_reach(chain, joint) * chooser.gauss(0, 2)) for joint in joints]
     at = VirtualWork(chain.machine, State(u, ud, guess))
     udd = np.array([mpf(chooser.gauss(0, 3)) for _ in joints], dtype=object)
@@ -55,6 +55,16 @@ def _state(name: str, chooser: random.Random) -> dict[str, Any]:
         "tau": [_short(chooser.gauss(0, 30)) for _ in chain.motors],
         "qdd_motor": [float(accelerations[motor]) for motor in chain.motors],
     }
+
+
+def _reachable(
+    chain: Chain, start: dict[str, float], first: list[float], shifts: list[float]
+) -> tuple[list[float], Any]:
+    """As `_walk`, half as far as often as a loop does not close."""
+    try:
+        return _walk(chain, start, first, shifts)
+    except ArithmeticError:
+        return _reachable(chain, start, first, [shift / 2 for shift in shifts])
 
 
 def _walk(chain: Chain, start: dict[str, float], first: list[float], shifts: list[float]) -> tuple[list[float], Any]:
