@@ -20,7 +20,7 @@ from symoro_elastic.machine.machine import Kind
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
-from tests.closed_chains.machines import FILES, machine, situations
+from tests.closed_chains.machines import FILES, data, machine, situations
 from tests.references import multiprecision
 from tests.references.closed_chains import DIGITS, Array, nearest_double
 from tests.references.constraint_multipliers import Multipliers
@@ -65,14 +65,14 @@ def computed(name: str, k: int, model: str, **more: Any) -> Results:
     return dict(zip(names, found if isinstance(found, tuple) else (found,), strict=True))
 
 
-def assert_near(name: str, found: Any, wanted: Any) -> None:
+def assert_near(name: str, found: Any, wanted: Any, tolerance: float = ORDINARY) -> None:
     with mpmath.workdps(DIGITS):
         exact = np.array(wanted, dtype=object)
         assert np.asarray(found).shape == exact.shape
         assert np.isfinite(np.asarray(found, dtype=float)).all()
         scale = max([mpf(10) ** -3, *map(abs, exact.ravel())])
         error = max(map(abs, (np.asarray(found, dtype=float).astype(object) - exact).ravel()), default=mpf(0))
-        assert error < TOLERANCE.get(name, ORDINARY) * scale
+        assert error < TOLERANCE.get(name, tolerance) * scale
 
 
 def independent(found: Multipliers, entries: Array) -> Array:
@@ -136,6 +136,18 @@ def test_coupling_matrix(name: str, results: Results, found: Multipliers, _: Any
 @against_references("constraint_forces")
 def test_constraint_forces(name: str, results: Results, found: Multipliers, situation: Any) -> None:
     assert_near(name, results["f"], found.constraint_forces(situation.tau))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_linearization(name: str) -> None:
+    """About the direct model's motion, motor torques held: K holds the tangent stiffness of constraint forces (L40)."""
+    found = reference(name, 0)
+    qdd = independent(found, found.direct(situations(name)[0].tau)).astype(float)
+    results = computed(name, 0, "linearization", qdd=qdd)
+    for label in "MDK":
+        with mpmath.workdps(DIGITS):
+            wanted = [[mpf(x) for x in row] for row in data(name)["linearization"][label]]
+        assert_near(name, results[label], wanted, 1e-11)
 
 
 @against_references("geometric_model")
