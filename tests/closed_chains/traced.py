@@ -12,7 +12,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.model import Frames, Joints
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from tests.references.closed_chains import DIGITS, Array, Chain, State, in_many_digits, exact
+from tests.references.closed_chains import DIGITS, Array, Chain, State, exact, in_many_digits
 
 
 @in_many_digits
