@@ -88,6 +88,20 @@ class Given:
 
         return identify(machine, records, of_parameters(self.values, machine), self.known, self.bandwidth, step=step)
 
+    def saved(
+        self, result: Identification, records: Sequence[Measurements], step: Announce
+    ) -> tuple[Machine, list[str]]:
+        """Return the machine with the estimates, and what of them no machine has."""
+        from symoro_elastic.identification.identified import identified, possible
+        from symoro_elastic.identification.identify import identify
+
+        def again(fixed: Mapping[str, float]) -> Identification:
+            known, Y = {**self.known, **fixed}, result.equations.Y
+            return identify(result.machine, records, self.values, known, self.bandwidth, step=step, Y=Y)
+
+        fitted, lines = possible(result, again)
+        return identified(fitted, self.values), lines
+
 
 @dataclass(frozen=True)
 class Preparing:
@@ -252,7 +266,6 @@ def identify(
     DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
     """
     from symoro_elastic.identification import report
-    from symoro_elastic.identification.identified import identified
     from symoro_elastic.identification.plots import plot
     from symoro_elastic.identification.validation import validated
     from symoro_elastic.machine.formats import write_machine
@@ -269,8 +282,8 @@ def identify(
         other = read_measurements(validate, found, prepare) if validate else None
         result = given.identified(found, records, step)
         checked = validated(result, other) if other else None
-    if save:
-        saved, warnings = identified(result, given.values)
+        saved, warnings = given.saved(result, records, step) if save else (None, [])
+    if save and saved:
         write_machine(saved, save)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)
