@@ -31,9 +31,7 @@ if TYPE_CHECKING:
 )
 @VALUE
 @JSON
-def show(
-    machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool
-) -> None:
+def show(machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
     Prints where each joint is and how it moves, seen from frame 0. Names the joints, if any, whose inertia is
