@@ -174,6 +174,9 @@ def _drifts(
     kept = restricted(machine, scene)
     if "direct_dynamics" not in asked_models(scene) or not kept.moving:
         return []
+    if machine.floating:
+        notes.append("the base floats: base parameters and the drift of a motion are left out")
+        return []
     try:
         return drifts(kept, values, folder / "motion", progress)
     except CompilerMissing:
