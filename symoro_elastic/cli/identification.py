@@ -55,11 +55,11 @@ class FourierSeries:
     evaluations: int
     seed: int
 
-    def refuse_rate(self) -> None:
+    def refuse_rate(self, motors: int) -> None:
         """Raise `InputError` where the sample rate is too low for the harmonics, or the file too long."""
         from symoro_elastic.identification.trajectory import refuse_rate
 
-        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods)
+        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods, motors)
 
     def optimized(
         self, machine: Machine, limits: Limits, values: Mapping[str, float], known: Sequence[str]
@@ -164,7 +164,11 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     help="Sample rate.",
 )
 @click.option(
-    "--evaluations", default=1500, show_default=True, type=WholeRange(1), help="Motions that the search evaluates."
+    "--evaluations",
+    default=1500,
+    show_default=True,
+    type=WholeRange(1, 1_000_000),
+    help="Motions that the search evaluates.",
 )
 @click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the first motions.")
 @VALUE
@@ -196,7 +200,7 @@ def excite(
     found = read(machine)
     trajectory.refuse_without_motors(found)
     allowed = limits.of(found)
-    series.refuse_rate()
+    series.refuse_rate(len(found.motors))
     best = series.optimized(found, allowed, of_parameters(values, found), known)
     sampled = trajectory.trajectory(best.motion, allowed, series.periods, series.rate)
     trajectory.write(sampled, found, out)

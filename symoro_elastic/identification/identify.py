@@ -31,6 +31,7 @@ from symoro_elastic.identification.regression import (
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
@@ -151,6 +152,7 @@ def identify(
     equations = Equations(machine, Y, tuple(sought[c] for c in structure.kept), fixed)
     correlation = chosen.correlation if chosen else (1.0,)
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
+    _refuse_large(records, chosen, len(structure.kept))
     step("stack")
     stack = _joined([equations.rows(record, chosen) for record in records])
     _refuse_zero_torques(stack.tau, records[0].source)
@@ -180,6 +182,14 @@ def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
     if chosen is None:
         return sum(record.q.size for record in records)
     return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
+
+
+def _refuse_large(records: Sequence[Measurements], chosen: Filter | None, parameters: int) -> None:
+    """Raise `InputError` for equations that have no room; those with both twins of noise count."""
+    rows = _equations(records, chosen)
+    what = f"{rows} equations after filtering for {parameters} parameters"
+    way_out = "use less of the record (--from, --to), or a lower --bandwidth"
+    refuse_numbers(3 * rows * parameters, what, records[0].source, "t", way_out)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:

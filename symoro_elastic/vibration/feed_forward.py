@@ -20,6 +20,7 @@ from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.scalar import Scalar
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
@@ -73,6 +74,13 @@ def orders(machine: Machine) -> dict[str, int]:
     return _orders(followed, over_time(Bound(followed)))
 
 
+def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
+    """Raise `InputError` where the motion of all joints and the derivatives of the motors' have no room."""
+    each = 3 * len(machine.moving) + sum(len(rows) + 1 for rows in reference.y.values())
+    what = f"{len(reference.t)} samples of {len(machine.moving)} joints"
+    refuse_numbers(each * len(reference.t), what, reference.source, "t", "give fewer, or a lower --rate")
+
+
 def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
     used = {x.operands[0] for x in reachable(_roots(solved)) if x.operation == SYMBOL}
     highest = range(HIGHEST_DERIVATIVE + 1)
@@ -103,6 +111,7 @@ def feed_forward(
     solved = over_time(bound := Bound(followed))
     needed = _orders(followed, solved)
     refuse_few(reference, needed, machine)
+    _refuse_large(valued, reference)
     symbols: dict[str, Any] = {p.name: parameters[p.name] for p in followed.parameters}
     for j in followed.motors:
         name = followed.joint(j).name
