@@ -69,6 +69,11 @@ class Comparison:
     losses: tuple[Loss, ...]
     alike: bool
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no joint is elastic: the rigid limit is the machine itself."""
+        return all(loss.quantity is Compared.TORQUE for loss in self.losses)
+
 
 def compare(
     machine: Machine,

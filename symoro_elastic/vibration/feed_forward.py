@@ -33,6 +33,7 @@ from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
 NUMBERS_AT_ONCE = 2_000_000
+JUMPS = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
 
 
 @dataclass(frozen=True)
@@ -169,10 +170,11 @@ def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machin
 
 
 def notes(command: FeedForward) -> list[str]:
-    """Return lines about doubtful derivatives, and about a trajectory that does not begin or end at rest."""
+    """Return lines about doubtful derivatives, dry friction, and a trajectory that does not begin or end at rest."""
     doubts = command.reference.doubts.items()
     said = [line(command.left_out)] if command.left_out else []
     said += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
+    said += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
             y = command.reference.y[name]
@@ -181,6 +183,11 @@ def notes(command: FeedForward) -> list[str]:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
                 said.append(f"{name} {word} in motion: {what}")
     return said
+
+
+def _with_dry_friction(machine: Machine) -> list[str]:
+    """Return the motors that have dry friction."""
+    return [joint.name for joint in machine.motor_joints if not joint.friction.coulomb.is_zero]
 
 
 def figures(command: FeedForward) -> dict[str, Any]:
