@@ -26,7 +26,8 @@ def identified(result: Identification, values: Mapping[str, float] | None = None
 
     Inertial parameters are those of groups, so bodies are not real ones: torques are right. Parameters that joined
     others or have no effect are zero, and so are those that were not found, for what they exert is within the others;
-    friction and springs that were not found keep the values of the file. `values` are those of named parameters.
+    friction and springs that were not found keep the values of the file. Rotors have no ratio: their inertia is that
+    which the joint feels. `values` are those of named parameters.
     """
     machine, found = result.machine, _values(result)
     joints = tuple(_with(joint, j, found) for j, joint in enumerate(machine.joints, start=1))
@@ -103,7 +104,7 @@ def _with(joint: Joint, j: int, found: Found) -> Joint:
         joint = replace(
             joint, spring=Spring(cell("K", law.stiffness), cell("DA", law.damping), _neutral(joint, j, found))
         )
-    return replace(joint, rotor_inertia=rotor, friction=friction)
+    return replace(joint, rotor_inertia=rotor, ratio=Formula.parse(0), friction=friction)
 
 
 def _neutral(joint: Joint, j: int, found: Found) -> Formula:

@@ -121,7 +121,7 @@ class ByLinearity:
     def _of_joint(self, k: int) -> list[RegressorColumn]:
         joint, j = self._joints[k], self.machine.moving[k]
         force, x = joint.force_unit, joint.unit
-        rotor = self._column("IA", j, k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia))
+        rotor = self._column("IA", j, k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.reflected_inertia))
         viscous = self._column("FV", j, k, f"{force} s/{x}", self._cell(joint.friction.viscous))
         coulomb = self._column("FS", j, k, force, self._cell(joint.friction.coulomb))
         if joint.kind is not Kind.ELASTIC:
@@ -270,7 +270,7 @@ def without_wrenches(machine: Machine) -> Machine:
 
 def _unit_joint(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
     zero = Formula.parse(0)
-    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero)
+    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero, ratio=zero)
     if joint.sigma != 2:
         bare = replace(bare, kind=Kind.MOTOR)
     if not has_body(joint.body):

@@ -275,6 +275,17 @@ def test_labels_are_no_names_of_other_quantities(arm: Machine) -> None:
     np.testing.assert_allclose(tau, known + rotor, atol=1e-6 * np.abs(known).max())
 
 
+def test_a_rotor_behind_a_ratio_is_saved_as_the_joint_feels_it(arm: Machine) -> None:
+    geared = replace(arm.joints[1], rotor_inertia=Formula.parse(2e-4), ratio=Formula.parse(10))
+    machine = replace(arm, joints=(arm.joints[0], geared, *arm.joints[2:]))
+    found = identify(machine, exact(machine), filtered=False)
+    assert found.estimation["IA2"].unknown.nominal == pytest.approx(0.02)
+    states = np.random.default_rng(2).uniform(-2, 2, (3, 30, 2))
+    both = (identified(found), machine)
+    saved, true = (np.asarray(numpy_model(m, ("inverse_dynamics",)).inverse_dynamics(*states)[0]) for m in both)
+    np.testing.assert_allclose(saved, true, atol=1e-6 * np.abs(true).max())
+
+
 def saved_without_negatives(machine: Machine, measured: Measurements) -> tuple[Identification, list[str]]:
     """The fit that is saved."""
     found = identify(machine, measured, filtered=False)
