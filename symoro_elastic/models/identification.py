@@ -29,8 +29,8 @@ from symoro_elastic.equations.regressor import (
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.labels import ParameterLabels
-from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.machine.labels import ParameterLabels, named_entries
+from symoro_elastic.machine.machine import Kind
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
@@ -63,7 +63,8 @@ def linear_parameters(bound: Bound) -> list[LinearParameter]:
     """
     found = [(j, entry, x) for j in range(1, len(bound.machine.joints) + 1) for entry, x in _values(bound, j)]
     found = [(j, entry, x) for j, entry, x in found if isinstance(x, Expression) or x != 0]
-    cells = [_cell_name(bound.machine.joint(j), entry) for j, entry, _ in found]
+    named = [named_entries(joint) for joint in bound.machine.joints]
+    cells = [named[j - 1].get(entry) for j, entry, _ in found]
     labels = ParameterLabels(bound.machine)
     return [
         LinearParameter(name if name and cells.count(name) == 1 else labels(j, entry), j, entry, x)
@@ -85,22 +86,6 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
         yield DAMPING, bound.cell(joint.spring.damping)
         yield NEUTRAL, stiffness * bound.cell(joint.spring.neutral)
     yield from zip(WRENCH, link.wrench.entries, strict=True)
-
-
-def _cell_name(joint: Joint, entry: str) -> str | None:
-    """The name that a cell consists of, if it does."""
-    body, wrench = joint.body, (*joint.wrench.force, *joint.wrench.moment)
-    cells = {
-        **({} if body.central else dict(zip(INERTIAL, (*body.inertia, *body.moments, body.mass), strict=True))),
-        **dict(zip(WRENCH, wrench, strict=True)),
-        ROTOR: joint.reflected_inertia,
-        VISCOUS: joint.friction.viscous,
-        COULOMB: joint.friction.coulomb,
-        STIFFNESS: joint.spring.stiffness,
-        DAMPING: joint.spring.damping,
-    }
-    formula = cells.get(entry)
-    return formula.tree[1] if formula is not None and formula.tree[0] == "name" else None
 
 
 def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> dict[int, list[str]]:
