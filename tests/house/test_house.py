@@ -97,6 +97,7 @@ ROOMS: dict[str, set[str]] = {
         "time_series",
         "identification",
         "numerics",
+        "pictures",
         "report",
         "trade",
         "vibration",
