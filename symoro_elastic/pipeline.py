@@ -7,7 +7,7 @@ that is compiled and compared with a reference. `announce` is called with the na
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,6 +38,8 @@ from symoro_elastic.traced import Traced
 if TYPE_CHECKING:
     from symoro_elastic.numerics.verify import Verification
 
+MOST_WARNINGS = 20
+
 
 @dataclass(frozen=True)
 class Generated:
@@ -60,17 +62,23 @@ def prepare(
 
     Numbers of the tables in `free` (bodies, springs ...) become parameters.
 
-    `warn` is called with each warning, one line.
+    `warn` is called with each of the first 20 warnings, one line, and with the number of those left out.
     """
     announce("read")
     machine = read(file)
     announce("check")
-    for line in (*check(machine, reserved_words(), MODELS), *implausible_motions(machine)):
+    for line in _first([*check(machine, reserved_words(), MODELS), *implausible_motions(machine)]):
         warn(line)
     if base:
         announce("group")
         machine = _grouped(machine, warn)
     return freed(machine, free, reserved_words()) if free else machine
+
+
+def _first(warnings: Sequence[str]) -> Iterator[str]:
+    yield from warnings[:MOST_WARNINGS]
+    if len(warnings) > MOST_WARNINGS:
+        yield f"{len(warnings) - MOST_WARNINGS} more like these"
 
 
 @no_collection()

@@ -80,7 +80,7 @@ def parameter_values(machine: Machine) -> dict[str, float]:
             what = f"{quoted(parameter.value)} holds names: a value is a number, or a formula of numbers"
             raise machine.error(f"parameters, {parameter.name}", what)
         try:
-            values[parameter.name] = parameter.value.value()
+            values[parameter.name] = parameter.value.table_value()
         except FormulaError as error:
             raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
@@ -169,10 +169,10 @@ def _check_declared(machine: Machine) -> None:
     for place, formula in formulas(machine):
         known = parameters.union(machine.variables) if place in following else parameters
         for name in sorted(formula.names - known):
-            what = _of_joint(machine, name) or (
-                f"{name!r} is not declared{did_you_mean(name, known)}"
-                f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            )
+            undeclared = f"{quoted(name)} is not declared{did_you_mean(name, known)}"
+            if reserved(name) is None:
+                undeclared += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
+            what = _of_joint(machine, name) or undeclared
             raise machine.error(place, what)
 
 
@@ -201,7 +201,7 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             if not formula.names <= values.keys():
                 _check_known_parts(formula.tree, values)
                 continue
-            value = formula.value(values)
+            value = formula.table_value(values)
         except FormulaError as error:
             raise machine.error(place, str(error)) from None
         if value < 0 and cell.column.dimension.is_nonnegative:
@@ -215,7 +215,7 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
         return values.get(tree[1])
     if tree[0] == "/" and parts[1] == 0:
         raise FormulaError("division by zero")
-    return None if None in parts else Formula(tree[0], tree).value(values)
+    return None if None in parts else Formula(tree[0], tree).table_value(values)
 
 
 def _check_units(machine: Machine) -> None:
