@@ -17,6 +17,8 @@ from symoro_elastic.machine.resolve import Models, resolve
 
 NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
 NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
+MOST_JOINTS = 1000
+"""Rows of a table; the models of larger ones take hours."""
 
 
 def check(machine: Machine, taken: Collection[str] = (), models: Models | None = None) -> list[str]:
@@ -89,6 +91,8 @@ def parameter_values(machine: Machine) -> dict[str, float]:
 def _check_names(machine: Machine, taken: Collection[str]) -> None:
     if not machine.joints:
         raise machine.error("joints", "the machine has no joint: give at least one row of the table")
+    if len(machine.joints) > MOST_JOINTS:
+        raise machine.error("joints", f"{len(machine.joints)} rows: at most {MOST_JOINTS} can be modelled")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
     variables = [
         (place_of(j, joint, "joint variable"), joint.variable)

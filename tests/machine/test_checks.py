@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import check, formulas
+from symoro_elastic.machine.checks import MOST_JOINTS, check, formulas
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
@@ -200,6 +200,11 @@ def test_a_name_too_long_to_be_declared_is_cut() -> None:
 
 def test_no_joint_at_all() -> None:
     assert refused(Machine("arm", ())).startswith("joints: the machine has no joint")
+
+
+def test_more_joints_than_can_be_modelled() -> None:
+    many = tuple(replace(ONE, name=f"j{k}", variable=f"q{k}") for k in range(MOST_JOINTS + 1))
+    assert refused(Machine("arm", many)) == f"joints: {MOST_JOINTS + 1} rows: at most {MOST_JOINTS} can be modelled"
 
 
 def test_formulas_are_all_of_them() -> None:
