@@ -49,6 +49,7 @@ FREE = click.option(
     "--free",
     metavar="TABLES",
     multiple=True,
+    shell_complete=completion.FREED,
     help="Tables whose numbers stay parameters of the code: bodies,springs,motors,friction,wrenches; may be repeated.",
 )
 ONLY = click.option(

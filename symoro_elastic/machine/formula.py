@@ -40,7 +40,7 @@ class FormulaError(ValueError):
     """An invalid expression; the message says what is allowed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Formula:
     """An arithmetic expression: its text as written and its syntax tree.
 
@@ -98,6 +98,9 @@ class Formula:
         result = self.value(names)
         refuse_range(result)
         return result
+
+    def __repr__(self) -> str:
+        return f"Formula({self.text!r})"
 
     def __str__(self) -> str:
         return self.text

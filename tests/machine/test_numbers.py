@@ -33,3 +33,8 @@ def test_numbers_of_any_library(number: Any, text: str) -> None:
 def test_what_is_no_number(number: Any) -> None:
     with pytest.raises(FormulaError):
         Formula.parse(number)
+
+
+def test_formulas_are_shown_by_their_texts() -> None:
+    """So that a table can be read where Python shows it."""
+    assert repr(Formula.parse(" 2*L1 ")) == "Formula('2*L1')"
