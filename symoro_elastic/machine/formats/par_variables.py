@@ -39,13 +39,13 @@ def settled(names: Mapping[int, Collection[str]], optional: Collection[int]) -> 
         for name in found:
             holders.setdefault(name, []).append(j)
     waiting = deque(j for j, found in left.items() if len(found) == 1)
-    seen = set()
+    seen: set[tuple[str, bool]] = set()
     while waiting:
         i = waiting.popleft()
-        if len(left[i]) != 1 or (key := (*left[i], i in optional)) in seen:
+        name = next(iter(left[i]), "")
+        if len(left[i]) != 1 or (name, i in optional) in seen:
             continue
-        seen.add(key)
-        name = key[0]
+        seen.add((name, i in optional))
         for j in holders[name]:
             yields = j in optional or (len(names[j]) > 1 and i not in optional)
             if j != i and yields and name in left[j]:
@@ -103,7 +103,7 @@ class _Cells:
         for j, names in left.items():
             for name in names:
                 owners.setdefault(name, []).append(j)
-        found = {}
+        found: Candidates = {}
         for j in self._without_leader(left):
             possible = [(i, name) for name in self.names[j] for i in owners.get(name, ())]
             found |= {i: {name} for i, name in possible if len(possible) == 1}
