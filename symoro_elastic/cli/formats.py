@@ -40,7 +40,8 @@ def _kinds() -> list[str]:
     show_default=True,
     metavar="NAME",
     shell_complete=completed_from(_kinds),
-    help="Machine to start from: arm, cartesian, elastic (a drive with a spring), floating (a flying base).",
+    help="Machine to start from: arm, cartesian, elastic (a drive with a spring), floating (a flying base), linkage "
+    "(a gear and a closed loop).",
 )
 @writes
 def new(name: str, kind: str) -> None:

@@ -21,12 +21,48 @@ second of a prismatic joint. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"
 `+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins with a letter; letters, digits and single
 underscores follow; words of the generated languages are refused.
 
-Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/all_keys.par`,
-`examples/scenes/tool.toml`.
+Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
+`examples/all_keys.par`, `examples/scenes/tool.toml`.
 """
 TOML = """## Machine file in TOML (`.toml`)
 
 The joint variable is the one name in the cell that sigma selects (theta or r) which is not declared in `[parameters]`.
+
+### Couplings
+
+A cell may hold the variables of other joints, of rows above or below: `theta = "q4 + N*q2"` is the joint's own variable
+plus a formula of others, with `sin cos tan sqrt atan2` too. Its own is the name that no other joint owns; where several
+are new, `variable` says which. Names stand for variables, not for positions of joints: a formula repeats what its
+leader adds. A joint without a variable of its own is `kind = "coupled"`.
+
+| to say | write |
+| --- | --- |
+| gear, or the body of a rotor | a row `rotor` on the body of the stator, `kind = "coupled"`, `theta = "N2*q2"`, a body |
+| inertia of a rotor, without its gyroscopic effect | `[motors] axis_2 = { rotor_inertia = 2e-4, ratio = 100 }` |
+| torque on the side of the rotor, elastic gear | `rotor` is the motor, `theta = "qm2"`; the joint: `kind = "elastic"`, `theta = "qm2/N2 + q2"`, `variable = "q2"` is the deflection |
+| ball screw with an elastic nut | `r = "pitch/(2*pi)*(qm + d_torsion) + d_nut"`, `variable = "d_nut"` |
+| stiffness that varies with the position | `[springs] screw = { stiffness = "k1/(L0 + x_table)" }` |
+| rack, differential, coupled wrist | `r = "R*q1"`; `theta = "(qa + qb)/2"`; `theta = "N6*(q6 + c65*q5)"` |
+| parallelogram by hand | `theta = "q4 - q2"`, no loop |
+
+Friction and springs act on the variable of the joint, friction of a coupled joint on its own rate.
+
+### Closed loops
+
+Cut one joint of each loop: its row, `kind = "cut"`, ends one branch and carries no body. A fixed frame ends the other;
+where the loop is closed, both coincide. `[loops]` names both rows. The variables of `dependent` joints follow from the
+others; `start` is one rough position, which tells the branch. A ball joint is `closes = "point"` with sigma = 2 for the
+row of kind cut, a weld sigma = 2 alone.
+
+```toml
+joints = [
+  ...
+  { name = "pin",     antecedent = "rod",     kind = "cut",   sigma = 0, d = "L2", theta = "q6" },
+  { name = "pin_end", antecedent = "forearm", kind = "fixed", sigma = 2, d = "L3" },
+]
+[loops]
+parallelogram = { cut = "pin", meets = "pin_end", start = { q2 = 1.0, q3 = 1.5, q4 = 2.5, q5 = -1.5 } }
+```
 """
 PAR = """## Machine file of SYMORO (`.par`)
 

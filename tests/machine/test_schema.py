@@ -14,7 +14,7 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formats.schema import machine_schema, scene_schema
 from symoro_elastic.models.catalogue import MODELS
-from tests.machine.samples import TOML
+from tests.machine.samples import COUPLED, TOML
 from tests.machine.test_bad_toml import BAD
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -95,3 +95,35 @@ def test_scenes_are_accepted(text: str) -> None:
 )
 def test_wrong_scenes_are_refused(text: str) -> None:
     assert refusals(SCENE, text) != []
+
+
+# What is replaced in the sample of couplings and loops, and by what: keys, types and words that the schema knows.
+COUPLED_WRONG = [
+    ('theta = "N1*q1"', 'theta = "N1*q1", variable = "q1"'),
+    ('kind = "fixed", d', 'kind = "fixed", variable = "q1", d'),
+    ('kind = "coupled", sigma = 0', 'kind = "coupled"'),
+    ('kind = "coupled", sigma = 0', 'kind = "coupled", sigma = 2'),
+    ('kind = "cut", sigma = 0', 'kind = "cut"'),
+    ('kind = "cut", sigma = 0', 'kind = "cut", sigma = 3'),
+    ('meets = "pin_end"\n', ""),
+    ('meets = "pin_end"', "meets = 9"),
+    ('meets = "pin_end"', 'meets = "pin_end"\ncloses = "line"'),
+    ("start = {", "starts = {"),
+    ("q3 = 1.5", "q3 = true"),
+    ('["q3", "rod"]', '"q3"'),
+]
+
+
+def test_the_sample_of_couplings_and_loops_is_accepted() -> None:
+    assert refusals(MACHINE, COUPLED) == []
+    welded = COUPLED.replace('sigma = 0, d = "L2", theta = "q6"', 'sigma = 2, d = "L2"')
+    assert refusals(MACHINE, welded) == [] and check(toml.read(welded, "arm.toml")) == []
+
+
+@pytest.mark.parametrize(("old", "new"), COUPLED_WRONG, ids=[new[:40] for _, new in COUPLED_WRONG])
+def test_mistakes_in_couplings_and_loops_are_refused(old: str, new: str) -> None:
+    assert old in COUPLED
+    text = COUPLED.replace(old, new, 1)
+    with pytest.raises(InputError):
+        check(toml.read(text, "arm.toml"))
+    assert refusals(MACHINE, text) != []
