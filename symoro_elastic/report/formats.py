@@ -22,7 +22,7 @@ second of a prismatic joint. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"
 underscores follow; words of the generated languages are refused.
 
 Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
-`examples/all_keys.par`, `examples/scenes/tool.toml`.
+`examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`.
 """
 TOML = """## Machine file in TOML (`.toml`)
 
@@ -67,10 +67,27 @@ parallelogram = { cut = "pin", meets = "pin_end", start = { q2 = 1.0, q3 = 1.5, 
 """
 PAR = """## Machine file of SYMORO (`.par`)
 
-`key = value` and `key = {v1, v2, ...}`, an entry for each joint; comments are `(* ... *)`. What SYMORO's format lacks
-stands in comments `(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about
-the origin of the frame. Names in the table that are no joint variables are parameters. A comment
-`(* Robotname = 'RX90' *)` names the machine.
+`key = value` and `key = {v1, v2, ...}`; comments are `(* ... *)`. What SYMORO's format lacks stands in comments
+`(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about the origin of the
+frame. Names in the table that are no joint variables are parameters. A comment `(* Robotname = 'RX90' *)` names the
+machine.
+
+### Couplings in `.par`
+
+A cell may hold the variables of other joints. A row with a motor or a spring (`mu = 1` or `eta = 1`) owns the name in
+its cell that no other row owns; with `mu = 0` a row is passive where its cell holds a name of its own, else it is
+coupled: `theta = {q1, N2*q1}` with `mu = {1, 0}` is a gear. A name that also stands where no variable can stand, such
+as in `d`, is a parameter; so are the names in the lines `values`, `units` and `parameters`. What stays in doubt is
+refused, and the line `variable` says what is meant.
+
+### Closed loops in `.par`
+
+NL bodies and NJ joints make B = NJ - NL closed loops and NF = NJ + B frames. Rows NL + 1 to NJ are the cut joints,
+which carry no body, rows NJ + 1 to NF in the same order the frames that they meet, with sigma = 2. Lists of bodies
+have NL entries, of joints NJ, of frames NF; `mu` and lists of bodies and joints may have any of the three: rows
+without an entry have 0. The passive joints of a loop are dependent, unless the line `loops` names others. `start` is
+one position for all loops; files without it are read too. The line `order` keeps the order of a table in which cut
+joints are not last.
 """
 SERIES = """## Motions and measurements (`.csv`, `.npz`)
 

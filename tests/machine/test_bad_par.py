@@ -114,19 +114,6 @@ def test_one_line_names_joint_and_key(old: str, new: str, place: str, reason: st
     assert said.startswith(f"{place}: ") and reason in said
 
 
-def test_a_closed_loop_is_named() -> None:
-    text = """
-    NL = 8
-    NJ = 9
-    NF = 10
-    Type = 2
-    ant = {0,1,2,3,4,5,1,7,8,3}
-    sigma = {0,0,0,0,0,0,0,0,0,2}
-    """
-    said = message(text)
-    assert said.startswith("NJ: ") and "joint 9 closes a loop, between bodies 8 and 3" in said
-
-
 OLD = """(* Robotname = 'arm' *)
 NL = 3  (* bodies *)
 NJ = 3 (* joints

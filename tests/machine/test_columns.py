@@ -10,7 +10,7 @@ import pytest
 
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.columns import Cell, Dimension, cells, column, declared, with_cells
-from symoro_elastic.machine.formats import par, par_syntax, par_writing, toml
+from symoro_elastic.machine.formats import par, par_extensions, par_syntax, toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.named_cells import with_named_cells
@@ -116,7 +116,7 @@ def with_preload(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(toml, "Joint", PreloadedJoint)
     monkeypatch.setattr(par, "Joint", PreloadedJoint)
     extended = (*par_syntax.EXTENDED, "preload")
-    for module in (par, par_writing, par_syntax):
+    for module in (par, par_extensions, par_syntax):
         monkeypatch.setattr(module, "EXTENDED", extended)
     monkeypatch.setattr(par_syntax, "EXTENSIONS", (*par_syntax.EXTENSIONS, "preload"))
 

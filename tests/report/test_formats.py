@@ -71,9 +71,9 @@ def test_every_key_of_scenes_stands_in_an_example() -> None:
 
 
 def test_every_key_of_par_stands_in_an_example() -> None:
-    path = EXAMPLES / "all_keys.par"
-    found = par_syntax.take_apart(path.read_text(encoding="utf-8"), str(path))
-    shown = {*found.numbers, *found.lists, *found.extensions}
+    texts = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("all_keys.par", "four_bar.par")]
+    found = [par_syntax.take_apart(text, "") for text in texts]
+    shown = {key for one in found for key in (*one.numbers, *one.lists, *one.extensions)}
     assert shown == {key.name for key in KEYS}
 
 

@@ -39,19 +39,24 @@ def settled(names: Mapping[int, Collection[str]], optional: Collection[int]) -> 
         for name in found:
             holders.setdefault(name, []).append(j)
     waiting = deque(j for j, found in left.items() if len(found) == 1)
-    seen = set()
+    seen: set[tuple[str, bool]] = set()
     while waiting:
         i = waiting.popleft()
-        if len(left[i]) != 1 or (key := (*left[i], i in optional)) in seen:
+        name = next(iter(left[i]), "")
+        if len(left[i]) != 1 or (name, i in optional) in seen:
             continue
-        seen.add(key)
-        name = key[0]
+        seen.add((name, i in optional))
         for j in holders[name]:
-            yields = j in optional or (len(left[j]) > 1 and i not in optional)
+            yields = j in optional or (len(names[j]) > 1 and i not in optional)
             if j != i and yields and name in left[j]:
                 left[j].remove(name)
                 waiting.append(j)
     return left
+
+
+def _owned(left: Candidates) -> set[str]:
+    """Names that are the variables of rows."""
+    return {name for names in left.values() if len(names) == 1 for name in names}
 
 
 class _Cells:
@@ -67,13 +72,14 @@ class _Cells:
         self.given = self._given()
         passive = [j for j in self.cells if j not in self.given and columns.kind(j) is Kind.PASSIVE]
         self.optional = {j for j in passive if any(self.holders[name] > 1 for name in self.names[j])}
-        self.candidates = {j: self._candidates(j) for j in self.cells}
+        self.candidates = {j: set(self._candidates(j)) for j in self.cells}
 
     def own(self) -> dict[int, str]:
         """The own variables, by the number of the row."""
         left = settled(self.candidates, self.optional)
-        left = settled({**left, **self._only_here(left)}, self.optional)
-        owned = {name for names in left.values() if len(names) == 1 for name in names}
+        for narrowed in (self._followed, self._only_here, self._followed):
+            left = settled({**left, **narrowed(left)}, self.optional)
+        owned = _owned(left)
         for j, names in left.items():
             doubt = self._doubt(j, names, owned)
             if doubt:
@@ -91,13 +97,32 @@ class _Cells:
         added = {name for name in variables if offset_of(self.cells[j], name) is not None}
         return added if j in self.optional else added or variables or names
 
+    def _followed(self, left: Candidates) -> Candidates:
+        """Rows in doubt with one name that a coupled row needs, as no other row may own a name in its cell."""
+        owners: dict[str, list[int]] = {}
+        for j, names in left.items():
+            for name in names:
+                owners.setdefault(name, []).append(j)
+        found: Candidates = {}
+        for j in self._without_leader(left):
+            possible = [(i, name) for name in self.names[j] for i in owners.get(name, ())]
+            found |= {i: {name} for i, name in possible if len(possible) == 1}
+        self.candidates |= found
+        return found
+
+    def _without_leader(self, left: Candidates) -> list[int]:
+        """Coupled rows in whose cells no name is known yet to be the variable of another row."""
+        owned = _owned(left)
+        return [j for j in self.optional if not left[j] and owned.isdisjoint(self.names[j])]
+
     def _only_here(self, left: Candidates) -> Candidates:
         """Rows in doubt with one name that stands in no other cell: its own, where the others may be parameters."""
-        follow = {name for j in self.optional if len(left[j]) == 1 for name in left[j]}
+        followed = {name for j in self._without_leader(left) for name in self.names[j]}
+        followed |= {name for j in self.optional if len(left[j]) == 1 for name in left[j]}
         found = {}
         for j, names in left.items():
             new = {name for name in names if self.holders[name] == 1}
-            if len(names) > 1 and len(new) == 1 and names.isdisjoint(follow):
+            if len(names) > 1 and len(new) == 1 and names.isdisjoint(followed):
                 found[j] = new
         return found
 
@@ -123,10 +148,11 @@ class _Cells:
     def _doubt(self, j: int, names: Collection[str], owned: Collection[str]) -> str:
         """Why it is in doubt what a row owns, or that it has no variable and needs one; empty where all is well."""
         cell, one = quoted(self.cells[j]), min(names, default="")
-        say = f"(*! variable = {{{self.columns.names[j - 1]} = {one}}} *)"
+        joint = self.columns.names[j - 1]
         if len(names) > 1:
             what = f"{cell} may hold any of {', '.join(sorted(names))} as joint variable (sigma = {self.sigma[j]})"
-            return f"{what}: list the parameters among them in (*! parameters = {{...}} *), or say {say}"
+            listed = "list the parameters among them in (*! parameters = {...} *)"
+            return f"{what}: {listed}, or name it by (*! variable = {{{joint} = ...}} *)"
         leaders = sorted(self.names[j].intersection(owned))
         if not names and not leaders:
             return self._no_variable(j)
@@ -135,7 +161,7 @@ class _Cells:
             return f"{what}: add one of its own, or write mu = 0 for a coupled joint"
         if j in self.optional and len(self.candidates[j]) > 1 and self.holders[one] > 1:
             what = f"{one!r} in {cell} may be a variable of its own, or a parameter"
-            return f"{what}: say {say}, or (*! parameters = {{{one}}} *)"
+            return f"{what}: say (*! variable = {{{joint} = {one}}} *), or (*! parameters = {{{one}}} *)"
         return ""
 
     def _no_variable(self, j: int) -> str:
