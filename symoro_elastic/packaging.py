@@ -7,13 +7,16 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
-from symoro_elastic.codegen.targets import RESERVED
+from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
 from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.machine_constants import constants_of
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
+
+KEYWORD = "it is a keyword of C, C++ or Python"
 
 
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
@@ -96,9 +99,10 @@ def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, 
     return tuple(str(Asked(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=()))
 
 
-def reserved_words() -> frozenset[str]:
-    """Names that no machine may use: those of models, and those of the languages and libraries of targets."""
-    return RESERVED.union(MODELS)
+def reserved_words() -> Reasons:
+    """Names that no machine may use: those of models, and those of the languages and libraries of targets; reasons."""
+    libraries, keywords = dict.fromkeys(RESERVED, LIBRARY), dict.fromkeys(KEYWORDS, KEYWORD)
+    return {**libraries, **keywords, **dict.fromkeys(MODELS, IN_USE)}
 
 
 def refuse_taken_names(machine: Machine) -> None:
@@ -107,4 +111,4 @@ def refuse_taken_names(machine: Machine) -> None:
     used = [p.name for p in machine.parameters] + [joint.variable for joint in machine.joints if joint.variable]
     for name in (machine.name, *(joint.name for joint in machine.joints), *used):
         if name in words:
-            raise machine.error(name, "generated code uses this name: choose another")
+            raise machine.error(name, f"{words[name]}: choose another")

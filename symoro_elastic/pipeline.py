@@ -21,6 +21,7 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats.reading import read
 from symoro_elastic.machine.freed import freed
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import free_name, quoted, reserved
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
@@ -71,6 +72,14 @@ def prepare(
         announce("group")
         machine = _grouped(machine, warn)
     return freed(machine, free, reserved_words()) if free else machine
+
+
+def refuse_name(name: str, place: str) -> None:
+    """Raise `InputError` for a name that no machine may have."""
+    words = reserved_words()
+    if reason := reserved(name, words):
+        what = f"the name {quoted(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
+        raise InputError("symoro-elastic", place, what)
 
 
 @no_collection()

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from symoro_elastic.cli.options import AT, JSON, MACHINE, PLOTS, VALUE, InputFile, gather, writes
-from symoro_elastic.cli.output import print_json, print_table, print_written, steps
+from symoro_elastic.cli.output import counted, print_json, print_table, print_written
 from symoro_elastic.cli.parsing import Number, numbers, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.progress import Progress
     from symoro_elastic.vibration.comparison import Comparison
 
 
@@ -83,9 +84,8 @@ def compare(
     from symoro_elastic.vibration.tables import comparison_json
 
     found = read_restricted(machine)
-    with steps() as step:
-        step("compare")
-        result = _compared(found, compared, positions, values, ratios, not free)
+    with counted("springs follow") as progress:
+        result = _compared(found, compared, positions, values, ratios, not free, progress)
     if as_json:
         print_json(comparison_json(result))
     else:
@@ -101,10 +101,11 @@ def _compared(
     values: Mapping[str, float],
     ratios: Mapping[str, float],
     held: bool,
+    progress: Progress,
 ) -> Comparison:
     from symoro_elastic.vibration.comparison import compare
 
-    return compare(machine, values, positions, ratios, held, on.motion, on.stroke, on.duration)
+    return compare(machine, values, positions, ratios, held, on.motion, on.stroke, on.duration, progress)
 
 
 def _print_comparison(result: Comparison, title: str) -> None:

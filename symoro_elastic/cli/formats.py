@@ -12,7 +12,6 @@ from symoro_elastic.cli.completion import completed_from
 from symoro_elastic.cli.options import OutputFile, writes
 from symoro_elastic.cli.output import write_text
 from symoro_elastic.cli.parsing import among
-from symoro_elastic.errors import InputError
 
 OUT = click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
 
@@ -50,14 +49,11 @@ def new(name: str, kind: str) -> None:
     It holds all tables and keys, those that are not needed as comments.
     """
     from symoro_elastic.machine.formats.starting import STARTS, starting_text
-    from symoro_elastic.machine.names import free_name, quoted, reserved
+    from symoro_elastic.pipeline import refuse_name
 
     among((kind,), [*STARTS], "--kind")
     path = Path(name)
-    reason = reserved(path.stem)
-    if reason:
-        what = f"the name {quoted(path.stem)} cannot be used: {reason}; {free_name(path.stem)!r} is free"
-        raise InputError("symoro-elastic", "NAME", what)
+    refuse_name(path.stem, "NAME")
     write_text(starting_text(path.stem, kind), str(path))
     click.echo(f"wrote {path}: symoro-elastic generate {path}")
 

@@ -55,11 +55,11 @@ class FourierSeries:
     evaluations: int
     seed: int
 
-    def refuse_rate(self) -> None:
+    def refuse_rate(self, motors: int) -> None:
         """Raise `InputError` where the sample rate is too low for the harmonics, or the file too long."""
         from symoro_elastic.identification.trajectory import refuse_rate
 
-        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods)
+        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods, motors)
 
     def optimized(
         self, machine: Machine, limits: Limits, values: Mapping[str, float], known: Sequence[str]
@@ -87,6 +87,20 @@ class Given:
         from symoro_elastic.identification.identify import identify
 
         return identify(machine, records, of_parameters(self.values, machine), self.known, self.bandwidth, step=step)
+
+    def saved(
+        self, result: Identification, records: Sequence[Measurements], step: Announce
+    ) -> tuple[Machine, list[str]]:
+        """Return the machine with the estimates, and what of them no machine has."""
+        from symoro_elastic.identification.identified import identified, possible
+        from symoro_elastic.identification.identify import identify
+
+        def again(fixed: Mapping[str, float]) -> Identification:
+            known, Y = {**self.known, **fixed}, result.equations.Y
+            return identify(result.machine, records, self.values, known, self.bandwidth, step=step, Y=Y)
+
+        fitted, lines = possible(result, again)
+        return identified(fitted, self.values), lines
 
 
 @dataclass(frozen=True)
@@ -150,7 +164,11 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
     help="Sample rate.",
 )
 @click.option(
-    "--evaluations", default=1500, show_default=True, type=WholeRange(1), help="Motions that the search evaluates."
+    "--evaluations",
+    default=1500,
+    show_default=True,
+    type=WholeRange(1, 1_000_000),
+    help="Motions that the search evaluates.",
 )
 @click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the first motions.")
 @VALUE
@@ -182,7 +200,7 @@ def excite(
     found = read(machine)
     trajectory.refuse_without_motors(found)
     allowed = limits.of(found)
-    series.refuse_rate()
+    series.refuse_rate(len(found.motors))
     best = series.optimized(found, allowed, of_parameters(values, found), known)
     sampled = trajectory.trajectory(best.motion, allowed, series.periods, series.rate)
     trajectory.write(sampled, found, out)
@@ -252,7 +270,6 @@ def identify(
     DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
     """
     from symoro_elastic.identification import report
-    from symoro_elastic.identification.identified import identified
     from symoro_elastic.identification.plots import plot
     from symoro_elastic.identification.validation import validated
     from symoro_elastic.machine.formats import write_machine
@@ -269,8 +286,8 @@ def identify(
         other = read_measurements(validate, found, prepare) if validate else None
         result = given.identified(found, records, step)
         checked = validated(result, other) if other else None
-    if save:
-        saved, warnings = identified(result, given.values)
+        saved, warnings = given.saved(result, records, step) if save else (None, [])
+    if save and saved:
         write_machine(saved, save)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, OutputFile, writes
+from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, VALUE, OutputFile, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.parsing import numbers, parsed_by
 from symoro_elastic.cli.reading import read, scene_of
@@ -29,19 +29,23 @@ if TYPE_CHECKING:
     callback=parsed_by(numbers),
     help="Position at which origins and axes are printed, rad or m (default 0, springs neutral); may be repeated.",
 )
+@VALUE
 @JSON
-def show(machine: str, scene: str | None, positions: dict[str, float], as_json: bool) -> None:
+def show(machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
     Prints where each joint is and how it moves, seen from frame 0. Names the joints, if any, whose inertia is
     singular at every position.
     """
     from symoro_elastic.grouping import base_parameters
+    from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.models.joint_axes import placed_machine
     from symoro_elastic.pipeline import found_degeneracies
 
     found = read(machine)
+    if values:
+        found = with_values(found, values)
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
     placed = placed_machine(kept, positions)

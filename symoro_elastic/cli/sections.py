@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from symoro_elastic.errors import InputError
+
 
 class Failure(Exception):
     """An `OSError` or `EOFError` of a command, `cause`; click takes the latter for Ctrl-C, a closed pipe for exit 1."""
@@ -48,6 +50,15 @@ class SectionedGroup(click.Group):
         with _failures():
             return super().invoke(ctx)
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command and its arguments; raises `InputError` for an option that is given twice."""
+        name, command, given = super().resolve_command(ctx, args)
+        if command and not ctx.resilient_parsing:
+            _refuse_repeated(command, given, click.Context(command, ctx, name))
+        return name, command, given
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one list of commands per section, with the first sentence of each command's help."""
         width = max(map(len, self.commands))
@@ -56,3 +67,11 @@ class SectionedGroup(click.Group):
                 limit = formatter.width - 6 - width
                 rows = [(name.ljust(width), self.commands[name].get_short_help_str(limit)) for name in names]
                 formatter.write_dl(rows)
+
+
+def _refuse_repeated(command: click.Command, given: list[str], ctx: click.Context) -> None:
+    """Raise `InputError` for an option of one value that is given twice; flags may be."""
+    _, _, order = command.make_parser(ctx).parse_args(list(given))
+    for option in order:
+        if isinstance(option, click.Option) and not (option.multiple or option.is_flag) and order.count(option) > 1:
+            raise InputError("symoro-elastic", option.opts[0], "is given twice: give it one value")

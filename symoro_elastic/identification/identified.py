@@ -3,34 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
+from symoro_elastic.identification.estimation import POSITIVE
 from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.regression import has_body
+from symoro_elastic.identification.regression import RegressorColumn, has_body
 from symoro_elastic.machine.checks import formulas
-from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 
+Found = Mapping[tuple[int, str], float]
+"""Values by row of the table and quantity."""
+Refit = Callable[[Mapping[str, float]], Identification]
+"""The same identification with more values known, by label."""
 
-def identified(result: Identification, values: Mapping[str, float] | None = None) -> tuple[Machine, list[str]]:
-    """Return the machine with the estimates in place of inertial parameters, friction and springs, and warnings.
+
+def identified(result: Identification, values: Mapping[str, float] | None = None) -> Machine:
+    """Return the machine with the estimates in place of inertial parameters, friction and springs.
 
     Inertial parameters are those of groups, so bodies are not real ones: torques are right. Parameters that joined
     others or have no effect are zero, and so are those that were not found, for what they exert is within the others;
-    friction and springs that were not found keep the values of the file. Masses, friction and the like that came out
-    negative are zero, for no machine has that. `values` are those of named parameters.
+    friction and springs that were not found keep the values of the file. Rotors have no ratio: their inertia is that
+    which the joint feels. `values` are those of named parameters.
     """
-    machine, found, warnings = result.machine, _values(result), []
-    joints = []
-    for j, joint in enumerate(machine.joints, start=1):
-        possible, negative = _possible(_with(joint, j, found), j)
-        joints.append(possible)
-        warnings += [f"saved as 0: {label} = {x:.4g}, no machine has that: --known {label}=0" for label, x in negative]
-    bare = replace(machine, joints=tuple(joints), extras={**machine.extras, BASE_PARAMETERS: "true"})
+    machine, found = result.machine, _values(result)
+    joints = tuple(_with(joint, j, found) for j, joint in enumerate(machine.joints, start=1))
+    bare = replace(machine, joints=joints, extras={**machine.extras, BASE_PARAMETERS: "true"})
     before, after = ({name for _, formula in formulas(x) for name in formula.names} for x in (machine, bare))
     given = [
         replace(p, value=Formula.parse(values[p.name])) if values and p.name in values else p
@@ -38,60 +39,77 @@ def identified(result: Identification, values: Mapping[str, float] | None = None
         if p.name not in before - after
     ]
     scene = None if machine.scene is None else _without(machine.scene, before - after)
-    return replace(bare, parameters=tuple(given), scene=scene), warnings
+    return replace(bare, parameters=tuple(given), scene=scene)
 
 
-def _values(result: Identification) -> dict[str, float]:
-    """Return values by label: estimates, and those that were known."""
+def possible(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:
+    """Return a fit without negative masses, friction and the like, which no machine has, and a line for each of them.
+
+    They are known to be 0 there, stiffnesses to be those of the file, and the others are fitted again. Raises
+    `InputError` for a negative stiffness where the file gives none.
+    """
+    fixed: dict[str, float] = {}
+    lines = []
+    while negative := [(column, x) for column, x in _found(result) if column.quantity in POSITIVE and x < 0]:
+        for column, x in negative:
+            fixed[column.label] = value = _least(column, x, result.machine)
+            what = f"{column.label} = {x:.4g} is saved as {value:.6g}, for no machine has that"
+            lines.append(f"{what}; the others are fitted again, as with --known {column.label}={value:.6g}")
+        result = refit(fixed)
+    return result, lines
+
+
+def _least(column: RegressorColumn, x: float, machine: Machine) -> float:
+    """Return what is saved in place of a negative value."""
+    if column.quantity != "K":
+        return 0.0
+    if column.value > 0:
+        return column.value
+    what = f"{x:.4g} came out, no spring has that, and the file gives no value: give one, so that it can be saved"
+    raise machine.error(f"known {column.label}", what)
+
+
+def _found(result: Identification) -> Iterator[tuple[RegressorColumn, float]]:
+    """Yield estimates, and values that were known, with their columns."""
     columns, equations = result.equations.Y.columns, result.equations
-    found = {columns[c].label: value for c, value in equations.known.items()}
-    X = result.estimation.solution.X
-    for value, c in zip(X, result.estimation.grouping.kept, strict=True):
-        found[columns[equations.kept[c]].label] = float(value)
-    return found
+    yield from ((columns[c], value) for c, value in equations.known.items())
+    for value, c in zip(result.estimation.solution.X.tolist(), result.estimation.grouping.kept, strict=True):
+        yield columns[equations.kept[c]], value
 
 
-def _with(joint: Joint, j: int, found: Mapping[str, float]) -> Joint:
-    """Return a joint with the values found, by label."""
+def _values(result: Identification) -> Found:
+    """Return estimates, and values that were known."""
+    return {(column.row, column.quantity): value for column, value in _found(result)}
+
+
+def _with(joint: Joint, j: int, found: Found) -> Joint:
+    """Return joint j with the values found."""
     if has_body(joint.body):
-        inertial = {name: Formula.parse(found.get(f"{name}{j}", 0.0)) for name in INERTIAL}
+        inertial = {name: Formula.parse(found.get((j, name), 0.0)) for name in INERTIAL}
         mx, my, mz = (inertial[name] for name in MOMENTS)
         xx, xy, xz, yy, yz, zz = (inertial[name] for name in INERTIA)
         joint = replace(joint, body=Body(inertial["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
     if joint.sigma == 2:
         return joint
 
-    def cell(label: str, otherwise: Formula) -> Formula:
-        return Formula.parse(found[f"{label}{j}"]) if f"{label}{j}" in found else otherwise
+    def cell(quantity: str, otherwise: Formula) -> Formula:
+        return Formula.parse(found[j, quantity]) if (j, quantity) in found else otherwise
 
-    rotor = Formula.parse(found.get(f"IA{j}", 0.0))
+    rotor = Formula.parse(found.get((j, "IA"), 0.0))
     friction = Friction(cell("FV", joint.friction.viscous), cell("FS", joint.friction.coulomb))
     if joint.kind is Kind.ELASTIC:
-        if f"DA{j}" in found:
+        if (j, "DA") in found:
             friction = replace(friction, viscous=Formula.parse(0))
         law = joint.spring
         joint = replace(
             joint, spring=Spring(cell("K", law.stiffness), cell("DA", law.damping), _neutral(joint, j, found))
         )
-    return replace(joint, rotor_inertia=rotor, friction=friction)
+    return replace(joint, rotor_inertia=rotor, ratio=Formula.parse(0), friction=friction)
 
 
-def _possible(joint: Joint, j: int) -> tuple[Joint, list[tuple[str, float]]]:
-    """Return a joint with zeros for values that must not be negative, and their labels and values."""
-    negative = []
-
-    def cell(cell: Cell, formula: Formula) -> Formula:
-        if formula.names or formula.value() >= 0 or not cell.column.dimension.is_nonnegative:
-            return formula
-        negative.append((f"{cell.par}{j}", formula.value()))
-        return Formula.parse(0)
-
-    return with_cells(joint, cell), negative
-
-
-def _neutral(joint: Joint, j: int, found: Mapping[str, float]) -> Formula:
+def _neutral(joint: Joint, j: int, found: Found) -> Formula:
     """Return q0 = KQ / K, or the value of the file where they were not found."""
-    force, stiffness = found.get(f"KQ{j}", math.nan), found.get(f"K{j}", math.nan)
+    force, stiffness = found.get((j, "KQ"), math.nan), found.get((j, "K"), math.nan)
     return Formula.parse(force / stiffness) if math.isfinite(force) and abs(stiffness) > 0 else joint.spring.neutral
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,6 +31,7 @@ from symoro_elastic.identification.regression import (
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
@@ -151,6 +152,7 @@ def identify(
     equations = Equations(machine, Y, tuple(sought[c] for c in structure.kept), fixed)
     correlation = chosen.correlation if chosen else (1.0,)
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
+    _refuse_large(records, chosen, len(structure.kept))
     step("stack")
     stack = _joined([equations.rows(record, chosen) for record in records])
     _refuse_zero_torques(stack.tau, records[0].source)
@@ -163,7 +165,7 @@ def identify(
     )
     notes = [line for record in records for line in record.warnings]
     notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
-    notes += _zero_in_the_table(machine, [Y.columns[c].label for c in equations.kept])
+    notes += _zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])
     springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
     all_notes = (*notes, *estimation.notes)
     return Identification(equations, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
@@ -180,6 +182,14 @@ def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
     if chosen is None:
         return sum(record.q.size for record in records)
     return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
+
+
+def _refuse_large(records: Sequence[Measurements], chosen: Filter | None, parameters: int) -> None:
+    """Raise `InputError` for equations that have no room; those with both twins of noise count."""
+    rows = _equations(records, chosen)
+    what = f"{rows} equations after filtering for {parameters} parameters"
+    way_out = "use less of the record (--from, --to), or a lower --bandwidth"
+    refuse_numbers(3 * rows * parameters, what, records[0].source, "t", way_out)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
@@ -267,21 +277,23 @@ def _without_effect(
 
 def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
     """Return q0 = KQ / K and its standard deviation by first order, for elastic joints with both estimates."""
-    labels = {estimation.estimates[c].unknown.label: k for k, c in enumerate(estimation.grouping.kept)}
+    unknowns = [estimation.estimates[c].unknown for c in estimation.grouping.kept]
+    places = {(unknown.joint, unknown.quantity): k for k, unknown in enumerate(unknowns)}
     neutral = {}
-    for j in machine.moving:
-        if machine.joint(j).kind is Kind.ELASTIC and {f"K{j}", f"KQ{j}"} <= labels.keys():
-            pair = [labels[f"KQ{j}"], labels[f"K{j}"]]
+    for joint in machine.moving_joints:
+        pair = [places.get((joint.name, quantity), -1) for quantity in ("KQ", "K")]
+        if joint.kind is Kind.ELASTIC and min(pair) >= 0:
             force, k = estimation.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
             variance = slope @ estimation.solution.covariance[np.ix_(pair, pair)] @ slope
-            neutral[machine.joint(j).name] = float(force / k), math.sqrt(float(variance))
+            neutral[joint.name] = float(force / k), math.sqrt(float(variance))
     return neutral
 
 
-def _zero_in_the_table(machine: Machine, labels: Sequence[str]) -> list[str]:
+def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
     """Return a note on parameters that are sought though the table gives them as zero."""
-    zero = [label for label in labels if label in zero_entries(machine)]
+    entries = zero_entries(machine)
+    zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []
     what = "the table has zeros for them, so the generated regressor has no columns for them"

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,6 +20,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.labels import ParameterLabels, named_entries
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.models.catalogue import MODELS, trace
@@ -27,16 +29,16 @@ from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
 
 PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
-UNIT = "X_"  # parameters of the machine whose columns are asked for
 
 
 @dataclass(frozen=True)
 class RegressorColumn:
-    """A parameter of tau = Y X: its label such as ZZ3, K2, the joint (0-based in q), its unit, and the value
-    that the machine gives it (NaN where it gives none)."""
+    """A parameter of tau = Y X: its label such as ZZ3, K2, what it is and the row of the table that has it, the joint
+    (0-based in q), its unit, and the value that the machine gives it (NaN where it gives none)."""
 
     label: str
     quantity: str
+    row: int
     joint: int
     unit: str
     value: float = math.nan
@@ -66,7 +68,7 @@ class ByLinearity:
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
         self._joints = machine.moving_joints
-        self._names = _inertial_names(machine)
+        self._units, self._labels = _units(machine), ParameterLabels(machine)
         self._rigid = trace(_rigid(machine), "inverse_dynamics").program
 
     @cached_property
@@ -85,18 +87,18 @@ class ByLinearity:
 
     def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         Y = np.zeros((*q.shape, len(chosen)))
-        zero = self._torques(q, qd, qdd, "")
+        zero = self._torques(q, qd, qdd)
         for k, column in enumerate(self.columns[c] for c in chosen):
             if column.quantity in INERTIAL:
-                Y[:, :, k] = self._torques(q, qd, qdd, column.label) - zero
+                Y[:, :, k] = self._torques(q, qd, qdd, self._units[column.row, column.quantity]) - zero
         return Y
 
     def loads(self, q: Array) -> Array:
         """Return forces that balance the external wrenches, (samples, n)."""
-        return self._torques(q, np.zeros_like(q), np.zeros_like(q), "")
+        return self._torques(q, np.zeros_like(q), np.zeros_like(q))
 
-    def _torques(self, q: Array, qd: Array, qdd: Array, one: str) -> Array:
-        return self._run(self._rigid, (q, qd, qdd), {UNIT + name: float(name == one) for name in self._names})
+    def _torques(self, q: Array, qd: Array, qdd: Array, one: str = "") -> Array:
+        return self._run(self._rigid, (q, qd, qdd), {name: float(name == one) for name in self._units.values()})
 
     def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
         """Return the entries of the first result of a program at stacked states, (samples, entries)."""
@@ -113,20 +115,15 @@ class ByLinearity:
         for j, joint in enumerate(self.machine.joints, start=1):
             values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
             owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
-            columns += [
-                RegressorColumn(f"{name}{j}", name, owner, PARAMETER_UNITS[name], value)
-                for name, value in values.items()
-            ]
+            columns += [self._column(name, j, owner, PARAMETER_UNITS[name], value) for name, value in values.items()]
         return columns
 
     def _of_joint(self, k: int) -> list[RegressorColumn]:
         joint, j = self._joints[k], self.machine.moving[k]
         force, x = joint.force_unit, joint.unit
-        rotor = RegressorColumn(
-            f"IA{j}", "IA", k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.rotor_inertia)
-        )
-        viscous = RegressorColumn(f"FV{j}", "FV", k, f"{force} s/{x}", self._cell(joint.friction.viscous))
-        coulomb = RegressorColumn(f"FS{j}", "FS", k, force, self._cell(joint.friction.coulomb))
+        rotor = self._column("IA", j, k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.reflected_inertia))
+        viscous = self._column("FV", j, k, f"{force} s/{x}", self._cell(joint.friction.viscous))
+        coulomb = self._column("FS", j, k, force, self._cell(joint.friction.coulomb))
         if joint.kind is not Kind.ELASTIC:
             return [rotor, viscous, coulomb] if joint.kind is Kind.MOTOR else [viscous, coulomb]
         return [
@@ -140,10 +137,13 @@ class ByLinearity:
         stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
         damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
         return [
-            RegressorColumn(f"K{j}", "K", k, f"{force}/{x}", stiffness),
-            RegressorColumn(f"DA{j}", "DA", k, f"{force} s/{x}", damping),
-            RegressorColumn(f"KQ{j}", "KQ", k, force, stiffness * neutral),
+            self._column("K", j, k, f"{force}/{x}", stiffness),
+            self._column("DA", j, k, f"{force} s/{x}", damping),
+            self._column("KQ", j, k, force, stiffness * neutral),
         ]
+
+    def _column(self, quantity: str, row: int, joint: int, unit: str, value: float) -> RegressorColumn:
+        return RegressorColumn(self._labels(row, quantity), quantity, row, joint, unit, value)
 
     def _cell(self, formula: Formula) -> float:
         return _value(formula, self._values)
@@ -156,13 +156,13 @@ class ByEquations(ByLinearity):
         super().__init__(machine, values)
         self._traced = trace(without_wrenches(_rigid(machine)), "regressor")
         labels = self._traced.results["Y"].column_labels
-        self._place = {label.removeprefix(UNIT): c for c, label in enumerate(labels)}
+        self._place = {label: c for c, label in enumerate(labels)}
 
     def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         flat = self._run(self._traced.program, (q, qd, qdd), {})
         Y = np.concatenate([flat.reshape(*q.shape, len(self._place)), np.zeros((*q.shape, 1))], axis=2)
-        labels = [self.columns[c].label for c in chosen]
-        return Y[:, :, [self._place.get(label, -1) for label in labels]]
+        units = [self._units.get((self.columns[c].row, self.columns[c].quantity), "") for c in chosen]
+        return Y[:, :, [self._place.get(unit, -1) for unit in units]]
 
 
 OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
@@ -223,13 +223,13 @@ def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
     return dict(zip(INERTIAL, (*tensor.tolist(), *moments.tolist(), mass), strict=True))
 
 
-def zero_entries(machine: Machine) -> set[str]:
-    """Return the labels of inertial parameters of bodies with inertia that the table gives as zero."""
+def zero_entries(machine: Machine) -> set[tuple[int, str]]:
+    """Return row and quantity of inertial parameters of bodies with inertia that the table gives as zero."""
     found = set()
     for j, joint in enumerate(machine.joints, start=1):
         entries = (*joint.body.inertia, *joint.body.moments, joint.body.mass)
         if has_body(joint.body) and not joint.body.central:
-            found |= {f"{name}{j}" for name, formula in zip(INERTIAL, entries, strict=True) if formula.is_zero}
+            found |= {(j, name) for name, formula in zip(INERTIAL, entries, strict=True) if formula.is_zero}
     return found
 
 
@@ -249,15 +249,18 @@ def _carrier(machine: Machine, j: int) -> int:
     return j
 
 
-def _inertial_names(machine: Machine) -> list[str]:
-    bodies = [j for j, joint in enumerate(machine.joints, start=1) if has_body(joint.body)]
-    return [f"{name}{j}" for j in bodies for name in INERTIAL]
+def _units(machine: Machine) -> dict[tuple[int, str], str]:
+    """Return by row and quantity a name, free in the machine, for each inertial parameter of bodies with inertia."""
+    taken, bodies = ParameterLabels(machine).taken, [j for j, x in enumerate(machine.joints, 1) if has_body(x.body)]
+    prefix = next(prefix for k in count(1) if not any(name.startswith(prefix := "X" * k + "_") for name in taken))
+    return {(j, name): f"{prefix}{name}{j}" for j in bodies for name in INERTIAL}
 
 
 def _rigid(machine: Machine) -> Machine:
     """Return the machine with every joint a motor without friction, every body's parameters named."""
-    joints = tuple(_unit_joint(j, joint) for j, joint in enumerate(machine.joints, start=1))
-    return replace(machine, joints=joints, parameters=(*machine.parameters, *_parameters(machine)))
+    units = _units(machine)
+    joints = tuple(_unit_joint(j, joint, units) for j, joint in enumerate(machine.joints, start=1))
+    return replace(machine, joints=joints, parameters=(*machine.parameters, *map(Parameter, units.values())))
 
 
 def without_wrenches(machine: Machine) -> Machine:
@@ -265,26 +268,33 @@ def without_wrenches(machine: Machine) -> Machine:
     return replace(machine, joints=tuple(replace(joint, wrench=Wrench()) for joint in machine.joints))
 
 
-def _parameters(machine: Machine) -> list[Parameter]:
-    return [Parameter(UNIT + name) for name in _inertial_names(machine)]
-
-
-def _unit_joint(j: int, joint: Joint) -> Joint:
+def _unit_joint(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
     zero = Formula.parse(0)
-    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero)
+    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero, ratio=zero)
     if joint.sigma != 2:
         bare = replace(bare, kind=Kind.MOTOR)
     if not has_body(joint.body):
         return bare
-    named = {name: Formula.parse(f"{UNIT}{name}{j}") for name in INERTIAL}
+    named = {name: Formula.parse(units[j, name]) for name in INERTIAL}
     mx, my, mz = (named[name] for name in MOMENTS)
     xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
     return replace(bare, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
 
 
 def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:
-    """Raise `InputError` for a label that is none of a column."""
+    """Raise `InputError` for a label that is none of a column, with those that may be meant."""
     labels = [column.label for column in columns]
     for label in known:
         if label not in labels:
-            raise machine.error(f"known {label}", f"no such parameter{did_you_mean(label, labels)}")
+            what = _meant(machine, label, columns) or f"no such parameter{did_you_mean(label, labels)}"
+            raise machine.error(f"known {label}", what)
+
+
+def _meant(machine: Machine, name: str, columns: Sequence[RegressorColumn]) -> str:
+    """Return which labels to choose from where a name of the machine is no label."""
+    choices = []
+    for column in columns:
+        joint = machine.joint(column.row)
+        if name in (f"{column.quantity}{column.row}", named_entries(joint).get(column.quantity)):
+            choices.append(f"{column.label} for {column.quantity} of joint {column.row} ({joint.name})")
+    return f"the machine has another quantity of this name: write {' or '.join(choices)}" if choices else ""

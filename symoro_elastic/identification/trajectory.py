@@ -14,7 +14,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.time_series.reading import MOST_SAMPLES
+from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
 from symoro_elastic.time_series.writing import columns_of, write_columns
 
 POSITION_OPTION = "--position"
@@ -82,9 +82,10 @@ def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float)
     The machine stays on the path of the motion. Positions and velocities keep the limits because no sample is
     faster than the motion; the start is made as long as accelerations need. Raises `InputError`.
     """
-    refuse_rate(rate, motion.frequency, motion.a.shape[1], periods)
+    refuse_rate(rate, motion.frequency, motion.a.shape[1], periods, len(motion.a))
     start = _start(motion, limits)
     end = 2 * start + periods * motion.period
+    _refuse_long(end, rate, len(motion.a))
     t: Array = np.arange(int(np.floor(end * rate * (1 + 1e-12))) + 1) / rate
     pace = np.minimum(1.0, np.minimum(t, end - t) / start)
     elapsed = np.where(t < end / 2, _elapsed(pace, start), end - start - _elapsed(pace, start))
@@ -93,17 +94,23 @@ def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float)
     return Trajectory(t, *_slowed(motion, elapsed, 3 * pace**2 - 2 * pace**3, turning), start)
 
 
-def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int) -> None:
+def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int, motors: int) -> None:
     """Raise `InputError` for a rate (Hz) too low for the fastest harmonic, or too high for the memory."""
-    fastest, samples = frequency * harmonics, (periods + 2) / frequency * rate
+    fastest = frequency * harmonics
     if rate < LEAST_SAMPLES * fastest:
         what = f"{rate:g} Hz is slow for harmonics up to {fastest:g} Hz: sample at {LEAST_SAMPLES * fastest:g} Hz"
         raise InputError("symoro-elastic", "--rate", what)
+    _refuse_long((periods + 2) / frequency, rate, motors)
+
+
+def _refuse_long(seconds: float, rate: float, motors: int) -> None:
+    """Raise `InputError` for a trajectory that no file has room for."""
+    samples, way_out = seconds * rate, "fewer periods, or a lower rate"
     if samples > MOST_SAMPLES:
-        what = (
-            f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0g} are too many: fewer periods, or a lower rate"
-        )
+        what = f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0e} are the most: {way_out}"
         raise InputError("symoro-elastic", "--rate", what)
+    what = f"{samples:.3g} samples of {motors} motors"
+    refuse_numbers(int(samples) * (1 + 3 * motors), what, "symoro-elastic", "--rate", way_out, MOST_IN_FILES)
 
 
 def _elapsed(pace: Array, start: float) -> Array:

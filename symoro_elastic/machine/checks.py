@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from symoro_elastic.machine.columns import Cell, cells, columns
 from symoro_elastic.machine.coupling_checks import cell_faults, row_faults, share_faults
@@ -11,7 +11,7 @@ from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.names import IMPORTED, did_you_mean, free_name, quoted, reserved
+from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, did_you_mean, free_name, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import Models, resolve
 
@@ -19,11 +19,11 @@ NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "d
 NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
 
 
-def check(machine: Machine, taken: Collection[str] = (), models: Models | None = None) -> list[str]:
+def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:
     """Return warnings, one line each, about a machine that can be modelled.
 
-    `taken` are names that generated code uses itself, `models` those that its scene may name; without them this is
-    checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
+    `taken` are names that generated code uses, with reasons, `models` those that its scene may name; without them this
+    is checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
     `joint 3 (bed_x), alpha` or a key.
     """
     _check_names(machine, taken)
@@ -86,7 +86,7 @@ def parameter_values(machine: Machine) -> dict[str, float]:
     return values
 
 
-def _check_names(machine: Machine, taken: Collection[str]) -> None:
+def _check_names(machine: Machine, taken: Reasons) -> None:
     if not machine.joints:
         raise machine.error("joints", "the machine has no joint: give at least one row of the table")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
@@ -97,7 +97,7 @@ def _check_names(machine: Machine, taken: Collection[str]) -> None:
     ]
     parameters = [("parameters", parameter.name) for parameter in machine.parameters]
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
-        words = {*taken, *IMPORTED} if place == "name" else taken
+        words = {**taken, **dict.fromkeys(IMPORTED, IN_USE)} if place == "name" else taken
         reason = reserved(name, words)
         if reason:
             origin = f" ({machine.name_origin})" if place == "name" and machine.name_origin else ""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
@@ -47,7 +47,7 @@ class Formula:
     """
 
     text: str
-    tree: Tree
+    tree: Tree = field(repr=False)
 
     @classmethod
     def parse(cls, source: str | SupportsFloat) -> Formula:

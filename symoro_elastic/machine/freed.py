@@ -8,7 +8,7 @@ from dataclasses import replace
 from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
-from symoro_elastic.machine.names import reserved
+from symoro_elastic.machine.names import IN_USE, NONE, Reasons, reserved
 
 SECTIONS = ("bodies", "springs", "motors", "friction", "wrenches")
 """Tables whose numbers may become parameters; lengths and angles are the structure of a machine."""
@@ -16,25 +16,25 @@ STEMS = {"center_of_mass": "c", "damping": "d", "neutral": "n"}
 """Of the names of columns that have no symbol of their own in .par files."""
 
 
-def freed(machine: Machine, sections: Collection[str], taken: Collection[str] = ()) -> Machine:
+def freed(machine: Machine, sections: Collection[str], taken: Reasons = NONE) -> Machine:
     """Return the machine with the numbers of these tables as parameters: M3, XX3, k13, IA1 ... with their values.
 
     The number is that of the joint. Zeros stay: they are structure. Where a name is used already, or `taken`, or one
     of generated code, it is free_M3 instead.
     """
-    used = {p.name for p in machine.parameters}.union(joint.variable or "" for joint in machine.joints)
-    used |= {machine.name, *taken, *(joint.name for joint in machine.joints)}
+    own = {p.name for p in machine.parameters}.union(joint.variable or "" for joint in machine.joints)
+    used = {**taken, **dict.fromkeys({machine.name, *own, *(joint.name for joint in machine.joints)}, IN_USE)}
     named: list[Parameter] = []
     joints = tuple(_freed(joint, j, sections, used, named) for j, joint in enumerate(machine.joints, start=1))
     return replace(machine, joints=joints, parameters=(*machine.parameters, *named))
 
 
-def _freed(joint: Joint, j: int, sections: Collection[str], used: set[str], named: list[Parameter]) -> Joint:
+def _freed(joint: Joint, j: int, sections: Collection[str], used: dict[str, str], named: list[Parameter]) -> Joint:
     def free(cell: Cell, formula: Formula) -> Formula:
         if formula.names or formula.is_zero or cell.column.section not in sections:
             return formula
         name = _unused(f"{_stem(cell)}{j}", used)
-        used.add(name)
+        used[name] = IN_USE
         named.append(Parameter(name, formula, cell.column.dimension.units[joint.sigma == 1]))
         return Formula.parse(name)
 
@@ -49,6 +49,6 @@ def _stem(cell: Cell) -> str:
     return stem + (cell.column.parts[cell.index] if cell.column.parts else "")
 
 
-def _unused(name: str, used: Collection[str]) -> str:
+def _unused(name: str, used: Reasons) -> str:
     candidates: Sequence[str] = (name, f"free_{name}", *(f"free_{name}_{k}" for k in range(1, len(used) + 1)))
-    return next(one for one in candidates if one not in used and reserved(one, used) is None)
+    return next(one for one in candidates if reserved(one, used) is None)

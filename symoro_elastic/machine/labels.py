@@ -7,7 +7,25 @@ from functools import cached_property
 from itertools import count
 
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Joint, Machine
+
+OF_SPRINGS = {"stiffness": "K", "damping": "DA"}
+"""Entries of cells that have no key of this name in .par files."""
+
+
+def named_entries(joint: Joint) -> dict[str, str]:
+    """Return by entry (XX, IA, K ...) the names that cells of a joint consist of.
+
+    Inertias and first moments of a body about its centre of mass are not among them, nor is a rotor behind a ratio,
+    whose inertia counts with the square of the ratio: they are other quantities.
+    """
+    named = {}
+    for cell, formula in cells(joint):
+        is_central = joint.body.central and cell.column.section == "bodies" and cell.column.parts
+        is_geared = cell.column.key == "rotor_inertia" and not joint.ratio.is_zero
+        if formula.tree[0] == "name" and not is_central and not is_geared:
+            named[OF_SPRINGS.get(cell.name, cell.par)] = formula.tree[1]
+    return named
 
 
 class ParameterLabels:
@@ -31,18 +49,10 @@ class ParameterLabels:
 
     @cached_property
     def _own(self) -> set[tuple[int, str]]:
-        """Joints and names of the cells that are the parameter of their own label: XX of joint 3 is XX3.
-
-        A rotor behind a ratio is none of them, as its inertia counts with the square of the ratio.
-        """
+        """Joints and names of the cells that are the parameter of their own label: XX of joint 3 is XX3."""
         joints = enumerate(self._machine.joints, start=1)
-        named = (
-            (j, cell.par, formula.tree)
-            for j, joint in joints
-            for cell, formula in cells(joint)
-            if cell.column.key != "rotor_inertia" or joint.ratio.is_zero
-        )
-        return {(j, f"{par}{j}") for j, par, tree in named if par and tree == ("name", f"{par}{j}")}
+        named = ((j, entry, name) for j, joint in joints for entry, name in named_entries(joint).items())
+        return {(j, name) for j, entry, name in named if name == f"{entry}{j}"}
 
 
 def _candidates(j: int, entry: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quoted, reserved
+from symoro_elastic.machine.names import Reasons, did_you_mean, quoted, reserved
 
 Fault = tuple[str, str]
 """A key, and what is wrong with it."""
@@ -65,7 +65,7 @@ def _elsewhere(machine: Machine, loop: Loop | None) -> str:
     return f" (passive joints of it: {', '.join(passive)})" if passive else ""
 
 
-def loop_faults(machine: Machine, taken: Collection[str]) -> Iterator[Fault]:
+def loop_faults(machine: Machine, taken: Reasons) -> Iterator[Fault]:
     """Faults of the entries of loops, with their place."""
     ends: dict[int, str] = {}
     for loop in machine.loops:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 from symoro_elastic.quantities import is_intermediate, words
 
@@ -15,35 +16,15 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-KEYWORDS = _words(
-    """
-    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t class compl
-    concept const consteval constexpr constinit const_cast continue co_await co_return co_yield decltype default delete
-    do double dynamic_cast else enum explicit export extern false float for friend goto if inline int long mutable
-    namespace new noexcept not not_eq nullptr operator or or_eq private protected public register reinterpret_cast
-    requires restrict return short signed sizeof static static_assert static_cast struct switch template this
-    thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while
-    xor xor_eq
-    False None True as assert async await def del elif except finally from global import in is lambda nonlocal pass
-    raise with yield
-    """
-)
+Reasons = Mapping[str, str]
+"""Names that are in use, with the reason why no machine may use them."""
+NONE: Reasons = MappingProxyType({})
+IN_USE = "generated code uses this name"
 
 IMPORTED = _words("math np numpy")
 """Modules that generated Python imports: no machine is called so."""
 FORMULA = _words("pi Pi sin cos tan sqrt atan2 nan inf NaN Inf infinity")
-LIBRARY = _words(
-    """
-    I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN
-    SING OVERFLOW UNDERFLOW PLOSS TLOSS complex imaginary errno stdin stdout stderr offsetof isnan isinf isfinite
-    isnormal isless isgreater islessequal isgreaterequal islessgreater isunordered signbit fpclassify
-    math_errhandling linux unix near far main printf malloc free memcpy size_t
-    fabs pow copysign fmin fmax exp log hypot fma
-    range len tuple list dict zip enumerate isinstance print abs min max sum any all map type object ValueError
-    TypeError KeyError
-    """
-)
-
+LIBRARY = "the standard libraries of C or Python use this name"
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _MACRO = re.compile(
     r"M_(E|LOG2E|LOG10E|LN2|LN10|PI|PI_2|PI_4|1_PI|2_PI|2_SQRTPI|SQRT2|SQRT1_2)(l|f\d*x?)?"
@@ -52,10 +33,10 @@ _MACRO = re.compile(
 )
 
 
-def reserved(name: str, taken: Collection[str] = ()) -> str | None:
+def reserved(name: str, taken: Reasons = NONE) -> str | None:
     """Reason why `name` is no valid name of a parameter, joint variable, joint or machine; None if valid.
 
-    `taken` holds names that models and targets give to what they generate.
+    `taken` holds names that models give to what they generate, and words of the languages of targets.
     """
     if len(name) > MAX_NAME:
         return f"a name has at most {MAX_NAME} characters"
@@ -63,20 +44,20 @@ def reserved(name: str, taken: Collection[str] = ()) -> str | None:
         return "a name is made of ASCII letters, digits and underscores, and starts with a letter"
     if "__" in name:
         return "a name with two underscores in a row belongs to the C++ compiler"
-    if name in KEYWORDS:
-        return "it is a keyword of C, C++ or Python"
     if name in FORMULA:
         return "formulas use this name"
-    if name in LIBRARY or _MACRO.fullmatch(name):
-        return "the standard libraries of C or Python use this name"
-    if name in taken or name in words():
-        return "generated code uses this name"
+    if name in taken:
+        return taken[name]
+    if _MACRO.fullmatch(name):
+        return LIBRARY
+    if name in words():
+        return IN_USE
     if is_intermediate(name):
         return "generated code names an intermediate quantity so"
     return None
 
 
-def free_name(name: str, taken: Collection[str] = ()) -> str:
+def free_name(name: str, taken: Reasons = NONE) -> str:
     """A valid name like one that is not valid."""
     stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")[: MAX_NAME - 3] or "x"
     stem = stem if stem[0].isalpha() else f"x{stem}"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.loops.closing import closing_columns, closing_error
+from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.equations.loops.closing import closing_error
 from symoro_elastic.equations.loops.linear import solved
-from symoro_elastic.equations.spatial import Vector, Wrench
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.closing_forces import loop_forces, needed_forces
 from symoro_elastic.models.loops.assembly import loop_branches
 from symoro_elastic.models.loops.plan import Form, LoopPlan
 from symoro_elastic.models.model import Joints, Model, Result, Results
@@ -34,6 +34,8 @@ def of_closed_chain(model: Model, bound: Bound, results: Results) -> Model:
     if bound.takes_dependent and "q" in arguments and "q_dep" not in arguments:
         k = arguments.index("q") + 1
         arguments = (*arguments[:k], "q_dep", *arguments[k:])
+    if model.has_loop_forces and any(j in bound.machine.dependent for j in bound.motors):
+        arguments = (*arguments, "tau")
     return replace(model, arguments=arguments, results=tuple(results))
 
 
@@ -113,50 +115,6 @@ def _constraint_forces(bound: Bound, _: Joints) -> Results:
     return results
 
 
-def needed_forces(bound: Bound, found: Dynamics) -> dict[int, Scalar]:
-    """Force that each joint needs beyond its friction where it has no variable of its own; loops count as cut."""
-    forces = {j: found.Gamma[j] for j in bound.machine.articulated}
-    for j in forces.keys() - {*bound.machine.owners}:
-        forces[j] = forces[j] + bound.friction(j)
-    return forces
-
-
-def loop_forces(bound: Bound, found: Dynamics) -> dict[str, Wrench]:
-    """Wrench of the body of the frame met on the body of each cut joint, by the name of the loop (L33)."""
-    coordinates = bound.coordinates
-    needed = needed_forces(bound, found)
-    rho = {j: needed.get(j, 0) - bound.passive_torque(j) + bound.friction(j) for j in bound.machine.dependent}
-    for j in bound.machine.dependent:
-        for i, coupling in coordinates.couplings.items():
-            rho[j] = rho[j] + coupling.partials.get(j, 0) * needed[i]
-    wrenches: dict[str, Wrench] = {}
-    for block in coordinates.blocks_with_maps[::-1]:
-        unknown = coordinates.unknown(block)
-        columns = coordinates.columns_of(block)
-        transposed = [[column[i] for column in columns] for i in range(len(unknown))]
-        (mu,) = solved(transposed, [[rho[j] for j in unknown]])
-        rows = iter(mu)
-        for loop in block:
-            entries: list[Scalar] = [0] * 6
-            for i in loop.kept:
-                entries[i] = next(rows)
-            wrenches[loop.loop.name] = Wrench(Vector(*entries[:3]), Vector(*entries[3:]))
-        rho = _without(bound, block, wrenches, rho)
-    return wrenches
-
-
-def _without(
-    bound: Bound, block: Sequence[LoopPlan], wrenches: dict[str, Wrench], rho: dict[int, Scalar]
-) -> dict[int, Scalar]:
-    """What is left for the other loops: a loop that runs through joints of others loads them."""
-    shares: dict[int, Scalar] = dict.fromkeys(rho, 0)
-    for loop in block:
-        for i, column in closing_columns(loop_branches(bound, loop.loop)).items():
-            force = wrenches[loop.loop.name].dot(column)
-            shares = {j: share + bound.coordinates.partial(i, j) * force for j, share in shares.items()}
-    return {j: x - shares[j] for j, x in rho.items()}
-
-
 def _refuse_without_couplings(bound: Bound, model: str) -> None:
     machine: Machine = bound.machine
     if not machine.is_coupled:
@@ -205,5 +163,6 @@ CLOSED_CHAINS = (
         FAMILY,
         Parts.WHOLE,
         keeps_grouping=False,
+        has_loop_forces=True,
     ),
 )

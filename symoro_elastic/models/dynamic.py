@@ -8,11 +8,13 @@ from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
 from symoro_elastic.equations.factorization import factorization
 from symoro_elastic.equations.kinematics import frames, velocities
-from symoro_elastic.equations.lagrange import InertiaMatrix, inertia_matrix, of_coordinates
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
 from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.closing_forces import with_loop_forces
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.driving import inverse_by_motors
 from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
 from symoro_elastic.models.model import (
     MOVING,
@@ -57,13 +59,9 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **of_base}
 
 
-def coordinate_inertia(bound: Bound) -> InertiaMatrix:
-    """A over the independent variables."""
-    found = inertia_matrix(bound.without_tip_angles)
-    return of_coordinates(found, bound.coordinates.S, bound.machine.moving) if bound.machine.is_coupled else found
-
-
 def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
+    if any(j not in bound.machine.moving for j in bound.motors):
+        return _inverse_by_motors(bound, asked)
     motion = bound.inverse_motion()
     found = motion.solved(bound.without_tip_angles)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
@@ -73,6 +71,16 @@ def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
     tau = tuple(needed[j] - passive[j] for j in motors)
     qdd = tuple(udd[j] for j in others)
     return {"tau": Result(motors, tau), "qdd": Result(others, qdd), **found_of_base(bound, found)}
+
+
+def _inverse_by_motors(bound: Bound, asked: Joints) -> Results:
+    """Where motors are on dependent joints (L30)."""
+    found = inverse_by_motors(bound)
+    everything = asked == bound.machine.moving
+    motors = bound.motors if everything else tuple(j for j in asked if j in bound.motors)
+    others = asked if everything else tuple(j for j in asked if j not in bound.motors)
+    tau, qdd = tuple(found.tau[j] for j in motors), tuple(found.udd[j] for j in others)
+    return {"tau": Result(motors, tau), "qdd": Result(others, qdd)}
 
 
 def _bias_forces(bound: Bound, asked: Joints) -> Results:
@@ -122,7 +130,7 @@ def _held(bound: Bound, asked: Joints, mechanism: Mechanism, at_rest: bool = Fal
 
 
 def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
-    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    found = dynamics(with_loop_forces(bound), bound.rates(), bound.given_rules())
     name_dynamics(bound, found, "[15]", "[61]")
     entries = [x for frame in asked for part in found.f[frame.number] for x in part]
     return {"f": Result(tuple(frame.number for frame in asked), tuple(entries), (6,))}
@@ -259,6 +267,7 @@ DYNAMIC = (
         Parts.BODIES,
         on_base=(ORIENTATION, "V0", "V0d"),
         keeps_grouping=False,
+        has_loop_forces=True,
     ),
     Model(
         "energy",

@@ -4,6 +4,9 @@ Y has a column for every parameter of the machine that is not the number zero: i
 rotor inertia IA, friction FV and FS, stiffness K, damping DA, KQ = stiffness times neutral position,
 and external wrenches FX ... CZ. Those that no torque depends on are left out. A machine that has
 been grouped gives the base regressor. tau is zero where a joint is elastic or passive.
+
+Rows belong to the independent variables: with couplings and loops Y is S^T Y of the tree's joints in the motion
+S ud, S udd + gam. Springs, dampers and friction act on own variables, friction of coupled joints on these.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.equations.base_parameters import ROTOR
+from symoro_elastic.equations.coordinates import projection
 from symoro_elastic.equations.dynamics import Dynamics, dynamics
 from symoro_elastic.equations.regressor import (
     INERTIAL,
@@ -23,9 +27,10 @@ from symoro_elastic.equations.regressor import (
     wrench_columns,
 )
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.labels import ParameterLabels
-from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.machine.labels import ParameterLabels, named_entries
+from symoro_elastic.machine.machine import Kind
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
@@ -58,7 +63,8 @@ def linear_parameters(bound: Bound) -> list[LinearParameter]:
     """
     found = [(j, entry, x) for j in range(1, len(bound.machine.joints) + 1) for entry, x in _values(bound, j)]
     found = [(j, entry, x) for j, entry, x in found if isinstance(x, Expression) or x != 0]
-    cells = [_cell_name(bound.machine.joint(j), entry) for j, entry, _ in found]
+    named = [named_entries(joint) for joint in bound.machine.joints]
+    cells = [named[j - 1].get(entry) for j, entry, _ in found]
     labels = ParameterLabels(bound.machine)
     return [
         LinearParameter(name if name and cells.count(name) == 1 else labels(j, entry), j, entry, x)
@@ -70,7 +76,7 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
     """Every parameter of joint and body j, with its entry."""
     link, joint = bound.mechanism.links[j - 1], bound.machine.joint(j)
     yield from parameters_of(link.body).items()
-    if joint.sigma != 2:
+    if j in bound.machine.articulated:
         yield ROTOR, link.rotor_inertia
         yield VISCOUS, bound.cell(joint.friction.viscous)
         yield COULOMB, bound.cell(joint.friction.coulomb)
@@ -80,22 +86,6 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
         yield DAMPING, bound.cell(joint.spring.damping)
         yield NEUTRAL, stiffness * bound.cell(joint.spring.neutral)
     yield from zip(WRENCH, link.wrench.entries, strict=True)
-
-
-def _cell_name(joint: Joint, entry: str) -> str | None:
-    """The name that a cell consists of, if it does."""
-    body, wrench = joint.body, (*joint.wrench.force, *joint.wrench.moment)
-    cells = {
-        **({} if body.central else dict(zip(INERTIAL, (*body.inertia, *body.moments, body.mass), strict=True))),
-        **dict(zip(WRENCH, wrench, strict=True)),
-        ROTOR: joint.rotor_inertia,
-        VISCOUS: joint.friction.viscous,
-        COULOMB: joint.friction.coulomb,
-        STIFFNESS: joint.spring.stiffness,
-        DAMPING: joint.spring.damping,
-    }
-    formula = cells.get(entry)
-    return formula.tree[1] if formula is not None and formula.tree[0] == "name" else None
 
 
 def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> dict[int, list[str]]:
@@ -108,17 +98,18 @@ def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> di
 
 
 def _regressor(bound: Bound, asked: Joints) -> Results:
+    _refuse_varying_stiffness(bound)
     parameters = linear_parameters(bound)
     found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     columns: dict[tuple[int, str], Column] = {}
     for j, entry, column in inertial_columns(bound.mechanism, found, _wanted(parameters, INERTIAL)):
-        columns[j, entry] = column
+        columns[j, entry] = bound.on_independent(column)
     for j, entry, column in wrench_columns(bound.mechanism, _wanted(parameters, WRENCH)):
-        columns[j, entry] = column
+        columns[j, entry] = bound.on_independent(column)
     for parameter in parameters:
         j, entry = parameter.joint, parameter.entry
         if entry in JOINT_COLUMNS:
-            columns[j, entry] = {j: JOINT_COLUMNS[entry](bound, j)}
+            columns[j, entry] = _of_joint(bound, j, entry)
     rows = _without_zeros([[columns[p.joint, p.entry].get(i, 0) for p in parameters] for i in asked])
     felt = [k for k in range(len(parameters)) if any(_is_not_zero(row[k]) for row in rows)]
     _check_any(bound, felt)
@@ -132,6 +123,24 @@ def _regressor(bound: Bound, asked: Joints) -> Results:
     return {"Y": Result(asked, entries, (len(kept),), column_labels=tuple(p.label for p in kept))}
 
 
+def _of_joint(bound: Bound, j: int, entry: str) -> Column:
+    """Forces on the independent variables for a unit of a joint's own parameter."""
+    on_variable = entry != ROTOR and j in bound.machine.owners
+    rows = bound.coordinates.S_x if on_variable else bound.coordinates.S
+    return projection(rows, {j: JOINT_COLUMNS[entry](bound, j)})
+
+
+def _refuse_varying_stiffness(bound: Bound) -> None:
+    """Refuse springs whose force is not linear in parameters: their stiffness depends on positions."""
+    machine = bound.machine
+    for j in machine.elastic:
+        stiffness = machine.joint(j).spring.stiffness
+        names = ", ".join(sorted(stiffness.names & machine.variables.keys()))
+        if names:
+            what = f"it varies with {names}, so no regressor has a column for it: give a constant"
+            raise machine.error(place_of(j, machine.joint(j), "stiffness"), what)
+
+
 def _name_regressor(bound: Bound, found: Dynamics, entries: Iterable[tuple[int, int, str, Scalar]]) -> None:
     """Name velocities and accelerations, and the entries of Y: (row's joint, column's joint, parameter, entry)."""
     name_dynamics(bound, found, "[15]", "[61]")
@@ -140,14 +149,14 @@ def _name_regressor(bound: Bound, found: Dynamics, entries: Iterable[tuple[int, 
 
 
 JOINT_COLUMNS: dict[str, Callable[[Bound, int], Scalar]] = {
-    ROTOR: lambda bound, j: bound.qdd[j],
-    VISCOUS: lambda bound, j: bound.qd[j],
+    ROTOR: lambda bound, j: bound.given_accelerations()[j],
+    VISCOUS: lambda bound, j: bound.rate(j),
     COULOMB: lambda bound, j: bound.sign_of_velocity(j),
-    STIFFNESS: lambda bound, j: bound.q[j],
-    DAMPING: lambda bound, j: bound.qd[j],
+    STIFFNESS: lambda bound, j: bound.variables[j],
+    DAMPING: lambda bound, j: bound.rate(j),
     NEUTRAL: lambda bound, j: -1,
 }
-"""What a unit of a joint's own parameter asks of the joint."""
+"""What a unit of a joint's own parameter asks of its variable, IA of the joint."""
 
 
 def _is_not_zero(x: Scalar) -> bool:
@@ -167,6 +176,7 @@ def _check_any(bound: Bound, columns: Sequence[object]) -> None:
 
 
 def _energy_regressor(bound: Bound, _: Joints) -> Results:
+    _refuse_varying_stiffness(bound)
     parameters = linear_parameters(bound)
     wanted = _wanted(parameters, INERTIAL)
     found = {(j, name): x for j, name, x in energies(bound.mechanism, bound.rates(), bound.gravity, wanted)}
@@ -182,9 +192,9 @@ def _energy_regressor(bound: Bound, _: Joints) -> Results:
 
 
 JOINT_ENERGIES: dict[str, Callable[[Bound, int], Scalar]] = {
-    ROTOR: lambda bound, j: bound.qd[j] * bound.qd[j] / 2,
-    STIFFNESS: lambda bound, j: bound.q[j] * bound.q[j] / 2,
-    NEUTRAL: lambda bound, j: -bound.q[j],
+    ROTOR: lambda bound, j: bound.rates()[j] * bound.rates()[j] / 2,
+    STIFFNESS: lambda bound, j: bound.variables[j] * bound.variables[j] / 2,
+    NEUTRAL: lambda bound, j: -bound.variables[j],
 }
 """Energy of a unit of a joint's own parameter, up to a constant."""
 

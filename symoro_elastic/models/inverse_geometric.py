@@ -323,6 +323,7 @@ INVERSE_GEOMETRIC = (
         own=(_PLACEMENT, _solutions(6)),
         on_base=(),
         least_bits=DOUBLE_BITS,
+        on_coupled=False,
     ),
     Model(
         "inverse_position_model",
@@ -336,5 +337,6 @@ INVERSE_GEOMETRIC = (
         own=(_solutions(3),),
         on_base=(),
         least_bits=DOUBLE_BITS,
+        on_coupled=False,
     ),
 )

@@ -35,15 +35,19 @@ class Differentiation:
 
     def by(self, variable: Expression) -> Tangents:
         """Derivatives of the roots and of what they are made of; that of a sign is zero."""
-        tangents = Tangents({variable.id: 1})
-        for node in self._depending_on(variable):
+        return self.along({variable: 1})
+
+    def along(self, direction: Mapping[Expression, Scalar]) -> Tangents:
+        """The same where some variables move together, each by so much."""
+        tangents = Tangents({variable.id: operand(x) for variable, x in direction.items()})
+        for node in self._depending_on(direction):
             tangents.of_nodes[node.id] = _derivative(node, [tangents.of(x) for x in node.operands])
         return tangents
 
-    def _depending_on(self, variable: Expression) -> list[Expression]:
-        """Nodes that are made of a variable, operands before their users."""
+    def _depending_on(self, variables: Iterable[Expression]) -> list[Expression]:
+        """Nodes that are made of some variables, operands before their users."""
         found: dict[int, Expression] = {}
-        stack = list(self._users.get(variable.id, ()))
+        stack = [user for variable in variables for user in self._users.get(variable.id, ())]
         while stack:
             node = stack.pop()
             if node.id not in found:

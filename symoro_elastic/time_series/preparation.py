@@ -12,8 +12,8 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
 from symoro_elastic.time_series.measurements import Measurements, refuse_unsorted
-from symoro_elastic.time_series.reading import MOST_SAMPLES
 
 LONGEST_GAP = 10.0  # of the usual step, that is interpolated
 FASTER = 1.01  # than measured
@@ -69,6 +69,10 @@ class Preparation:
         if duration * self.rate > MOST_SAMPLES:
             what = f"{self.rate:g} Hz makes {duration * self.rate:.2g} samples, {MOST_SAMPLES:.0e} are the most"
             raise InputError("symoro-elastic", "--resample", what)
+        columns = 1 + sum(x.shape[1] for x in (record.q, record.tau, record.qd, record.qdd) if x is not None)
+        what = f"{columns} columns at {self.rate:g} Hz"
+        numbers = int(columns * duration * self.rate)
+        refuse_numbers(numbers, what, "symoro-elastic", "--resample", "use a lower frequency", MOST_IN_FILES)
         wide = 1 / self.rate if usual * self.rate < 1 else 0.0
         count = int(max(duration - wide, 0.0) * self.rate * (1 + 1e-12) + 1e-9) + 1
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate

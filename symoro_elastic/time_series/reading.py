@@ -21,14 +21,11 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES
 
 Columns = dict[str, Array]
 """Arrays of a file by name."""
 
-MOST_SAMPLES = 5_000_000
-"""Of a file that is read or written."""
-MOST_NUMBERS = 30_000_000
-"""In a file: 240 MB, some 2 GB to work with them."""
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 1000
 MOST_IN_LINE = 100_000  # characters
@@ -75,9 +72,9 @@ def _reason(error: Exception) -> str:
 
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
     """Raise `InputError` for more samples or numbers than there is room for."""
-    if rows > MOST_SAMPLES or numbers > MOST_NUMBERS:
+    if rows > MOST_SAMPLES or numbers > MOST_IN_FILES:
         what = (
-            f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_NUMBERS:.0e} numbers"
+            f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers"
         )
         raise _error(path, f"{what} are the most: cut or thin out the record", place)
 

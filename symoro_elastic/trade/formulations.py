@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.errors import InputError
 from symoro_elastic.grouping import checked_grouping
-from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded
 from symoro_elastic.machine.scene import ALL, Scene
@@ -59,7 +58,6 @@ def asked_models(scene: Scene) -> tuple[str, ...]:
 
 def refuse_stateless(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are no state of a machine."""
-    refuse_floating(machine, "trade")
     for name in asked_models(scene):
         arguments = MODELS[name].arguments
         if not arguments or not depends_on_state(arguments):
@@ -99,7 +97,7 @@ def _variants(
         scenes.append(replace(scene, fold=ALL))
     scenes += [replace(one, merge_angles=bound) for one in scenes] if bound else []
     yield from ((machine, other, values) for other in scenes[1:])
-    grouped = None if machine.is_grouped else _grouped(machine, values, notes)
+    grouped = None if machine.is_grouped or machine.floating else _grouped(machine, values, notes)
     if grouped:
         yield from ((grouped[0], other, grouped[1]) for other in scenes)
 

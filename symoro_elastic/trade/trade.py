@@ -19,6 +19,7 @@ from symoro_elastic.numerics.states import States, extreme_states, moderate_stat
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
 from symoro_elastic.progress import Progress, StepProgress, no_step_progress
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.trade.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
 from symoro_elastic.trade.configurations import BATCH, Measurement, judged_in
 from symoro_elastic.trade.drift import Drift, drifts
@@ -67,6 +68,7 @@ def trade(
     values = parameter_values(machine, request.seed)
     written, notes = formulations(machine, scene, values)
     notes += unmerged
+    _refuse_large(machine, written, request.states)
     draw = extreme_states if request.extreme else moderate_states
     states = draw(restricted(machine, scene), request.states, request.seed, values)
     measurements: dict[str, list[Measurement]] = {name: [] for name in asked_models(scene)}
@@ -78,6 +80,14 @@ def trade(
             measurements[one.configuration.model].append(Measurement(one.configuration, time, error))
         moved = _drifts(machine, scene, values, Path(folder), notes, watched("move"))
     return Trade(machine, request, measurements, moved, notes)
+
+
+def _refuse_large(machine: Machine, written: Sequence[Formulation], states: int) -> None:
+    """Raise `InputError` where the results of a model at all states have no room."""
+    for function in written[0].package.functions:
+        each = sum(math.prod(result.shape) for result in function.results)
+        what = f"{states} states with {each} results of {function.name}"
+        refuse_numbers(states * each, what, machine.label, "--states", "give fewer, or one joint of the model (--only)")
 
 
 def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Scene, list[str]]:
@@ -173,6 +183,9 @@ def _drifts(
 ) -> list[Drift]:
     kept = restricted(machine, scene)
     if "direct_dynamics" not in asked_models(scene) or not kept.moving:
+        return []
+    if machine.floating:
+        notes.append("the base floats: base parameters and the drift of a motion are left out")
         return []
     try:
         return drifts(kept, values, folder / "motion", progress)

@@ -2,6 +2,16 @@
 
 Feed-forward through its springs avoids exciting them.
 
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.vibration.energies import strain_shares
+from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.feed_forward import feed_forward
+from symoro_elastic.vibration.linearization import linearize, motion_of, with_motors
+from symoro_elastic.vibration.modes import modes
+from symoro_elastic.vibration.reference_trajectory import move
+from symoro_elastic.vibration.sensitivity import sensitivity
+
+machine, warnings = read_machine("examples/two_axis.toml")
 motion = motion_of(machine)
 linear = linearize(motion, equilibrium(motion, at={"motor_x": 0.3}))
 modal = modes(with_motors(linear, held=["motor_x"]))

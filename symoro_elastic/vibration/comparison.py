@@ -14,6 +14,7 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
 from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.reference_trajectory import STROKE
@@ -68,6 +69,11 @@ class Comparison:
     losses: tuple[Loss, ...]
     alike: bool
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no joint is elastic: the rigid limit is the machine itself."""
+        return all(loss.quantity is Compared.TORQUE for loss in self.losses)
+
 
 def compare(
     machine: Machine,
@@ -78,6 +84,7 @@ def compare(
     course: str | Path | Course | None = None,
     stroke: float = STROKE,
     duration: float | None = None,
+    progress: Progress = no_progress,
 ) -> Comparison:
     """Compare the full model, Spong's reduced model and the rigid limit.
 
@@ -91,8 +98,8 @@ def compare(
     kept = {name: x for name, x in (at or {}).items() if name not in _springs(machine)}
     full = modes_with(whole, at, motors if held else [])
     if isinstance(course, str | Path):
-        course = read_course(course, machine, whole)
-    course = course or move(whole, at, slowest(full), stroke, duration)
+        course = read_course(course, machine, whole, progress)
+    course = course or move(whole, at, slowest(full), stroke, duration, progress)
     return Comparison(
         full,
         pair(full, modes_with(less, at, motors if held else []))[0],

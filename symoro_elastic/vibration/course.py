@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,26 +11,22 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.packages import for_vibrations
+from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.time_series.columns import header_of, named_columns, read_columns
 from symoro_elastic.time_series.measurements import Measurements, read_measurements
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.following import MotorCurve, followed, refuse_swings
 from symoro_elastic.vibration.linearization import linearize, with_motors
 from symoro_elastic.vibration.modes import Modes, modes
 from symoro_elastic.vibration.reference_trajectory import STROKE, ReferenceTrajectory, read_reference
 
 PERIODS = 5.0  # of the first vibration, for a move
 LARGEST_STROKE = 100.0  # rad or m
-MOST_SWINGS = 20_000
 MOVE_SAMPLES, MOST_SAMPLES = 501, 5001
 SPLINE_DEGREE = 5
 COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 """s = 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both ends."""
-
-MotorMotion = Callable[[float], tuple[Array, Array, Array]]
-"""q, qd, qdd of the motors at a time."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +64,7 @@ def move(
     frequency: float = 1.0,
     stroke: float = STROKE,
     duration: float | None = None,
+    progress: Progress = no_progress,
 ) -> Course:
     """Return a motion where all motors move by `stroke` (rad or m) from rest to rest and springs follow the full model.
 
@@ -77,19 +74,17 @@ def move(
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
     _refuse_move(motion.source, duration, stroke, _fastest(motion, at))
-    before = start.q[motion.motors]
-
-    def moved(t: float) -> tuple[Array, Array, Array]:
-        x = t / duration
-        whole = np.ones_like(before)
-        rates = (stroke / duration**k * _shape(x, k) * whole for k in (1, 2))
-        return before + stroke * _shape(x, 0), *rates  # type: ignore[return-value]
-
+    strokes = stroke * np.ones(len(motion.motors))
+    zero, scale = np.zeros((4, len(strokes))), duration ** -np.arange(7.0, 3.0, -1.0)
+    rising = (np.array(COEFFICIENTS[::-1]) * scale)[:, None] * strokes
+    zero[-1] = start.q[motion.motors]
+    curve = MotorCurve(np.array([0.0, duration]), np.concatenate([rising, zero])[:, None])
     times = np.linspace(0.0, duration, MOVE_SAMPLES)
-    return _followed(motion, start, moved, times, f"{stroke:g} (rad or m) in {duration:.4g} s")
+    source = f"{stroke:g} (rad or m) in {duration:.4g} s"
+    return Course(times, *followed(motion, start, curve, times, motion.source, progress), source)
 
 
-def along(machine: Machine, reference: ReferenceTrajectory) -> Course:
+def along(machine: Machine, reference: ReferenceTrajectory, progress: Progress = no_progress) -> Course:
     """Return the motion where motors move along a trajectory and springs follow the full model, from rest.
 
     Raises `InputError`.
@@ -97,71 +92,28 @@ def along(machine: Machine, reference: ReferenceTrajectory) -> Course:
     motion = EquationsOfMotion(machine)
     names = [motion.names[k] for k in motion.motors]
     at = {name: float(reference.y[name][0, 0]) for name in names}
-    t, fastest = reference.t, _fastest(motion, at)
-    if (t[-1] - t[0]) * fastest > MOST_SWINGS:
-        what = (
-            f"{t[-1] - t[0]:.4g} s at {fastest:.4g} Hz is too long to follow: cut it to {MOST_SWINGS / fastest:.3g} s"
-        )
-        raise InputError(reference.source, "t", what)
+    t = reference.t
+    refuse_swings(t[-1] - t[0], _fastest(motion, at), reference.source, "t")
     positions = np.stack([reference.y[name][0] for name in names], axis=1)
-    spline = for_vibrations("scipy.interpolate").make_interp_spline(t, positions, k=SPLINE_DEGREE)
-    curves = [spline, spline.derivative(1), spline.derivative(2)]
-
-    def moved(time: float) -> tuple[Array, Array, Array]:
-        q, qd, qdd = (curve(time) for curve in curves)
-        return q, qd, qdd
-
     kept = t[:: -(-len(t) // MOST_SAMPLES)]
-    return _followed(motion, equilibrium(motion, at), moved, kept, f"{reference.source}, springs follow")
+    curve = MotorCurve.through(t, positions, SPLINE_DEGREE)
+    found = followed(motion, equilibrium(motion, at), curve, kept, reference.source, progress)
+    return Course(kept, *found, f"{reference.source}, springs follow")
 
 
 def _fastest(motion: EquationsOfMotion, at: Mapping[str, float] | None) -> float:
-    """Return the highest frequency with motors held, Hz."""
+    """Return the largest rate of motions with motors held, rad/s: the magnitude of their poles."""
     names = [motion.names[k] for k in motion.motors]
-    return float(modes_with(motion.given, at, names).frequencies.max(initial=0.0))
-
-
-def _followed(motion: EquationsOfMotion, start: State, moved: MotorMotion, times: Array, source: str) -> Course:
-    """Return the motion of all joints at times, springs from rest by an 8th-order Runge-Kutta method."""
-    n, motors = len(motion.joints), motion.motors
-    others = [k for k in range(n) if k not in motors]
-    model = numpy_model(motion.given, ("inverse_dynamics",))
-
-    def placed(t: float, y: Array) -> tuple[Array, Array, Array]:
-        q, qd = start.q.copy(), np.zeros(n)
-        q[motors], qd[motors], accelerations = moved(t)
-        q[others], qd[others] = y[: len(others)], y[len(others) :]
-        return q, qd, model.inverse_dynamics(q, qd, accelerations)[1]
-
-    def rate(t: float, y: Array) -> Array:
-        return np.concatenate([y[len(others) :], placed(t, y)[2][others]])
-
-    rest = np.concatenate([start.q[others], np.zeros(len(others))])
-    solve = for_vibrations("scipy.integrate").solve_ivp
-    states = (
-        solve(rate, (times[0], times[-1]), rest, "DOP853", times, rtol=1e-7, atol=1e-12).y.T
-        if others
-        else [rest] * len(times)
-    )
-    q, qd, qdd = (np.array(block) for block in zip(*map(placed, times, states), strict=True))
-    return Course(times, q, qd, qdd, source)
+    return float(np.abs(modes_with(motion.given, at, names).poles).max(initial=0.0))
 
 
 def _refuse_move(source: str, duration: float, stroke: float, fastest: float) -> None:
     """Raise `InputError` for a move that takes no time or too many periods of the fastest mode, or goes too far."""
-    if duration * fastest > MOST_SWINGS:
-        what = f"{duration:g} s at {fastest:.4g} Hz is too long to follow: at most {MOST_SWINGS / fastest:.3g} s"
-        raise InputError(source, "--duration", what)
+    refuse_swings(duration, fastest, source, "--duration")
     if not 0 < duration < np.inf:
         raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
     if not abs(stroke) <= LARGEST_STROKE:
         raise InputError(source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
-
-
-def _shape(x: float, derivative: int) -> float:
-    """Return the move from 0 to 1, or a derivative of it by x."""
-    polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, *COEFFICIENTS])
-    return float(polynomial.deriv(derivative)(x) if derivative else polynomial(x))
 
 
 def course_of(measured: Measurements) -> Course:
@@ -171,7 +123,7 @@ def course_of(measured: Measurements) -> Course:
     return Course(measured.t, measured.q, qd, qdd, measured.source)
 
 
-def read_course(path: str | Path, machine: Machine, whole: Machine) -> Course:
+def read_course(path: str | Path, machine: Machine, whole: Machine, progress: Progress = no_progress) -> Course:
     """Return the motion in a .csv or .npz file: of all joints with torques, or of the motors alone.
 
     A file without springs, such as `excite` writes, is a trajectory of the motors, and springs follow the model
@@ -187,4 +139,4 @@ def read_course(path: str | Path, machine: Machine, whole: Machine) -> Course:
         lacking += [header_of(("tau", name)) for name in sorted(motors) if ("tau", name) not in named]
         what = "missing: give all joints and torques as measured, or a trajectory of the motors alone (t, q_<motor>)"
         raise InputError(str(path), ", ".join(lacking), what)
-    return along(whole, read_reference(path, machine, usual=SPLINE_DEGREE))
+    return along(whole, read_reference(path, machine, usual=SPLINE_DEGREE), progress)

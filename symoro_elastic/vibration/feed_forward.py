@@ -20,6 +20,7 @@ from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.scalar import Scalar
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
@@ -32,6 +33,7 @@ from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
 NUMBERS_AT_ONCE = 2_000_000
+JUMPS = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,13 @@ def orders(machine: Machine) -> dict[str, int]:
     return _orders(followed, over_time(Bound(followed)))
 
 
+def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
+    """Raise `InputError` where the motion of all joints and the derivatives of the motors' have no room."""
+    each = 3 * len(machine.moving) + sum(len(rows) + 1 for rows in reference.y.values())
+    what = f"{len(reference.t)} samples of {len(machine.moving)} joints"
+    refuse_numbers(each * len(reference.t), what, reference.source, "t", "give fewer, or a lower --rate")
+
+
 def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
     used = {x.operands[0] for x in reachable(_roots(solved)) if x.operation == SYMBOL}
     highest = range(HIGHEST_DERIVATIVE + 1)
@@ -103,6 +112,7 @@ def feed_forward(
     solved = over_time(bound := Bound(followed))
     needed = _orders(followed, solved)
     refuse_few(reference, needed, machine)
+    _refuse_large(valued, reference)
     symbols: dict[str, Any] = {p.name: parameters[p.name] for p in followed.parameters}
     for j in followed.motors:
         name = followed.joint(j).name
@@ -160,10 +170,11 @@ def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machin
 
 
 def notes(command: FeedForward) -> list[str]:
-    """Return lines about doubtful derivatives, and about a trajectory that does not begin or end at rest."""
+    """Return lines about doubtful derivatives, dry friction, and a trajectory that does not begin or end at rest."""
     doubts = command.reference.doubts.items()
     said = [line(command.left_out)] if command.left_out else []
     said += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
+    said += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
             y = command.reference.y[name]
@@ -172,6 +183,11 @@ def notes(command: FeedForward) -> list[str]:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
                 said.append(f"{name} {word} in motion: {what}")
     return said
+
+
+def _with_dry_friction(machine: Machine) -> list[str]:
+    """Return the motors that have dry friction."""
+    return [joint.name for joint in machine.motor_joints if not joint.friction.coulomb.is_zero]
 
 
 def figures(command: FeedForward) -> dict[str, Any]:

@@ -20,8 +20,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
+from symoro_elastic.sizes import MOST_SAMPLES, refuse_numbers
 from symoro_elastic.time_series.columns import named_columns, read_columns
-from symoro_elastic.time_series.reading import MOST_SAMPLES
 from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT
 
 RATE = 1000.0  # samples/s
@@ -130,8 +130,11 @@ def move(
 def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> ReferenceTrajectory:
     """Return curves by motor at times (N,) s, each a `BSpline` or a piecewise polynomial (`PPoly`) of scipy.
 
-    As many derivatives as the curve has before one jumps.
+    As many derivatives as the curve has before one jumps. Raises `InputError` for more than there is room for.
     """
+    what = f"{len(t)} samples of {len(curves)} motors with {HIGHEST_DERIVATIVE} derivatives"
+    numbers = len(t) * len(curves) * (HIGHEST_DERIVATIVE + 1)
+    refuse_numbers(numbers, what, source, "--rate", "give a lower rate, or a shorter motion")
     return ReferenceTrajectory(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
 
 

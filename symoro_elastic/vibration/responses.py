@@ -12,6 +12,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.errors import InputError
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
 from symoro_elastic.vibration.signals import input_unit, output_unit
@@ -77,6 +78,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     frequencies = np.asarray(frequencies, dtype=float)
     if frequencies.ndim != 1 or not len(frequencies) or not (np.isfinite(frequencies) & (frequencies >= 0)).all():
         raise InputError(linear.motion.source, "--frequencies", "frequencies are numbers of Hz from 0 upwards")
+    _refuse_large(linear, len(frequencies))
     infinite, notes = _resonances(linear, frequencies)
     values = np.full((len(frequencies), len(linear.outputs), len(linear.inputs)), np.nan, dtype=complex)
     finite = np.flatnonzero(~infinite)
@@ -89,6 +91,14 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     units = {name: input_unit(machine, name) for name in linear.inputs}
     units |= {name: output_unit(machine, name) for name in linear.outputs}
     return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes), units)
+
+
+def _refuse_large(linear: Linearization, count: int) -> None:
+    """Raise `InputError` where the responses of all inputs at all outputs have no room."""
+    inputs, outputs = len(linear.inputs), len(linear.outputs)
+    what = f"{count} frequencies of {inputs} inputs and {outputs} outputs"
+    way_out = "give fewer, or choose by --input and --output"
+    refuse_numbers(2 * count * inputs * outputs, what, linear.motion.source, "--frequencies", way_out)
 
 
 def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:

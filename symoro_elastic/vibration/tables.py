@@ -275,13 +275,15 @@ def frequencies_table(comparison: Comparison) -> Any:
 
 
 def losses_table(comparison: Comparison) -> Any:
-    """Return the errors of each approximation, root mean square and largest."""
+    """Return the errors of each approximation that is one, root mean square and largest."""
     from rich.table import Table
 
-    table = Table("joint", "quantity", "full, rms / largest", "reduced misses", "rigid misses")
+    names = [*([] if comparison.alike else ["reduced"]), *([] if comparison.is_rigid else ["rigid"])]
+    table = Table("joint", "quantity", "full, rms / largest", *(f"{name} misses" for name in names))
     for loss in comparison.losses:
-        missed = [size if _matters(size, loss) else (0.0, 0.0) for size in (loss.reduced, loss.rigid)]
-        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *missed))
+        missed: list[tuple[float, float]] = [getattr(loss, name) for name in names]
+        shown = [size if _matters(size, loss) else (0.0, 0.0) for size in missed]
+        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *shown))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
     return table
 
@@ -337,7 +339,9 @@ def comparison_conclusion(comparison: Comparison) -> str:
     elif torques:
         worst = max(torques, key=lambda loss: loss.reduced[0] / loss.full[0])
         parts.append(f"the reduced model misses {_missed(worst.reduced, worst)} of the torque of {worst.joint}")
-    if torques:
+    if comparison.is_rigid:
+        parts.append("no joint is elastic, so the rigid limit is the machine itself")
+    elif torques:
         worst = max(torques, key=lambda loss: loss.rigid[0] / loss.full[0])
         parts.append(f"the rigid limit misses {_missed(worst.rigid, worst)} of the torque of {worst.joint}")
     parts = parts or ["no motor has a torque on this motion"]

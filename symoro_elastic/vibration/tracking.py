@@ -19,6 +19,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import linearize, with_motors
@@ -26,6 +27,7 @@ from symoro_elastic.vibration.modes import Modes, clusters, modes, refuse_rigid
 
 DOUBTFUL_MAC = 0.5
 MOST_POSITIONS = 10_000
+MATRICES = 8  # of the order of the joints, at each position
 Grid = Mapping[str, Sequence[float]]
 
 
@@ -77,6 +79,9 @@ def over_grid(
     """
     joints, lengths = tuple(grid), tuple(len(places) for places in grid.values())
     refuse_grid(lengths, motion.source)
+    what = f"{math.prod(lengths)} positions of {len(motion.joints)} joints"
+    numbers = MATRICES * math.prod(lengths) * len(motion.joints) ** 2
+    refuse_numbers(numbers, what, motion.source, "--over", "give fewer positions")
     for name in joints:
         if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
             what = f"{name} is not held, so the equilibrium decides where it is: go over motors"

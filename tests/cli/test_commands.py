@@ -17,6 +17,7 @@ from tests.command_line import EXAMPLES, refused, run
 from tests.generated_code import imported
 
 RX90, TWO_R = EXAMPLES / "rx90.par", EXAMPLES / "planar_2r.toml"
+TWO_AXIS = EXAMPLES / "two_axis.toml"
 
 
 @pytest.mark.parametrize("suffix", ["toml", "par"])
@@ -57,6 +58,17 @@ def test_base_saves_operations_and_refuses_reaction_wrenches(tmp_path: Path) -> 
         for kind in ("mul", "add"):
             assert found[1][model][kind] < found[0][model][kind]
     assert "not the reaction wrenches" in refused("generate", RX90, "--base", "--model", "reaction_wrenches")
+
+
+def test_show_takes_values() -> None:
+    """Of parameters and of cells, as the other commands do: the tip of the arm is at l1 + l2."""
+    shown = run("show", TWO_R, "--value", "l1=2", "--value", "l2=0.5").stdout
+    assert "l1 = 2.0 m" in shown and "l2 = 0.5 m" in shown and "lc2 = 0.15 m" in shown
+    found = json.loads(run("show", TWO_R, "--value", "l1=2", "--value", "l2=0.5", "--json").stdout)
+    assert found["axes"]["tip"]["origin"] == [2.5, 0, 0]
+    assert found["base_parameters"]["MXR1"] == "lc1*m1 + l1*m2"
+    assert "M = 7.0" in run("show", TWO_AXIS, "--value", "ram.mass=7").stdout
+    assert "no parameter 'l9'; did you mean" in refused("show", TWO_R, "--value", "l9=1")
 
 
 def test_show_gives_base_parameters_as_formulas() -> None:

@@ -9,10 +9,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from symoro_elastic import pipeline
-from symoro_elastic.cli import parsing
+from symoro_elastic.cli import cli, parsing
 from symoro_elastic.cli.sections import Failure
 from tests.command_line import EXAMPLES, Ended, ended, refused
 
@@ -93,6 +94,21 @@ def test_formulas_of_numbers_are_numbers() -> None:
 def test_one_name_has_one_value(options: str) -> None:
     assert "is given twice: give it one value" in refused("modes", TWO_AXIS, *options.split())
     assert parsing.numbers(["D4=1", "D4=1"], "--value") == {"D4": 1.0}
+
+
+def test_no_option_of_one_value_is_given_twice() -> None:
+    """Of any command: a flag may be, and an option that takes several values."""
+    assert not refused_twice("show", "--json")
+    for command in cli.commands.values():
+        for option in command.params:
+            if isinstance(option, click.Option) and not option.multiple and not option.is_flag:
+                assert refused_twice(str(command.name), f"{option.opts[0]}=1") == f"symoro-elastic: {option.opts[0]}"
+
+
+def refused_twice(command: str, option: str) -> str:
+    """The place in the error that an option is given twice, if it is."""
+    line = ended(command, TWO_R, option, option).err.removeprefix("error: ")
+    return line.partition(": is given twice: give it one value")[0] if "is given twice" in line else ""
 
 
 @pytest.mark.parametrize(

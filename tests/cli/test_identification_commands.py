@@ -89,6 +89,18 @@ def test_the_saved_machine_has_the_torques_of_the_measured_one(folder: Path, tmp
     assert "suffix" in refused("identify", folder / "arm.toml", folder / "1.csv", "--save", tmp_path / "x.txt")
 
 
+def test_what_is_saved_instead_of_negative_values_is_said(folder: Path, tmp_path: Path) -> None:
+    wrong = np.loadtxt(folder / "1.csv", delimiter=",", skiprows=1)
+    wrong[:, 3] -= 1.5 * np.gradient(wrong[:, 1], wrong[1, 0])
+    np.savetxt(tmp_path / "wrong.csv", wrong, delimiter=",", header=HEADER, comments="")
+    done = run("identify", folder / "arm.toml", tmp_path / "wrong.csv", "--save", tmp_path / "saved.toml", "--json")
+    assert json.loads(done.stdout)["parameters"]["FV1"]["value"] < -1
+    assert (
+        "warning: FV1 = -1." in done.stderr and "is saved as 0, for no machine has that; the others are" in done.stderr
+    )
+    assert read_machine(tmp_path / "saved.toml")[0].joints[0].friction.viscous.is_zero
+
+
 def test_gains_turn_currents_into_torques(folder: Path, tmp_path: Path) -> None:
     currents = np.loadtxt(folder / "1.csv", delimiter=",", skiprows=1) / [1, 1, 1, 2.5, -0.4]
     np.savetxt(tmp_path / "currents.csv", currents, delimiter=",", header=HEADER, comments="")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,13 +26,14 @@ from symoro_elastic.identification.filtering import (
     filtered_motion,
     smooth,
 )
+from symoro_elastic.identification.identified import identified, possible
 from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.regression import ByEquations, ByLinearity, regressor
+from symoro_elastic.identification.regression import ByEquations, ByLinearity, RegressorColumn, regressor
 from symoro_elastic.identification.report import as_json, table
 from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Parameter, Spring
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.independence import independent_columns
 from symoro_elastic.output_files import permission
@@ -238,6 +241,95 @@ def test_known_values_are_not_sought(arm: Machine) -> None:
     assert found.estimation["FV1"].value == pytest.approx(0.3)
     with pytest.raises(InputError, match="no such parameter; did you mean 'FS1'"):
         identify(arm, true, known={"FS11": 0.2})
+
+
+def renamed(arm: Machine) -> Machine:
+    """The arm whose elbow calls its first moment FV1, and its rotor inertia X_XX2: like other parameters are called."""
+    zero = Formula.parse(0)
+    body = Body(Formula.parse("m2"), (Formula.parse("FV1"), zero, zero), (*(zero,) * 5, Formula.parse(0.04575)))
+    elbow = replace(arm.joints[1], rotor_inertia=Formula.parse("X_XX2"), body=body)
+    own = (Parameter("FV1", Formula.parse(0.225)), Parameter("X_XX2", Formula.parse(0.02)))
+    return replace(arm, joints=(arm.joints[0], elbow, *arm.joints[2:]), parameters=(*arm.parameters, *own))
+
+
+def test_labels_are_no_names_of_other_quantities(arm: Machine) -> None:
+    """The same estimates, friction by another label; a name that may mean two parameters is refused with both."""
+    other = renamed(arm)
+    true = exact(other)
+    found, plain = identify(other, true, filtered=False), identify(arm, true, filtered=False)
+    assert {e.unknown.label for e in found.estimates} == {
+        "FV_1" if e.unknown.label == "FV1" else e.unknown.label for e in plain.estimates
+    }
+    assert found.estimation["FV_1"].value == pytest.approx(0.3)
+    assert "FV_1" not in nominal(identify(other, true, known={"FV_1": 0.3}, filtered=False))
+    with pytest.raises(InputError) as error:
+        identify(other, true, known={"FV1": 0.3}, filtered=False)
+    assert "known FV1: the machine has another quantity of this name: write MX2 for MX of joint 2 (elbow)" in str(
+        error.value
+    )
+    assert str(error.value).endswith(" or FV_1 for FV of joint 1 (shoulder)")
+    saved = identified(found)
+    states = np.random.default_rng(2).uniform(-2, 2, (3, 30, 2))
+    tau, known = (np.asarray(numpy_model(m, ("inverse_dynamics",)).inverse_dynamics(*states)[0]) for m in (saved, arm))
+    rotor = 0.02 * states[2] * [0, 1]
+    np.testing.assert_allclose(tau, known + rotor, atol=1e-6 * np.abs(known).max())
+
+
+def test_a_rotor_behind_a_ratio_is_saved_as_the_joint_feels_it(arm: Machine) -> None:
+    geared = replace(arm.joints[1], rotor_inertia=Formula.parse(2e-4), ratio=Formula.parse(10))
+    machine = replace(arm, joints=(arm.joints[0], geared, *arm.joints[2:]))
+    found = identify(machine, exact(machine), filtered=False)
+    assert found.estimation["IA2"].unknown.nominal == pytest.approx(0.02)
+    states = np.random.default_rng(2).uniform(-2, 2, (3, 30, 2))
+    both = (identified(found), machine)
+    saved, true = (np.asarray(numpy_model(m, ("inverse_dynamics",)).inverse_dynamics(*states)[0]) for m in both)
+    np.testing.assert_allclose(saved, true, atol=1e-6 * np.abs(true).max())
+
+
+def saved_without_negatives(machine: Machine, measured: Measurements) -> tuple[Identification, list[str]]:
+    """The fit that is saved."""
+    found = identify(machine, measured, filtered=False)
+    return possible(found, lambda fixed: identify(machine, measured, known=fixed, filtered=False))
+
+
+def test_negative_values_are_zero_and_the_others_fitted_again(arm: Machine) -> None:
+    """What is saved is the least-squares fit without them; a second value may become negative by the first."""
+    true = exact(arm)
+    wrong = replace(true, tau=true.tau - 2 * true.qd * [0.3, 0.0])
+    fitted, lines = saved_without_negatives(arm, wrong)
+    assert [line.split(" is ")[0] for line in lines] == ["FV1 = -0.3", "FS1 = -0.139"]
+    assert "the others are fitted again, as with --known FV1=0" in lines[0]
+    machine = identified(fitted)
+    assert machine.joints[0].friction.viscous.is_zero and machine.joints[0].friction.coulomb.is_zero
+    states = (wrong.q, wrong.qd, wrong.qdd)
+    tau = np.asarray(numpy_model(machine, ("inverse_dynamics",)).inverse_dynamics(*states)[0])
+    Y = regressor(arm)
+    others = [c for c, column in enumerate(Y.columns) if column.label not in ("FV1", "FS1")]
+    W = (Y.evaluate(*states, others) / fitted.estimation.solution.sigma[:, None]).reshape(-1, len(others))
+    left = ((wrong.tau - tau) / fitted.estimation.solution.sigma).ravel()
+    assert np.abs(W.T @ left).max() < 1e-6 * np.linalg.norm(W, axis=0).max() * np.linalg.norm(left)
+    first = identify(arm, wrong, filtered=False)
+    kept = first.estimation.solution.residuals.ravel()
+    assert np.linalg.norm(wrong.tau - tau) > 2 * np.linalg.norm(kept), "torques of the first fit need the negative one"
+
+
+def of_spring(machine: Machine, X: float, file: float) -> Any:
+    """What `possible` reads of a fit that found a stiffness alone."""
+    columns = [RegressorColumn("K2", "K", 2, 1, "N m/rad", file)]
+    equations = SimpleNamespace(Y=SimpleNamespace(columns=columns), known={}, kept=(0,))
+    estimation = SimpleNamespace(solution=SimpleNamespace(X=np.array([X])), grouping=SimpleNamespace(kept=(0,)))
+    return SimpleNamespace(machine=machine, equations=equations, estimation=estimation)
+
+
+def test_a_negative_stiffness_is_that_of_the_file(elastic: Machine) -> None:
+    """Where the file has none, it is refused."""
+    fixed: list[Mapping[str, float]] = []
+    good = of_spring(elastic, 40.0, 40.0)
+    found, lines = possible(of_spring(elastic, -1.0, 40.0), lambda known: fixed.append(dict(known)) or good)
+    assert fixed == [{"K2": 40.0}] and found is good
+    assert lines[0].startswith("K2 = -1 is saved as 40, for no machine has that")
+    with pytest.raises(InputError, match=r"known K2: -1 came out, no spring has that, and the file gives no value"):
+        possible(of_spring(elastic, -1.0, math.nan), lambda _: good)
 
 
 def test_negative_friction_is_noted(arm: Machine) -> None:

@@ -201,7 +201,7 @@ def test_the_name_is_that_of_the_robot_else_of_the_file(text: str, file: str, na
 )
 def test_a_message_about_a_name_says_where_it_comes_from(text: str, file: str, origin: str) -> None:
     with pytest.raises(InputError) as caught:
-        check(par.read(text + PAR, file))
+        check(par.read(text + PAR, file), reserved_words())
     assert str(caught.value).startswith(f"{file}: name: the name 'int' cannot be used: ")
     assert str(caught.value).endswith(origin)
 

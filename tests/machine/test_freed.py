@@ -28,7 +28,7 @@ def test_names_are_those_of_the_columns() -> None:
 
 def test_names_that_are_used_get_another() -> None:
     machine = replace(drive(), name="M1", parameters=(Parameter("k2", cell(1)),))
-    assert [p.name for p in freed(machine, SECTIONS, taken=("M2",)).parameters] == [
+    assert [p.name for p in freed(machine, SECTIONS, taken={"M2": "a reason"}).parameters] == [
         "k2",
         "free_M1",
         "free_M2",

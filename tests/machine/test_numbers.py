@@ -33,3 +33,7 @@ def test_numbers_of_any_library(number: Any, text: str) -> None:
 def test_what_is_no_number(number: Any) -> None:
     with pytest.raises(FormulaError):
         Formula.parse(number)
+
+
+def test_a_formula_is_shown_by_its_text() -> None:
+    assert repr(Formula.parse("l1 + 2*a")) == "Formula(text='l1 + 2*a')"

@@ -120,6 +120,7 @@ class Chain:
         columns = [[coefficient(f, 1) for f in function(along(at, {name: mpf(1)}))] for name in names]
         return np.array(columns, dtype=object).T if columns else zeros(len(function(at)), 0)
 
+    @in_many_digits
     def assemble(self, state: State) -> dict[str, Any]:
         """All variables where the loops close, by Newton from the guess; `ArithmeticError` where it finds nothing."""
         found = {name: exact(value) for name, value in zip(self.independent, state.u, strict=True)}

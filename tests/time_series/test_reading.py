@@ -105,7 +105,7 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
 
 
 def test_the_numbers_of_all_arrays_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reading, "MOST_NUMBERS", 100)
+    monkeypatch.setattr(reading, "MOST_IN_FILES", 100)
     (tmp_path / "two.npz").write_bytes(npz(t=t, q=t))
     assert "120 numbers" in line_of(tmp_path / "two.npz")
     (tmp_path / "long.csv").write_text("t,q\n" + "0,1\n" * 60)

@@ -310,6 +310,17 @@ def test_a_build_that_fails_is_noted(
     assert made == [] and "1 of 1 builds left out" in notes[0]
 
 
+def test_a_machine_on_a_floating_base() -> None:
+    """Errors are those of both models, the base's acceleration included; what is not offered is said."""
+    machine, _ = read_machine(EXAMPLES / "floating_arm.toml")
+    found = trade(machine, Scene(), Request("quick", states=200, rounds=1))
+    assert found.notes[-1] == "the base floats: base parameters and the drift of a motion are left out"
+    assert found.measurements.keys() == {"direct_dynamics", "inverse_dynamics"} and not found.drifts
+    for measurements in found.measurements.values():
+        assert {one.configuration.precision.name for one in measurements} >= {"double", "single", "mixed"}
+        assert all(0.5 < one.errors.worst < 300 for one in measurements), "units in the last place of each precision"
+
+
 def test_a_model_that_is_too_large_is_refused(two_r: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(formulations_of_trade, "MOST_OPERATIONS", 10)
     with pytest.raises(InputError, match=r"operations are more than the 10 .*: ask for one --model"):

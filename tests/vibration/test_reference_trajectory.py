@@ -26,9 +26,10 @@ from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
 from tests.command_line import EXAMPLES, refused, run
+from tests.compiled_models import cell
 from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
-from tests.vibration.machines import drive
+from tests.vibration.machines import drive, machine_of, slide
 
 LOCKED = ("bed_yaw", "bed_y", "bed_x", "motor_secondary", "cart_yaw", "cart_x", "cart_y", "sensor_head")
 
@@ -248,6 +249,15 @@ def test_a_motion_that_begins_in_motion(tmp_path: Path) -> None:
     path = written(tmp_path / "w.csv", {"t": t, "y_motor": 0.1 * np.sin(4 * t)})
     shown = run("feed-forward", tmp_path / "drive.toml", "--motion", path).stdout
     assert "motor begins in motion: derivative 1 is not zero" in shown and "motor ends in motion" in shown
+
+
+def test_dry_friction_makes_the_torque_jump() -> None:
+    rubbing = slide("rubbing", 0, Kind.MOTOR, 2.0, friction=Friction(cell(0), cell(3.0)))
+    machine = machine_of("two", rubbing, slide("smooth", 1, Kind.MOTOR, 1.0))
+    found = feed_forward(machine, move(machine, {}, {"": 0.1}, 1.0, 5))
+    assert found.tau[0, 0] == 0 and found.tau[1, 0] > 3
+    what = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
+    assert notes(found) == [f"rubbing {what}"]
 
 
 REFUSED = {

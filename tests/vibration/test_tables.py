@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from symoro_elastic import vibration
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.vibration.comparison import compare
@@ -192,3 +193,19 @@ def test_a_motor_without_spring_is_never_ahead() -> None:
     stiff = machine_of("stiff", slide("motor", 0, Kind.MOTOR, 2))
     figure = following(feed_forward(stiff, move(stiff, {}, {"": 0.1}, 0.4, 5)))
     assert [axis.get_ylabel() for axis in figure.axes] == ["reference, m", "torque, N"]
+
+
+def test_models_that_are_the_same_have_no_column_of_errors() -> None:
+    """A rigid machine is its own limit, and one without rotors that turn its own reduced model."""
+    rigid, elastic = compare(machine_of("slide", slide("axis", 0, Kind.MOTOR, 2.0)), duration=1.0), compare(drive())
+    assert "misses" not in text(losses_table(rigid))
+    assert "no joint is elastic, so the rigid limit is the machine itself" in comparison_conclusion(rigid)
+    assert "rigid misses" in text(losses_table(elastic)) and "reduced misses" not in text(losses_table(elastic))
+
+
+def test_the_example_of_the_package_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    lines = str(vibration.__doc__).split("\n\n", maxsplit=2)[2]
+    names: dict[str, Any] = {}
+    exec(lines, names)
+    assert names["modal"].frequencies.shape == (11,)

@@ -8,6 +8,7 @@ from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.target import Target
+from symoro_elastic.codegen.targets import c, numpy
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.codegen.targets.numpy import NUMPY
@@ -16,6 +17,8 @@ TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BAT
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))
 """Identifiers that the language or the libraries of some target use."""
+KEYWORDS = c.KEYWORDS | numpy.KEYWORDS
+"""Those of them that are keywords."""
 
 
 def render_targets(package: Package, targets: Iterable[str], precisions: Sequence[Precision] = (DOUBLE,)) -> Files:

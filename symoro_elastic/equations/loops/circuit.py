@@ -5,7 +5,7 @@ Between its unknown joints the circuit consists of segments: displacements that 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -78,7 +78,18 @@ def circuit(
         else:
             segments[-1].append(element)
     segments[-1] += segments.pop(0)
-    return Circuit(tuple(passed), tuple(Segment(tuple(steps)) for steps in segments))
+    return Circuit(tuple(passed), tuple(Segment(tuple(_without_returns(steps))) for steps in segments))
+
+
+def _without_returns(steps: Iterable[Step]) -> list[Step]:
+    """Steps without those that are taken back at once, as where two branches leave their common body."""
+    kept: list[Step] = []
+    for step, sense in steps:
+        if kept and kept[-1] == (step, -sense):
+            kept.pop()
+        else:
+            kept.append((step, sense))
+    return kept
 
 
 def _around(

@@ -1,36 +1,44 @@
 """Parallelograms: planar loops of four turning corners whose opposite sides are the same expressions.
 
 Opposite sides stay parallel, so angles are sums of angles: S is constant, gam is zero, and nothing is divided by what
-vanishes in the flat position.
+vanishes in the flat position. Constant angles are unit complex numbers: turns add up by multiplication.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from symoro_elastic.equations.loops.circuit import Circuit
+from symoro_elastic.equations.loops.circuit import Circuit, Segment
 from symoro_elastic.equations.loops.planar import Complex
-from symoro_elastic.equations.spatial import Axis, Scalar, is_zero
+from symoro_elastic.equations.spatial import Axis, Scalar, X, Z, is_zero
 
-QUARTERS: dict[tuple[Scalar, Scalar], int] = {(1, 0): 0, (0, 1): 1, (-1, 0): 2, (0, -1): 3}
+NO_TURN, HALF_TURN = Complex(1, 0), Complex(-1, 0)
+
+
+class Side(NamedTuple):
+    """A side: a length along a direction that is constant in the axes of its body."""
+
+    length: Scalar
+    direction: Complex
 
 
 @dataclass
 class Corner:
-    """The joints at one corner, each with its sense of turning, and quarter turns of the bodies between them."""
+    """The joints at one corner, each with its sense of turning, and the constant turn of the bodies between them."""
 
     joints: list[tuple[int, int]] = field(default_factory=list)
-    quarters: int = 0
+    turn: Complex = NO_TURN
 
 
 def parallelogram(
-    loop: Circuit, unknown: Collection[int], angles: Mapping[int, Scalar], quarter: Scalar
+    loop: Circuit, unknown: Collection[int], angles: Mapping[int, Scalar], angle_of: Callable[[Complex], Scalar]
 ) -> dict[int, Scalar] | None:
     """Angles of the unknown joints of a parallelogram; None for any other loop.
 
-    `loop` passes all its joints as unknown ones, `angles` are those of the others, `quarter` is pi / 2. Where t_k is
-    the turn at the corner after side k, t_k + t_(k+1) is constant.
+    `loop` passes all its joints as unknown ones, `angles` are those of the others; `angle_of` gives the angle of a
+    constant turn. Where t_k is the turn at the corner after side k, t_k + t_(k+1) is constant.
     """
     found = _polygon(loop)
     if found is None or len(found) != 4:
@@ -42,56 +50,70 @@ def parallelogram(
     if None in constants or len(known) != 1 or {*known, *single} != set(range(4)):
         return None
     (first,) = known
-    turn: Scalar = 0
+    angle: Scalar = 0
     for j, sense in corners[first].joints:
-        turn = turn + sense * angles[j]
-    quarters = corners[first].quarters
+        angle = angle + sense * angles[j]
+    turn = corners[first].turn
     solved: dict[int, Scalar] = {}
     for k in ((first + i) % 4 for i in (1, 2, 3)):
-        turn, quarters = -turn, (constants[k - 1] or 0) - quarters
+        angle, turn = -angle, (constants[k - 1] or NO_TURN) * turn.conjugate
         ((joint, sense),) = corners[k].joints
-        solved[joint] = sense * turn + _least(sense * (quarters - corners[k].quarters)) * quarter
+        own = turn * corners[k].turn.conjugate
+        solved[joint] = sense * angle + angle_of(own if sense > 0 else own.conjugate)
     return solved
 
 
-def _polygon(loop: Circuit) -> list[tuple[Complex, Corner]] | None:
+def _polygon(loop: Circuit) -> list[tuple[Side, Corner]] | None:
     """Sides, in axes that turn at corners only, each with the corner at its end; None where one is no plain length."""
-    lengths = [_side(loop, k, 1).length for k in range(len(loop.unknown))]
-    if all(x is not None and is_zero(x) for x in lengths):
+    if any(joint.axis is not Axis.REVOLUTE for joint in loop.unknown):
         return None
-    loop = loop.from_joint(next(k for k, x in enumerate(lengths) if x is None or not is_zero(x)))
-    found: list[tuple[Complex, Corner]] = []
+    lengths = [_side(segment, 1) for segment in loop.segments]
+    long = [k for k, side in enumerate(lengths) if side is not None and not is_zero(side.length)]
+    if None in lengths or not long:
+        return None
+    loop = loop.from_joint((long[0] + 1) % len(loop.unknown))
+    found: list[tuple[Side, Corner]] = []
     mirrored = 1
     for k, joint in enumerate(loop.unknown):
-        rotation = loop.segments[k - 1].frame.rotation
-        side, quarter = _side(loop, k, mirrored), QUARTERS.get((rotation.x.x, rotation.y.x))
-        if side.length is None or quarter is None or joint.axis is not Axis.REVOLUTE:
-            return None
-        if not is_zero(side.length):
+        segment = loop.segments[k - 1]
+        side = _side(segment, mirrored)
+        if side is not None and not is_zero(side.length):
             found.append((side, Corner()))
-        corner = found[-1][1]
-        corner.quarters += mirrored * quarter
+        corner, rotation = found[-1][1], segment.frame.rotation
+        corner.turn = corner.turn * Complex(rotation.x.x, mirrored * rotation.y.x)
         mirrored *= 1 if rotation.z.z == 1 else -1
         corner.joints.append((joint.joint, mirrored * joint.sense))
     return found if mirrored == 1 else None
 
 
-def _side(loop: Circuit, k: int, mirrored: int) -> Complex:
-    """The side that ends at joint k."""
-    x, y, _ = loop.segments[k - 1].frame.origin
-    return Complex(x, mirrored * y)
+def _side(segment: Segment, mirrored: int) -> Side | None:
+    """The side along a segment; None where it is made of several shifts in several directions."""
+    x, y, _ = segment.frame.origin
+    if is_zero(y):
+        return Side(x, NO_TURN)
+    if is_zero(x):
+        return Side(y, Complex(0, mirrored))
+    return _along_one_shift(segment, mirrored)
 
 
-def _from_opposite(u: Complex, v: Complex) -> int | None:
-    """Quarter turns from a side to the opposite one, which runs back; None where their lengths differ."""
-    if u.length is None or v.length is None:
-        return None
-    turns = int(is_zero(u.x)) - int(is_zero(v.x)) + 2
+def _along_one_shift(segment: Segment, mirrored: int) -> Side | None:
+    """The side of a segment that has one shift in the plane, after constant turns about its normal."""
+    direction, found = NO_TURN, []
+    for step, sense in segment.steps:
+        if step.axis == X and not is_zero(step.sine):
+            return None
+        if step.axis == X and not is_zero(step.shift):
+            found.append(Side(sense * step.shift, direction))
+        if step.axis == X:
+            mirrored *= 1 if step.cosine == 1 else -1
+        elif step.axis == Z:
+            direction = direction * Complex(step.cosine, sense * mirrored * step.sine)
+    return found[0] if len(found) == 1 else None
+
+
+def _from_opposite(u: Side, v: Side) -> Complex | None:
+    """The turn from a side to the opposite one, which runs back; None where their lengths differ."""
+    turn = u.direction * v.direction.conjugate
     if is_zero(u.length - v.length):
-        return turns
-    return turns + 2 if is_zero(u.length + v.length) else None
-
-
-def _least(quarters: int) -> int:
-    """The same turn as -1, 0, 1 or 2 quarters."""
-    return (quarters + 1) % 4 - 1
+        return turn * HALF_TURN
+    return turn if is_zero(u.length + v.length) else None

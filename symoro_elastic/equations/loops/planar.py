@@ -1,4 +1,4 @@
-"""Closed forms of planar loops, which have three unknown joints, the cut one among them.
+"""Closed forms of planar loops, which have three unknown joints, the cut one among them, and of loops with one.
 
 Three turns close a triangle (L12); two turns and a slide a triangle of which one side is a line (L16), (L17); a turn
 and two slides linear equations. Angles are results as (cosine, sine): none is computed. Vectors of the plane are
@@ -87,7 +87,9 @@ Signs = Mapping[int, int]
 
 
 def closed(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
-    """The unknown joints of a planar loop on one of its branches."""
+    """The unknown joints of a loop on one of its branches."""
+    if len(loop.unknown) == 1:
+        return _with_one_unknown(loop)
     turns = [k for k, joint in enumerate(loop.unknown) if joint.axis is Axis.REVOLUTE]
     if len(turns) == 3:
         return _triangle(loop, root, signs)
@@ -153,6 +155,14 @@ def _with_two_slides(loop: Circuit) -> Closed:
     slides = {first.joint: -first.sense * area(w, n2) / between, second.joint: second.sense * area(w, n1) / between}
     angle = Complex(whole.rotation.x.x, whole.rotation.x.y)
     return Closed({turn.joint: _of_joint(turn, angle)}, slides)
+
+
+def _with_one_unknown(loop: Circuit) -> Closed:
+    """A turn, or a slide, that takes back what all others of the loop do, in space too."""
+    (joint,), frame = loop.unknown, loop.segments[0].frame
+    if joint.axis is Axis.PRISMATIC:
+        return Closed({}, {joint.joint: -joint.sense * frame.origin.z})
+    return Closed({joint.joint: _of_joint(joint, Complex(frame.rotation.x.x, frame.rotation.x.y))}, {})
 
 
 def _in_plane(v: Vector) -> Complex:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from symoro_elastic.errors import InputError
@@ -11,6 +11,7 @@ from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.format import Format
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import NONE, Reasons
 from symoro_elastic.machine.resolve import Models
 from symoro_elastic.output_files import write_text
 
@@ -18,9 +19,7 @@ FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT)
 """Every format; a new one is a module and its line here."""
 
 
-def read_machine(
-    path: str | Path, taken: Collection[str] = (), models: Models | None = None
-) -> tuple[Machine, list[str]]:
+def read_machine(path: str | Path, taken: Reasons = NONE, models: Models | None = None) -> tuple[Machine, list[str]]:
     """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
     machine = read(path)
     return machine, check(machine, taken, models)

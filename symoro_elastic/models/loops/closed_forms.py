@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from symoro_elastic.equations.loops.circuit import Circuit, circuit
@@ -18,7 +18,9 @@ from symoro_elastic.symbolic.functions import arc_tangent, square_root
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
 
+Angles = dict[int, Scalar]
 AGREEING = 1e-7
+QUARTERS: dict[tuple[Scalar, Scalar], int] = {(1, 0): 0, (0, 1): 1, (-1, 0): 2, (0, -1): -1}
 
 
 def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
@@ -27,12 +29,20 @@ def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
     return circuit(bound.mechanism, rows, cut_joint(bound.machine, loop), unknown)
 
 
-def mapped(bound: Bound, loop: Loop, dependent: Sequence[int]) -> dict[int, Scalar] | None:
-    """Angles of the dependent joints of a parallelogram; None where a loop is none."""
+def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection[int] = ()) -> Angles | None:
+    """Angles of the dependent joints of a parallelogram; None where a loop is none.
+
+    `other` are joints whose angles are no sums of independent ones.
+    """
     around = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
     moving = [j for j in bound.machine.articulated if j in around]
-    angles = {j: bound.angle(j) for j in moving if j not in bound.placed}
-    found = parallelogram(loop_circuit(bound, loop, moving), {0, *dependent}, angles, bound.graph.pi / 2)
+    angles = {j: bound.angle(j) for j in moving if j not in other}
+
+    def angle_of(turn: Complex) -> Scalar:
+        quarters = QUARTERS.get((turn.x, turn.y))
+        return arc_tangent(bound.graph, turn.y, turn.x) if quarters is None else quarters * (bound.graph.pi / 2)
+
+    found = parallelogram(loop_circuit(bound, loop, moving), {0, *dependent}, angles, angle_of)
     return None if found is None else {j: x for j, x in found.items() if j}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import weakref
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.machine.loops import Loop, branches
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.loops.assembly import CLOSED, SEED, Assembly, Position, loop_branches
+from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position, loop_branches
 from symoro_elastic.models.loops.closed_forms import agrees, loop_circuit, mapped, planar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 INDEPENDENT = 1e-8
 """Of a row of W, relative, beyond which it is no combination of others."""
-SAMPLES, DRAWS, STEP = 4, 40, 0.3
+SAMPLES, DRAWS, REACH = 4, 40, 0.3
 EIGHT_ULPS = 1e-12
 
 
@@ -35,6 +35,7 @@ class Form(StrEnum):
     TRIANGLE = "triangle"
     SLIDE = "triangle with a slide"
     SLIDES = "two slides"
+    ONE = "one joint"
     ASSEMBLED = "assembled"
 
 
@@ -98,7 +99,22 @@ def _made(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
         rows = tuple(assembly.equations[k].row for k in own if k in kept)
         dropped = tuple(assembly.equations[k].row for k in own if k not in kept)
         plans.append(LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}))
-    return Plan(_with_forms(machine, assembly, plans, positions), assembly, positions)
+    return Plan(_with_forms(machine, assembly, _with_own(plans), positions), assembly, positions)
+
+
+def _with_own(plans: Sequence[LoopPlan]) -> list[LoopPlan]:
+    """The plans, each with the dependent joints that it alone gives once others have theirs."""
+    waiting = list(plans)
+    found: list[LoopPlan] = []
+    while waiting:
+        taken = {j for one in found for j in one.dependent}
+        rests = [(one, tuple(j for j in one.dependent if j not in taken)) for one in waiting]
+        ready = next(((one, rest) for one, rest in rests if len(rest) == len(one.kept)), None)
+        if ready is None:
+            return [*found, *(replace(one, dependent=rest) for one, rest in rests)]
+        waiting.remove(ready[0])
+        found.append(replace(ready[0], dependent=ready[1]))
+    return found
 
 
 def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
@@ -107,9 +123,10 @@ def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
     if not error < CLOSED:
         found, error = assembly.assembled(rough, machine.owners)
     if not error < CLOSED:
-        names = ", ".join(loop.name for loop in machine.loops)
-        what = f"no position near start: {error:.2g} (m, rad) stay open after 50 steps of Newton's method"
-        raise machine.error(f"loop {names}", what)
+        errors = np.abs(assembly.numbers(found)[0])
+        worst = assembly.equations[int(np.argmax(errors))]
+        what = f"no position near start: {np.max(errors):.2g} {'m' if worst.row < 3 else 'rad'} stay open"
+        raise machine.error(f"loop {worst.loop}", f"{what} after {STEPS} steps of Newton's method")
     return found
 
 
@@ -132,7 +149,7 @@ def _positions_near(machine: Machine, assembly: Assembly, start: Position) -> li
     source, found = random.Random(SEED), []
     position = start
     for _ in range(DRAWS):
-        target = {j: start[j] + source.uniform(-STEP, STEP) for j in machine.moving}
+        target = {j: start[j] + source.uniform(-REACH, REACH) for j in machine.moving}
         moved = assembly.moved(position, target, machine.dependent)
         if moved is not None:
             found.append(moved)
@@ -160,16 +177,22 @@ def _rank(W: Array) -> int:
 
 
 def _refuse_wrong_number(machine: Machine, assembly: Assembly, kept: Sequence[int]) -> None:
-    dependent = machine.dependent
-    if len(kept) == len(dependent):
+    if len(kept) == len(machine.dependent):
         return
+    taken: set[int] = set()
+    for loop in machine.loops:
+        own = [k for k, one in enumerate(assembly.equations) if one.loop == loop.name]
+        dependent, rows = [j for j in machine.dependent_in(loop) if j not in taken], [k for k in own if k in kept]
+        if len(dependent) != len(rows):
+            raise machine.error(f"loop {loop.name}", _wrong_number(machine, dependent, len(rows), len(own)))
+        taken.update(dependent)
+
+
+def _wrong_number(machine: Machine, dependent: Sequence[int], rows: int, total: int) -> str:
     names = ", ".join(str(machine.joint(j).variable) for j in dependent)
-    loops = ", ".join(loop.name for loop in machine.loops)
-    total = len(assembly.equations)
-    dropped = f" ({total - len(kept)} of {total} are fulfilled by the plane)" if total > len(kept) else ""
-    what = f"{len(kept)} equations for {len(dependent)} dependent variables{dropped}: "
-    what += f"keep one of {names} independent" if len(dependent) > len(kept) else "name more joints in dependent"
-    raise machine.error(f"loop {loops}", what)
+    dropped = f" ({total - rows} of {total} are fulfilled by the plane)" if total > rows else ""
+    what = f"{rows} equations for {len(dependent)} dependent variables{dropped}: "
+    return what + (f"keep one of {names} independent" if len(dependent) > rows else "name more joints in dependent")
 
 
 def _refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], positions: Sequence[Position]) -> None:
@@ -180,8 +203,11 @@ def _refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], 
     *_, V = np.linalg.svd(matrices[-1][:, columns])
     together = [machine.joint(j) for j, x in zip(machine.dependent, V[-1], strict=True) if abs(x) > 1e-6]
     names = " and ".join(str(joint.variable) for joint in together)
-    what = f"{names} cannot all depend: their columns are dependent in every position; try {_other(machine, matrices)}"
-    raise machine.error(f"loop {', '.join(loop.name for loop in machine.loops)}", what)
+    parallel = "are parallel" if len(together) == 2 else "depend on each other"
+    both = "both" if len(together) == 2 else "all"
+    what = f"{names} cannot {both} depend: their columns {parallel} in every position; try {_other(machine, matrices)}"
+    loops = [loop.name for loop in machine.loops if {*machine.dependent_in(loop)} & {*machine.dependent}]
+    raise machine.error(f"loop {loops[0]}", what)
 
 
 def _other(machine: Machine, matrices: Sequence[Array]) -> str:
@@ -197,9 +223,8 @@ def _with_forms(
     machine: Machine, assembly: Assembly, plans: Sequence[LoopPlan], positions: Sequence[Position]
 ) -> tuple[LoopPlan, ...]:
     """The plans with their closed forms, loops whose other joints are known first."""
-    from dataclasses import replace
-
-    waiting, found = list(plans), []
+    waiting = list(plans)
+    found: list[LoopPlan] = []
     while waiting:
         shared = {j for one in waiting for j in one.dependent if sum(j in x.dependent for x in plans) > 1}
         ready = [one for one in waiting if not _needs(machine, one, waiting)] or waiting[:1]
@@ -207,7 +232,8 @@ def _with_forms(
         waiting.remove(one)
         form, signs = Form.ASSEMBLED, dict[int, int]()
         if shared.isdisjoint(one.dependent):
-            form, signs = _form(machine, assembly, one, positions)
+            other = [j for x in (*found, *waiting) if x.form is not Form.MAP for j in x.dependent]
+            form, signs = _form(assembly, one, positions, other)
         found.append(replace(one, form=form, signs=signs))
     return tuple(found)
 
@@ -219,16 +245,16 @@ def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool
 
 
 def _form(
-    machine: Machine, assembly: Assembly, one: LoopPlan, positions: Sequence[Position]
+    assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]
 ) -> tuple[Form, dict[int, int]]:
     """The closed form that gives the assembled positions, and its signs."""
     bound = assembly.bound
-    angles = mapped(bound, one.loop, one.dependent)
+    angles = mapped(bound, one.loop, one.dependent, other)
     if angles is not None and all(agrees(assembly, j, x, positions) for j, x in angles.items()):
         return Form.MAP, {}
     loop = loop_circuit(bound, one.loop, one.dependent)
     turns = sum(joint.axis is Axis.REVOLUTE for joint in loop.unknown)
-    if len(loop.unknown) != 3 or not turns or not _is_planar(bound, one, assembly):
+    if len(loop.unknown) != 1 and (len(loop.unknown) != 3 or not turns or not _is_planar(bound, one, assembly)):
         return Form.ASSEMBLED, {}
     signs: dict[int, int] = {joint.joint: 1 for joint in loop.unknown}
     for sign in (1, -1):
@@ -239,7 +265,7 @@ def _form(
     forms = {**found.turns, **found.slides}
     if not all(agrees(assembly, j, forms[j], positions) for j in one.dependent):
         return Form.ASSEMBLED, {}
-    return FORMS[turns], signs
+    return FORMS[turns] if len(loop.unknown) == 3 else Form.ONE, signs
 
 
 def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:

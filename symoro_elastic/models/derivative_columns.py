@@ -1,0 +1,95 @@
+"""What models are differentiated by: whole arguments, their entries, parameters, and what moves along with each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from symoro_elastic.equations.floating_base import DEGREES
+from symoro_elastic.equations.loops.closing import closing_error
+from symoro_elastic.equations.loops.linear import solved
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.arguments import arguments, columns_of_base
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.assembly import loop_branches
+from symoro_elastic.models.loops.plan import Form
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.differentiation import Differentiation
+from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
+
+Variables = Mapping[str, Mapping[int, Expression]]
+"""What is differentiated by, array by array, by joint, degree of freedom of the base or number of the parameter."""
+
+
+def all_columns(bound: Bound, driving: Variables) -> Variables:
+    """The variables by which dynamic models are differentiated."""
+    on_base = {
+        f"d{name}": dict(zip(DEGREES, map(bound.graph.symbol, arguments(bound.machine)[name]), strict=True))
+        for name in columns_of_base(bound.machine)
+    }
+    return {"dq": bound.q, "dqd": bound.qd, **driving, **on_base}
+
+
+def chosen_columns(bound: Bound, by: Variables) -> Variables:
+    """Variables that a scene names, whole arguments or entries, in its order; all where it names none."""
+    if not bound.by:
+        return by
+    found = {}
+    for name, variables in by.items():
+        columns = [c for word in bound.by for c, x in variables.items() if word in (name[1:], x.operands[0])]
+        if columns:
+            found[name] = {c: variables[c] for c in columns}
+    return found
+
+
+def needed_columns(bound: Bound, by: Variables) -> Variables:
+    """Variables that a scene names, and those of which the columns of the pose are made."""
+    chosen = chosen_columns(bound, by)
+    posed = "dpose" in chosen and "dV0d" in by
+    whole = {"dqdd_motor"} | ({"dV0d"} if posed else set())
+    named = {*chosen, *(("dV0d",) if posed else ())} - {"dpose"}
+    return {name: by[name] if name in whole else chosen[name] for name in by if name in named}
+
+
+def parameter_columns(bound: Bound, results: Iterable[Scalar]) -> Variables:
+    """The parameters that a scene names, or else those that results are made of, numbered as in the table."""
+    if bound.by:
+        numbers = {p.name: c for c, p in enumerate(bound.machine.parameters)}
+        return {"dp": {numbers[name]: bound.graph.symbol(name, Level.PARAMETER) for name in bound.by}}
+    used = {x for x in reachable(results) if x.operation == SYMBOL}
+    names = {x.operands[0]: x for x in used if x.level is Level.PARAMETER}
+    if not names:
+        source = bound.machine.label
+        raise InputError(source, "parameters", "nothing depends on a parameter that has a name: fold fewer of them")
+    return {"dp": {c: names[p.name] for c, p in enumerate(bound.machine.parameters) if p.name in names}}
+
+
+def moved_with(bound: Bound, name: str, c: int, variable: Expression) -> dict[Expression, Scalar]:
+    """What moves with a variable, and how much: that itself, and dependent variables that are arguments (L42)."""
+    changes: dict[int, Scalar] = {}
+    if name == "dq":
+        changes = {d: bound.coordinates.S_x[d].get(c, 0) for d in _assembled(bound)}
+    elif name == "dp":
+        changes = _assembled_by_parameter(bound, variable)
+    return {variable: 1, **_moved(bound, changes)}
+
+
+def _assembled(bound: Bound) -> list[int]:
+    """Joints whose variables have no closed form: they are arguments of the models."""
+    return [j for one in bound.loops if one.form is Form.ASSEMBLED for j in one.dependent]
+
+
+def _moved(bound: Bound, changes: Mapping[int, Scalar]) -> dict[Expression, Scalar]:
+    return {bound.variables[d]: x for d, x in changes.items()}
+
+
+def _assembled_by_parameter(bound: Bound, parameter: Expression) -> dict[int, Scalar]:
+    """Changes of those variables with a parameter, x of W_d x = -dr, r being the error of closing (L18)."""
+    found: dict[int, Scalar] = {}
+    for block in bound.coordinates.blocks if _assembled(bound) else ():
+        if any(one.form is Form.ASSEMBLED for one in block):
+            errors = [closing_error(loop_branches(bound, one.loop)).entries[row] for one in block for row in one.kept]
+            tangents = Differentiation(errors).along({parameter: 1, **_moved(bound, found)})
+            (changes,) = solved(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
+            found |= zip(bound.coordinates.unknown(block), changes, strict=True)
+    return found

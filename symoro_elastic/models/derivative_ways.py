@@ -1,0 +1,146 @@
+"""Ways to the derivatives of a model: a recursion over composite bodies, or its graph differentiated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from symoro_elastic.equations.derivatives.accelerations import (
+    Solve,
+    changes,
+    changes_by_known,
+    solving,
+    solving_with_base,
+)
+from symoro_elastic.equations.derivatives.base import add_base, by_pose, falling_by_pose
+from symoro_elastic.equations.derivatives.torques import Entries, torque_derivatives
+from symoro_elastic.equations.dynamics import Dynamics
+from symoro_elastic.equations.floating_base import DEGREES
+from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.derivative_columns import Variables, moved_with
+from symoro_elastic.models.model import Joints
+from symoro_elastic.models.naming_derivatives import name_torque_derivatives
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.differentiation import Differentiation, Tangents
+from symoro_elastic.symbolic.expression import reachable
+
+Outputs = Mapping[str, Mapping[int, Scalar]]
+"""Entries of each result of a model, by joint."""
+
+
+def values_of(outputs: Outputs) -> list[Scalar]:
+    """All entries of the results of a model."""
+    return [x for entries in outputs.values() for x in entries.values()]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Entries of each derivative, as `dqdd_dq`; those of quantities on the way, by name of the variable."""
+
+    entries: dict[str, Entries]
+    tangents: dict[str, Tangents] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Expressions that they need."""
+        return len(reachable(x for entries in self.entries.values() for x in entries.values()))
+
+    def only(self, by: Variables) -> Derivatives:
+        """The columns of these variables."""
+        kept = {name: by[argument] for name in self.entries if (argument := name.partition("_")[2]) in by}
+        entries = {
+            name: {(j, c): x for (j, c), x in self.entries[name].items() if c in columns}
+            for name, columns in kept.items()
+        }
+        return Derivatives(entries, self.tangents)
+
+
+def has_recursion(bound: Bound) -> bool:
+    """Whether composite bodies give the derivatives: no joint follows another, no stiffness depends on positions."""
+    varying = (bound.machine.joint(j).spring.stiffness.names for j in bound.machine.elastic)
+    return not bound.machine.is_coupled and all(map(bound.machine.variables.keys().isdisjoint, varying))
+
+
+def by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables) -> Derivatives:
+    """By composite bodies and, where accelerations of joints or of the base are to be found, linear systems."""
+    by_q, by_qd, A = torque_changes(bound, found)
+    free, solve = unknown_accelerations(bound, A, found, bound.machine.moving if "qdd" in outputs else ())
+    numbers = (*(DEGREES if bound.machine.floating else ()), *bound.machine.moving)
+    tables = {"driven": changes_by_known(A, numbers, free, solve)} if free else {"driven": A}
+    tables |= {"q": changes(by_q, A, numbers, free, solve), "qd": changes(by_qd, A, numbers, free, solve)}
+    of = {"dq": "q", "dqd": "qd", "dV0": "qd"}
+    entries: dict[str, Entries] = {}
+    for result in outputs:
+        for name, columns in by.items():
+            if name != "dpose":
+                table = tables[of.get(name, "driven")]
+                entries |= split_by_result(bound, table, {result: outputs[result]}, {name: columns})
+    return Derivatives(entries)
+
+
+def unknown_accelerations(bound: Bound, A: Entries, found: Dynamics, joints: Joints) -> tuple[Joints, Solve]:
+    """Numbers of the unknown accelerations, and the solver for them."""
+    solve: Solve = solving(found.mechanism, A, found) if joints else lambda right: {}
+    if bound.base_rule is None:
+        return joints, solve
+    return (*DEGREES, *joints), solving_with_base(A, found.Js[0], joints, solve)
+
+
+def split_by_result(bound: Bound, table: Entries, outputs: Outputs, by: Variables) -> dict[str, Entries]:
+    """The rows of each result and the columns of each argument in a table of all of them."""
+    return {
+        f"d{result}_{name}": {(i, c): table[i, c] for i in rows for c in columns if (i, c) in table}
+        for result, rows in outputs.items()
+        for name, columns in by.items()
+    }
+
+
+def with_pose(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
+    """With the columns of the pose of a floating base."""
+    if bound.machine.floating is None:
+        return made
+    posed: dict[str, Entries] = {}
+    for result in outputs:
+        if bound.base_rule:
+            still: Entries = {(i, m): 0 for i in outputs[result] for m in DEGREES}
+            posed[f"d{result}_dpose"] = falling_by_pose(bound.gravity) if result == "V0d" else still
+        elif f"d{result}_dV0d" in made.entries:
+            posed[f"d{result}_dpose"] = by_pose(made.entries[f"d{result}_dV0d"], bound.gravity)
+    return replace(made, entries=made.entries | posed)
+
+
+def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Entries]:
+    """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included.
+
+    Rows and columns of a floating base are those of its wrench, its velocity and its acceleration.
+    """
+    made = torque_derivatives(found.mechanism, bound.rates(), found)
+    if bound.machine.floating:
+        add_base(made, found.w[0])
+    name_torque_derivatives(bound, made)
+    by_q, by_qd = dict(made.by_q), dict(made.by_qd)
+    for j in bound.machine.moving:
+        joint, (stiffness, _) = bound.machine.joint(j), bound.spring(j)
+        by_q[j, j] = by_q[j, j] + stiffness
+        by_qd[j, j] = by_qd[j, j] + bound.cell(joint.friction.viscous) + bound.cell(joint.spring.damping)
+    return by_q, by_qd, made.by_qdd
+
+
+def of_graph(bound: Bound, outputs: Outputs, by: Variables) -> Derivatives:
+    """By differentiating the graph of a model: total derivatives, along what moves with a variable (L42)."""
+    graph = Differentiation(values_of(outputs))
+    made = Derivatives({f"d{result}_{name}": {} for result in outputs for name in by})
+    for name, variables in by.items():
+        for c, variable in variables.items():
+            made.tangents[variable.operands[0]] = tangents = graph.along(moved_with(bound, name, c, variable))
+            for result, entries in outputs.items():
+                made.entries[f"d{result}_{name}"] |= {(j, c): tangents.of(x) for j, x in entries.items()}
+    return made
+
+
+def shorter_way(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables) -> Derivatives:
+    """Derivatives by recursion and linear systems or, with slides, those of the graph if they are shorter."""
+    if all(link.axis is not Axis.PRISMATIC for link in bound.mechanism.links):
+        return solved
+    return min(solved, of_graph(bound, outputs, by), key=lambda made: made.size)

@@ -1,0 +1,123 @@
+"""Motions of springs and passive joints where motors move along given curves: initial value problems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+
+MOST_SWINGS = 50_000
+"""Periods of the fastest mode that are followed: 25 to 100 evaluations of the model each, two minutes in all."""
+MOST_STEPS = 8 * MOST_SWINGS
+Rate = Callable[[float, Array], Array]
+RELATIVE, ABSOLUTE = 1e-7, 1e-12
+"""Errors of a step, of the coordinates in rad or m."""
+
+
+@dataclass(frozen=True)
+class MotorCurve:
+    """Positions (m,) of motors as polynomials of time between `breaks` (pieces + 1,), s.
+
+    `coefficients` (degree + 1, pieces, m) are those of powers of the time since the break, the highest first.
+    """
+
+    breaks: Array
+    coefficients: Array
+
+    @classmethod
+    def through(cls, t: Array, positions: Array, degree: int) -> MotorCurve:
+        """Return the spline of a degree through positions (N, m) at times (N,)."""
+        spline = for_vibrations("scipy.interpolate").make_interp_spline(t, positions, k=degree)
+        breaks = np.unique(spline.t)
+        rates = [spline.derivative(k)(breaks[:-1]) / math.factorial(k) for k in reversed(range(degree + 1))]
+        return cls(breaks, np.array(rates))
+
+    def with_rates(self) -> Any:
+        """Return the function of time that gives q, qd, qdd, (3, m), or (N, 3, m) at times (N,)."""
+        blocks = [self.coefficients]
+        for _ in range(2):
+            powers = np.arange(len(self.coefficients) - 1, -1, -1)[:, None, None]
+            lowered = (blocks[-1] * powers)[:-1]
+            blocks.append(np.concatenate([np.zeros_like(self.coefficients[:1]), lowered]))
+        return for_vibrations("scipy.interpolate").PPoly(np.stack(blocks, axis=2), self.breaks)
+
+
+def followed(
+    motion: EquationsOfMotion, start: State, curve: MotorCurve, times: Array, source: str,
+    progress: Progress = no_progress,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Return q, qd, qdd (N, n) of all joints at times (N,), from rest, by an 8th-order Runge-Kutta method.
+
+    Raises `InputError` for joints that stick, and where steps get too small; `source` names the motion.
+    """
+    refuse_sticking(motion)
+    n, motors = len(motion.joints), motion.motors
+    others = [k for k in range(n) if k not in motors]
+    accelerations = numpy_model(motion.given, ("inverse_dynamics",)).inverse_dynamics
+    moved, m = curve.with_rates(), len(others)
+
+    def placed(t: Any, y: Array) -> tuple[Array, Array, Array]:
+        q, qd = np.zeros((2, *np.shape(t), n))
+        given = moved(t)
+        q[..., motors], qd[..., motors] = given[..., 0, :], given[..., 1, :]
+        q[..., others], qd[..., others] = y[..., :m], y[..., m:]
+        return q, qd, accelerations(q, qd, given[..., 2, :])[1]
+
+    def rate(t: float, y: Array) -> Array:
+        return np.concatenate([y[m:], placed(t, y)[2][others]])
+
+    rest = np.concatenate([start.q[others], np.zeros(m)])
+    return placed(times, _integrated(rate, rest, times, source, progress))
+
+
+def _integrated(
+    rate: Callable[[float, Array], Array], first: Array, times: Array, source: str, progress: Progress
+) -> Array:
+    """Return y (N, ...) of y' = rate(t, y) at times (N,); raises `InputError` where steps get too small or many."""
+    states = np.tile(first, (len(times), 1))
+    if not len(first):
+        return states
+    solver = for_vibrations("scipy.integrate").DOP853(rate, times[0], first, times[-1], rtol=RELATIVE, atol=ABSOLUTE)
+    done = 1
+    for _ in range(MOST_STEPS):
+        failure = solver.step()
+        passed = done + int(np.searchsorted(times[done:], solver.t, side="right"))
+        if failure or not np.isfinite(solver.y).all():
+            break
+        if passed > done:
+            states[done:passed] = solver.dense_output()(times[done:passed]).T
+            done = passed
+            progress(done, len(times))
+        if solver.status == "finished":
+            return states
+    what = f"the motion gets too fast to follow at {solver.t:.4g} s: cut it there, or change the springs or the dampers"
+    raise InputError(source, "t", what)
+
+
+def refuse_sticking(motion: EquationsOfMotion) -> None:
+    """Raise `InputError` where dry friction acts on a joint without a motor: it sticks, and no step is small enough."""
+    for k, joint in enumerate(motion.given.moving_joints):
+        if k not in motion.motors and joint.friction.coulomb.value(motion.parameters):
+            what = (
+                f"{joint.name} has no motor, so dry friction holds it at times, and such a motion is not followed: "
+                "make its coulomb friction 0 in a copy of the table, or give a record of all joints by --motion"
+            )
+            raise InputError(motion.source, "friction", what)
+
+
+def refuse_swings(seconds: float, fastest: float, source: str, place: str) -> None:
+    """Raise `InputError` for a motion of some seconds that is longer than can be followed; `fastest` in rad/s."""
+    hertz = fastest / (2 * math.pi)
+    if seconds * hertz > MOST_SWINGS:
+        what = f"{seconds:.4g} s at {hertz:.4g} Hz is too long to follow: cut it to {MOST_SWINGS / hertz:.3g} s"
+        raise InputError(source, place, what)

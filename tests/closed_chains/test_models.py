@@ -1,0 +1,204 @@
+"""Generated models of machines with couplings and loops, against two references in 70 digits."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from mpmath import mpf
+
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.traced import traced
+from tests.closed_chains.machines import FILES, data, machine, situations
+from tests.references import multiprecision
+from tests.references.closed_chains import DIGITS, Array, nearest_double
+from tests.references.constraint_multipliers import Multipliers
+
+TOLERANCE = {"gantry": 1e-11, "gantry_rigid": 1e-11}
+"""Relative to the largest entry; the yaw of a beam between two motors is a small difference of large forces."""
+ORDINARY = 1e-13
+CASES = [(name, k) for name in FILES for k in range(2)]
+
+Results = dict[str, Any]
+
+
+@cache
+def reference(name: str, k: int) -> Multipliers:
+    """Decimals of the file are rounded to double precision, as generated code holds them."""
+    return Multipliers(machine(name), situations(name)[k].state, nearest_double)
+
+
+@cache
+def generated(name: str, model: str) -> tuple[ModuleType, tuple[str, ...]]:
+    """The numpy package of one model of a machine, and the names of its results."""
+    found = traced(machine(name), Scene(models=(model,)))
+    with TemporaryDirectory() as folder:
+        module = import_package(render_numpy(found.package), Path(folder) / "numpy")
+    return module, tuple(found.models[0].rows)
+
+
+def computed(name: str, k: int, model: str, **more: Any) -> Results:
+    """Results of a generated model by name; its arguments are those that its signature names."""
+    module, names = generated(name, model)
+    situation, chain = situations(name)[k], reference(name, k).chain
+    given = {
+        "q": situation.state.u,
+        "qd": situation.state.ud,
+        "q_dep": [float(reference(name, k).at[variable]) for variable in chain.dependent],
+        "tau": situation.tau,
+        "qdd_motor": situation.qdd_motor,
+        **more,
+    }
+    function = getattr(module, model)
+    found = function(**{key: given[key] for key in inspect.signature(function).parameters if key in given})
+    return dict(zip(names, found if isinstance(found, tuple) else (found,), strict=True))
+
+
+def assert_near(name: str, found: Any, wanted: Any, tolerance: float = ORDINARY) -> None:
+    with mpmath.workdps(DIGITS):
+        exact = np.array(wanted, dtype=object)
+        assert np.asarray(found).shape == exact.shape
+        assert np.isfinite(np.asarray(found, dtype=float)).all()
+        scale = max([mpf(10) ** -3, *map(abs, exact.ravel())])
+        error = max(map(abs, (np.asarray(found, dtype=float).astype(object) - exact).ravel()), default=mpf(0))
+        assert error < TOLERANCE.get(name, tolerance) * scale
+
+
+def independent(found: Multipliers, entries: Array) -> Array:
+    """Of entries by own variables those of the independent ones."""
+    return entries[[found.chain.own.index(name) for name in found.chain.independent]]
+
+
+def against_references(model: str) -> Callable[..., Any]:
+    """The test of one model on every machine: it takes the results, the reference and the situation."""
+
+    def tested(compare: Callable[[str, Results, Multipliers, Any], None]) -> Callable[[str, int], None]:
+        @pytest.mark.parametrize(("name", "k"), CASES)
+        def test(name: str, k: int) -> None:
+            compare(name, computed(name, k, model), reference(name, k), situations(name)[k])
+
+        return test
+
+    return tested
+
+
+@pytest.mark.parametrize("model", ["direct_dynamics", "direct_dynamics_by_inertia_matrix"])
+@pytest.mark.parametrize(("name", "k"), CASES)
+def test_direct_dynamics(name: str, k: int, model: str) -> None:
+    wanted = reference(name, k).direct(situations(name)[k].tau)
+    assert_near(name, computed(name, k, model)["qdd"], independent(reference(name, k), wanted))
+
+
+@against_references("inverse_dynamics")
+def test_inverse_dynamics(name: str, results: Results, found: Multipliers, situation: Any) -> None:
+    tau, accelerations = found.inverse(situation.qdd_motor)
+    assert_near(name, results["tau"], tau)
+    assert_near(name, results["qdd"], independent(found, accelerations))
+
+
+@against_references("inertia_matrix")
+def test_inertia_matrix(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    assert_near(name, results["A"], found.inertia())
+
+
+@against_references("bias_forces")
+def test_bias_forces(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    assert_near(name, results["H"], found.bias())
+
+
+@against_references("energy")
+def test_energy(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    assert_near(name, results["E"], found.energies())
+
+
+@against_references("dependent_coordinates")
+def test_dependent_coordinates(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    assert_near(name, results["x"], found.x)
+
+
+@against_references("coupling_matrix")
+def test_coupling_matrix(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    assert_near(name, results["S"], found.S)
+    assert_near(name, results["gam"], found.gam)
+
+
+@against_references("constraint_forces")
+def test_constraint_forces(name: str, results: Results, found: Multipliers, situation: Any) -> None:
+    assert_near(name, results["f"], found.constraint_forces(situation.tau))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_linearization(name: str) -> None:
+    """About the direct model's motion, motor torques held: K holds the tangent stiffness of constraint forces (L40)."""
+    found = reference(name, 0)
+    qdd = independent(found, found.direct(situations(name)[0].tau)).astype(float)
+    results = computed(name, 0, "linearization", qdd=qdd)
+    for label in "MDK":
+        with mpmath.workdps(DIGITS):
+            wanted = [[mpf(x) for x in row] for row in data(name)["linearization"][label]]
+        assert_near(name, results[label], wanted, 1e-11)
+
+
+@against_references("geometric_model")
+def test_geometric_model(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    rows = _rows(found)
+    assert_near(name, results["T"][rows], [found.frames[j].transform for j in rows])
+
+
+@against_references("velocities")
+def test_velocities(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    rows = _rows(found)
+    with mpmath.workdps(DIGITS):
+        frames = _motion(found, found.zd)
+        wanted = [[*(frames[j].rotation.T @ frames[j].v), *(frames[j].rotation.T @ frames[j].w)] for j in rows]
+    assert_near(name, results["V"][rows], wanted)
+
+
+@pytest.mark.parametrize(("name", "k"), CASES)
+def test_accelerations(name: str, k: int) -> None:
+    found = reference(name, k)
+    rows = _rows(found)
+    with mpmath.workdps(DIGITS):
+        qdd = independent(found, found.direct(situations(name)[k].tau)).astype(float)
+        zdd = found.S_y[: len(found.z)] @ [mpf(x) for x in qdd] + found.gam_y[: len(found.z)]
+        frames = _motion(found, found.zd, zdd)
+        wanted = [[*(frames[j].rotation.T @ frames[j].a), *(frames[j].rotation.T @ frames[j].wd)] for j in rows]
+    assert_near(name, computed(name, k, "accelerations", qdd=qdd)["Vd"][rows], wanted)
+
+
+@against_references("jacobian")
+def test_jacobian(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    """In frame 0, V = J ud on a base at rest: its columns are velocities under unit rates of each u."""
+    rows = _rows(found)
+    columns = [[[*f.v, *f.w] for f in _motion(found, column)] for column in found.S_y[: len(found.z)].T]
+    assert_near(name, results["J"][rows], np.array(columns, dtype=object)[:, rows].transpose(1, 2, 0))
+
+
+@against_references("jacobian_dot_qd")
+def test_jacobian_dot_qd(name: str, results: Results, found: Multipliers, _: Any) -> None:
+    rows = _rows(found)
+    frames = _motion(found, found.zd, found.gam_y[: len(found.z)])
+    assert_near(name, results["Vd"][rows], [[*frames[j].a, *frames[j].wd] for j in rows])
+
+
+def _rows(found: Multipliers) -> list[int]:
+    """Rows that are no cut joint."""
+    return [j for j, joint in enumerate(found.chain.machine.joints) if joint.kind is not Kind.CUT]
+
+
+def _motion(found: Multipliers, zd: Array, zdd: Array | None = None) -> list[Any]:
+    """Motion of all frames, in frame 0."""
+    with mpmath.workdps(DIGITS):
+        accelerations = None if zdd is None else list(zdd)
+        return multiprecision._frames(found.tree, list(found.z), list(zd), accelerations)
