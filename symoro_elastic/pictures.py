@@ -26,10 +26,15 @@ def save_figures(figures: Mapping[str, Any], folder: str | Path, form: str = "pn
 
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
-    if form not in PICTURE_FORMATS:
-        raise InputError("symoro-elastic", "--format", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
+    refuse_format(form)
     drawn = {f"{name}.{form}": _drawn(figure, form) for name, figure in figures.items()}
     return write_all(drawn, Path(folder), "--plots")
+
+
+def refuse_format(form: str) -> None:
+    """Raise `InputError` for a format that pictures are not saved in."""
+    if form not in PICTURE_FORMATS:
+        raise InputError("symoro-elastic", "--picture", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
 
 
 def _drawn(figure: Any, form: str) -> bytes:

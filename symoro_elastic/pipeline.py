@@ -7,7 +7,7 @@ that is compiled and compared with a reference. `announce` is called with the na
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,6 +39,8 @@ from symoro_elastic.traced import Traced
 if TYPE_CHECKING:
     from symoro_elastic.numerics.verify import Verification
 
+MOST_WARNINGS = 20
+
 
 @dataclass(frozen=True)
 class Generated:
@@ -61,12 +63,12 @@ def prepare(
 
     Numbers of the tables in `free` (bodies, springs ...) become parameters.
 
-    `warn` is called with each warning, one line.
+    `warn` is called with each of the first 20 warnings, one line, and with the number of those left out.
     """
     announce("read")
     machine = read(file)
     announce("check")
-    for line in (*check(machine, reserved_words(), MODELS), *implausible_motions(machine)):
+    for line in _first([*check(machine, reserved_words(), MODELS), *implausible_motions(machine)]):
         warn(line)
     if base:
         announce("group")
@@ -80,6 +82,12 @@ def refuse_name(name: str, place: str) -> None:
     if reason := reserved(name, words):
         what = f"the name {quoted(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
         raise InputError("symoro-elastic", place, what)
+
+
+def _first(warnings: Sequence[str]) -> Iterator[str]:
+    yield from warnings[:MOST_WARNINGS]
+    if len(warnings) > MOST_WARNINGS:
+        yield f"{len(warnings) - MOST_WARNINGS} more like these"
 
 
 @no_collection()

@@ -42,6 +42,8 @@ SECTIONS = {
     "Identification": (excite, identify),
 }
 
+LONGEST_WORD = 500
+
 for title, commands in SECTIONS.items():
     cli.add_section(title, *commands)
 
@@ -116,8 +118,13 @@ def _ended_by_signals() -> Iterator[None]:
                 signal.signal(number, handler)
 
 
+def _cut(word: str) -> str:
+    """A word of a message, without its middle where it is longer than a line has room for."""
+    return word if len(word) <= LONGEST_WORD else f"{word[:60]}...{word[-60:]}"
+
+
 def _fail(line: str) -> int:
-    click.echo("error: " + " ".join(line.split()), err=True)
+    click.echo("error: " + " ".join(map(_cut, line.split())), err=True)
     return 2
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import AT, JSON, MACHINE, PLOTS, VALUE, InputFile, gather, writes
-from symoro_elastic.cli.output import counted, print_json, print_table, print_written
+from symoro_elastic.cli.options import AT, JSON, MACHINE, VALUE, InputFile, Plots, draws, gather, writes
+from symoro_elastic.cli.output import counted, print_json, print_table
 from symoro_elastic.cli.parsing import Number, numbers, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 
@@ -62,7 +63,7 @@ class ComparedMotion:
     help="Duration of the move (default: five periods of the first natural frequency).",
 )
 @click.option("--free", is_flag=True, help="Natural frequencies with free motors instead of held ones.")
-@PLOTS
+@draws
 @writes
 @JSON
 def compare(
@@ -72,7 +73,7 @@ def compare(
     values: dict[str, float],
     ratios: dict[str, float],
     free: bool,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Compare the full model with reduced and rigid models.
@@ -90,8 +91,7 @@ def compare(
         print_json(comparison_json(result))
     else:
         _print_comparison(result, f"{found.name}: motors {'free' if free else 'held'}")
-    if plots:
-        print_written(plots, plot_comparison(result, plots))
+    plots.write(partial(plot_comparison, result))
 
 
 def _compared(

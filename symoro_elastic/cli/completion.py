@@ -53,9 +53,23 @@ def _precisions() -> Iterable[str]:
     return PRECISIONS
 
 
+def _pictures() -> Iterable[str]:
+    from symoro_elastic.pictures import PICTURE_FORMATS
+
+    return PICTURE_FORMATS
+
+
+def _freed() -> Iterable[str]:
+    from symoro_elastic.machine.freed import SECTIONS
+
+    return SECTIONS
+
+
 MODELS = completed_from(_models)
 TARGETS = completed_from(_targets)
 PRECISIONS = completed_from(_precisions)
+FREED = completed_from(_freed)
+PICTURES = completed_from(_pictures)
 DOCUMENTS = completed_from(lambda: ("latex", "html", "pdf"))
 MOTORS = completed_from_machine(lambda machine: [*(joint.name for joint in machine.motor_joints), "all"])
 PARAMETERS = completed_from_machine(lambda machine: [*(parameter.name for parameter in machine.parameters), "all"])

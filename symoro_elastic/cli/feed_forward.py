@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, InputFile, OutputFile, OutputFolder, gather, writes
+from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
 from symoro_elastic.cli.output import print_json, print_table, steps
-from symoro_elastic.cli.parsing import Number, WholeRange, numbers, numbers_or_default, parsed_by
+from symoro_elastic.cli.parsing import Number, Whole, numbers, numbers_or_default, parsed_by
 from symoro_elastic.cli.reading import read_restricted
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class Reference:
 )
 @click.option(
     "--degree",
-    type=WholeRange(),
+    type=Whole(),
     metavar="N",
     help="Degree of the splines of a move, or through the positions of a file (default: one more than necessary).",
 )
@@ -85,7 +86,7 @@ class Reference:
 @VALUE
 @SCENE
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save torques and motion of all joints: .csv or .npz.")
-@click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw a plot into this folder.")
+@draws
 @writes
 @JSON
 def feed_forward(
@@ -94,7 +95,7 @@ def feed_forward(
     values: dict[str, float],
     scene: str | None,
     out: str | None,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Compute torques that make the load follow a trajectory.
@@ -125,6 +126,4 @@ def feed_forward(
     if out:
         vibration.save_feed_forward(found, out)
         click.echo(f"wrote {out}", err=as_json)
-    if plots:
-        (picture,) = plot_feed_forward(found, plots)
-        click.echo(f"wrote {picture}", err=True)
+    plots.write(partial(plot_feed_forward, found))

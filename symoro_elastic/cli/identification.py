@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, VALUE, InputFile, OutputFile, OutputFolder, gather, writes
-from symoro_elastic.cli.output import counted, print_json, print_table, print_written, steps
+from symoro_elastic.cli.options import JSON, MACHINE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
+from symoro_elastic.cli.output import counted, print_json, print_table, steps
 from symoro_elastic.cli.parsing import Number, NumberRange, WholeRange, numbers, parsed_by, ranges
 from symoro_elastic.cli.reading import of_parameters, read
 
@@ -173,7 +174,7 @@ def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
 @click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the first motions.")
 @VALUE
 @click.option("--known", metavar="LABEL", multiple=True, help="Parameter that is not to be identified.")
-@PLOTS
+@draws
 @writes
 @JSON
 def excite(
@@ -183,7 +184,7 @@ def excite(
     out: str,
     values: dict[str, float],
     known: tuple[str, ...],
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Design an exciting trajectory for identification.
@@ -205,8 +206,7 @@ def excite(
     sampled = trajectory.trajectory(best.motion, allowed, series.periods, series.rate)
     trajectory.write(sampled, found, out)
     _print_excitation(best, sampled, allowed, found, out, as_json)
-    if plots:
-        print_written(plots, plot_excitation(best, sampled, allowed, found, plots))
+    plots.write(partial(plot_excitation, best, sampled, allowed, found))
 
 
 def _print_excitation(
@@ -250,9 +250,7 @@ def _print_excitation(
 @click.option("--to", "last", type=Number(), metavar="S", help="Leave out what is after this time.")
 @click.option("--validate", metavar="FILE", type=InputFile(), help="Predict the torques of this record, too.")
 @click.option("--save", metavar="FILE", type=OutputFile(), help="Save the machine with the estimates: .toml or .par.")
-@click.option(
-    "--plots", metavar="FOLDER", type=OutputFolder(), help="Draw measured and predicted torques into this folder."
-)
+@draws
 @writes
 @JSON
 def identify(
@@ -262,7 +260,7 @@ def identify(
     preparing: Preparing,
     validate: str | None,
     save: str | None,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Estimate dynamic parameters from measurements.
@@ -295,8 +293,7 @@ def identify(
         print_json(report.as_json(result, checked) | ({"written": save} if save else {}))
     else:
         _print_identification(result, checked, save)
-    if plots:
-        print_written(plots, plot(result, plots))
+    plots.write(partial(plot, result))
 
 
 def _print_identification(result: Identification, checked: Fit | None, save: str | None) -> None:

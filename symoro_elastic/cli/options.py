@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 import click
 
 from symoro_elastic.cli import completion
+from symoro_elastic.cli.output import print_written
 from symoro_elastic.cli.parsing import NumberRange, bound, numbers, parsed_by
+from symoro_elastic.errors import InputError
 
 Command = Callable[..., Any]
 
@@ -46,6 +49,7 @@ FREE = click.option(
     "--free",
     metavar="TABLES",
     multiple=True,
+    shell_complete=completion.FREED,
     help="Tables whose numbers stay parameters of the code: bodies,springs,motors,friction,wrenches; may be repeated.",
 )
 ONLY = click.option(
@@ -82,7 +86,6 @@ VALUE = click.option(
     callback=parsed_by(numbers),
     help="Value of a parameter; may be repeated.",
 )
-PLOTS = click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw plots into this folder.")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object.")
 
 
@@ -115,6 +118,47 @@ def _paths(kind: type[click.Path]) -> Iterator[tuple[str, str]]:
         if isinstance(parameter.type, kind) and given is not None:
             place = parameter.opts[0] if isinstance(parameter, click.Option) else parameter.make_metavar(context)
             yield from ((place, path) for path in ([given] if isinstance(given, str) else given))
+
+
+@dataclass(frozen=True)
+class Plots:
+    """The folder that plots are drawn into, None where none are asked for, and the format of their files."""
+
+    plots: str | None
+    picture: str | None
+
+    def __post_init__(self) -> None:
+        if self.picture and not self.plots:
+            raise InputError("symoro-elastic", "--picture", "there are no plots: name their folder with --plots")
+
+    def write(self, plot: Callable[[str, str], list[Path]]) -> None:
+        """Draw by `plot(folder, form)` and name the files, where plots are asked for."""
+        if self.plots:
+            print_written(self.plots, plot(self.plots, self.picture or "png"))
+
+
+def _picture(form: str | None, _option: str) -> str | None:
+    """A format of pictures, or None."""
+    if form is not None:
+        from symoro_elastic.pictures import refuse_format
+
+        refuse_format(form)
+    return form
+
+
+PLOTS = click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw plots into this folder.")
+PICTURE = click.option(
+    "--picture",
+    metavar="NAME",
+    shell_complete=completion.PICTURES,
+    callback=parsed_by(_picture),
+    help="Format of the plots: png (default), svg or pdf.",
+)
+
+
+def draws(command: Command) -> Command:
+    """Add --plots and --picture to a command, which takes both as `plots`, a `Plots`."""
+    return PLOTS(PICTURE(gather("plots", Plots)(command)))
 
 
 def gather(name: str, record: type[Any]) -> Callable[[Command], Command]:

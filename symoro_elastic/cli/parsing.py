@@ -68,6 +68,10 @@ class NumberRange(_AsInFiles, click.FloatRange):
     """A number within a range."""
 
 
+class Whole(_AsInFiles, click.types.IntParamType):
+    """A whole number."""
+
+
 class WholeRange(_AsInFiles, click.IntRange):
     """A whole number within a range."""
 

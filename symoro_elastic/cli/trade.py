@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -17,12 +18,13 @@ from symoro_elastic.cli.options import (
     MERGE_ANGLES,
     MODEL,
     ONLY,
-    PLOTS,
     SCENE,
+    Plots,
+    draws,
     gather,
     writes,
 )
-from symoro_elastic.cli.output import counted, print_json, print_table, print_written
+from symoro_elastic.cli.output import counted, print_json, print_table
 from symoro_elastic.cli.parsing import NumberRange, WholeRange, parsed_by
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
@@ -101,7 +103,7 @@ def finite_tolerance(tolerance: float, option: str) -> float:
 @click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the random states.")
 @click.option("--fast-math", is_flag=True, help="Allow -ffast-math in the advice: NaN and order of sums are not kept.")
 @click.option("--points", is_flag=True, help="Print every build, not the Pareto front only.")
-@PLOTS
+@draws
 @writes
 @JSON
 def trade(
@@ -109,7 +111,7 @@ def trade(
     selection: Selection,
     effort: Effort,
     verdict: Verdict,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Measure speed and accuracy, recommend the fastest build.
@@ -126,8 +128,7 @@ def trade(
     given, scene = selection.read(machine)
     found = _found(given, scene, effort.request(), machine)
     words = [machine, *selection.as_words()]
-    if plots:
-        print_written(plots, plot(found, plots, with_fast_math=verdict.fast_math))
+    plots.write(partial(plot, found, with_fast_math=verdict.fast_math))
     failed, advised = None, None
     try:
         advised = advice(found, verdict.tolerance, verdict.fast_math)

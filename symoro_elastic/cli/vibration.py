@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, PLOTS, OutputFile, writes
-from symoro_elastic.cli.output import counted, print_json, print_table, print_written, save_arrays, steps
+from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, draws, writes
+from symoro_elastic.cli.output import counted, print_json, print_table, save_arrays, steps
 from symoro_elastic.cli.parsing import Number, band, grid, parsed_by
 from symoro_elastic.cli.situation import Situation, takes_situation
 from symoro_elastic.errors import InputError
@@ -93,7 +94,7 @@ def _print_linearization(linear: Linearization, growth: float) -> None:
     help="Positions of a joint to compute the modes at; may be repeated.",
 )
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save the modes: .npz or .mat.")
-@PLOTS
+@draws
 @writes
 @JSON
 def modes(
@@ -101,7 +102,7 @@ def modes(
     situation: Situation,
     over: dict[str, list[float]],
     out: str | None,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Compute natural frequencies, mode shapes, sensitivities.
@@ -118,7 +119,7 @@ def modes(
         _modes_at(machine, situation, out, plots, as_json)
 
 
-def _modes_at(machine: str, situation: Situation, out: str | None, plots: str | None, as_json: bool) -> None:
+def _modes_at(machine: str, situation: Situation, out: str | None, plots: Plots, as_json: bool) -> None:
     """`modes` at one position."""
     from symoro_elastic.vibration import modes as vibration
     from symoro_elastic.vibration.export import modes_arrays
@@ -139,8 +140,7 @@ def _modes_at(machine: str, situation: Situation, out: str | None, plots: str | 
         print_table(modes_table(found, slopes), found.linear.motion.machine.name)
         click.echo(modes_conclusion(found, slopes))
     save_arrays(modes_arrays(found, slopes), out, as_json)
-    if plots:
-        print_written(plots, plot_modes(found, plots))
+    plots.write(partial(plot_modes, found))
 
 
 def _modes_over(
@@ -148,7 +148,7 @@ def _modes_over(
     situation: Situation,
     over: dict[str, list[float]],
     out: str | None,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """`modes --over`."""
@@ -173,8 +173,7 @@ def _modes_over(
         print_table(tracked_table(found), f"{motion.machine.name}: frequencies, Hz")
         click.echo(tracked_conclusion(found))
     save_arrays(tracked_arrays(found), out, as_json)
-    if plots:
-        print_written(plots, plot_tracked(found, plots))
+    plots.write(partial(plot_tracked, found))
 
 
 @click.command()
@@ -192,7 +191,7 @@ def _modes_over(
     "--damping", default=0.0, type=Number(), metavar="RATIO", help="Damping ratio added to every mode: 0.01 is 1 %."
 )
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save the response: .csv, .npz or .mat.")
-@PLOTS
+@draws
 @writes
 @JSON
 def response(
@@ -203,7 +202,7 @@ def response(
     frequencies: tuple[float, float, int] | tuple[()],
     damping: float,
     out: str | None,
-    plots: str | None,
+    plots: Plots,
     as_json: bool,
 ) -> None:
     """Compute frequency responses, poles and zeros.
@@ -235,8 +234,7 @@ def response(
     if out:
         export.save_response(found, out)
         click.echo(f"wrote {out}", err=as_json)
-    if plots:
-        print_written(plots, plot_response(found, plots))
+    plots.write(partial(plot_response, found))
 
 
 def _refuse_missing_signals(linear: Linearization) -> None:

@@ -17,6 +17,8 @@ from symoro_elastic.machine.resolve import Models, resolve
 
 NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
 NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
+MOST_JOINTS = 1000
+"""Rows of a table; the models of larger ones take hours."""
 
 
 def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:
@@ -80,7 +82,7 @@ def parameter_values(machine: Machine) -> dict[str, float]:
             what = f"{quoted(parameter.value)} holds names: a value is a number, or a formula of numbers"
             raise machine.error(f"parameters, {parameter.name}", what)
         try:
-            values[parameter.name] = parameter.value.value()
+            values[parameter.name] = parameter.value.table_value()
         except FormulaError as error:
             raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
@@ -89,6 +91,8 @@ def parameter_values(machine: Machine) -> dict[str, float]:
 def _check_names(machine: Machine, taken: Reasons) -> None:
     if not machine.joints:
         raise machine.error("joints", "the machine has no joint: give at least one row of the table")
+    if len(machine.joints) > MOST_JOINTS:
+        raise machine.error("joints", f"{len(machine.joints)} rows: at most {MOST_JOINTS} can be modelled")
     joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
     variables = [
         (place_of(j, joint, "joint variable"), joint.variable)
@@ -169,10 +173,10 @@ def _check_declared(machine: Machine) -> None:
     for place, formula in formulas(machine):
         known = with_variables if place in following else parameters
         for name in sorted(formula.names - known):
-            what = _of_joint(machine, name) or (
-                f"{name!r} is not declared{did_you_mean(name, known)}"
-                f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            )
+            undeclared = f"{quoted(name)} is not declared{did_you_mean(name, known)}"
+            if reserved(name) is None:
+                undeclared += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
+            what = _of_joint(machine, name) or undeclared
             raise machine.error(place, what)
 
 
@@ -201,7 +205,7 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             if not formula.names <= values.keys():
                 _check_known_parts(formula.tree, values)
                 continue
-            value = formula.value(values)
+            value = formula.table_value(values)
         except FormulaError as error:
             raise machine.error(place, str(error)) from None
         if value < 0 and cell.column.dimension.is_nonnegative:
@@ -215,7 +219,7 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
         return values.get(tree[1])
     if tree[0] == "/" and parts[1] == 0:
         raise FormulaError("division by zero")
-    return None if None in parts else Formula(tree[0], tree).value(values)
+    return None if None in parts else Formula(tree[0], tree).table_value(values)
 
 
 def _check_units(machine: Machine) -> None:

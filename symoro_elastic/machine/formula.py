@@ -23,6 +23,8 @@ MAX_LENGTH = 1000
 MAX_TOKENS = 300
 MAX_DEPTH = 50
 MAX_EXPONENT = 64
+SMALLEST, LARGEST = 1e-100, 1e50
+"""Of a number of a table that is not zero, in SI units: products of such numbers stay within double precision."""
 FUNCTIONS = {"sin": 1, "cos": 1, "tan": 1, "sqrt": 1, "atan2": 2}
 PI = ("pi", "Pi")
 
@@ -38,7 +40,7 @@ class FormulaError(ValueError):
     """An invalid expression; the message says what is allowed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Formula:
     """An arithmetic expression: its text as written and its syntax tree.
 
@@ -91,6 +93,15 @@ class Formula:
             raise FormulaError(f"{self.text!r} is not finite")
         return result
 
+    def table_value(self, names: Mapping[str, float] | None = None) -> float:
+        """Value as a number of a table, as `value`; raises `FormulaError` for one that is out of range, too."""
+        result = self.value(names)
+        refuse_range(result)
+        return result
+
+    def __repr__(self) -> str:
+        return f"Formula({self.text!r})"
+
     def __str__(self) -> str:
         return self.text
 
@@ -101,6 +112,12 @@ def number(text: str) -> float:
     for name in sorted(formula.names):
         raise FormulaError(f"{name} is not finite" if name in ("nan", "inf") else f"{name!r} is a name")
     return formula.value()
+
+
+def refuse_range(x: float) -> None:
+    """Raise `FormulaError` for a number that no table holds, since products of it leave double precision."""
+    if not (x == 0.0 or SMALLEST <= abs(x) <= LARGEST):
+        raise FormulaError(f"{x:g} is out of range ({SMALLEST:g} to {LARGEST:g}): check the units")
 
 
 def _plain_number(value: SupportsFloat) -> str:
@@ -117,7 +134,15 @@ def _plain_number(value: SupportsFloat) -> str:
 
 
 def _function_of_floats(name: str) -> Callable[..., float]:
-    return lambda *arguments: getattr(math, name)(*map(float, arguments))
+    return _tangent if name == "tan" else lambda *arguments: getattr(math, name)(*map(float, arguments))
+
+
+def _tangent(angle: SupportsFloat) -> float:
+    """The tangent of an angle that is no odd multiple of pi/2, as far as rounding can tell."""
+    x = float(angle)
+    if abs(math.cos(x)) <= 2 * math.ulp(x):
+        raise ZeroDivisionError
+    return math.tan(x)
 
 
 def _names(tree: Tree) -> set[str]:

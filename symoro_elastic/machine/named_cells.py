@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.constants import with_constants
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quoted
 
@@ -39,13 +38,15 @@ def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
 
 
 def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
-    """Raise `InputError` for a value of a parameter that does not exist, or that is no finite number."""
+    """Raise `InputError` for a value of a parameter that does not exist, or that is out of range."""
     source = machine.label
     for name, x in values.items():
         if name not in names:
             raise InputError(source, "parameters", f"no parameter {quoted(name)}{did_you_mean(name, names)}")
-        if not math.isfinite(x):
-            raise InputError(source, name, f"{x:g} is no number to compute with")
+        try:
+            refuse_range(x)
+        except FormulaError as error:
+            raise InputError(source, name, str(error)) from None
 
 
 def _with_named_numbers(joint: Joint, named: list[Parameter]) -> Joint:

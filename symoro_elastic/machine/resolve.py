@@ -146,6 +146,6 @@ def _check_value(value: Formula, machine: Machine, source: str, key: str) -> Non
         raise InputError(source, f"scene, {key}", what)
     if not value.names:
         try:
-            value.value()
+            value.table_value()
         except FormulaError as error:
             raise InputError(source, f"scene, {key}", str(error)) from None

@@ -121,7 +121,7 @@ class Grouping:
 def grouped(machine: Machine) -> Grouping:
     """Group the inertial parameters of a machine; on a base that moves, for every motion of the base.
 
-    Raises `InputError` for cells without value.
+    Raises `InputError` for cells without value, and where the sums are too long to be written.
     """
     refuse_floating(machine, "base inertial parameters")
     zero = ZeroPosition(machine)
@@ -292,7 +292,8 @@ def _written_sums(
             return texts
         except FormulaError as error:
             too_long = error
-    raise too_long
+    what = f"their sums are too long ({too_long}): write one parameter where the table has long formulas"
+    raise zero.machine.error("base inertial parameters", what)
 
 
 def _needed(composites: dict[str, Formula], users: Sequence[Formula]) -> dict[str, Formula]:

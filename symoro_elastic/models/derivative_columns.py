@@ -80,7 +80,7 @@ def _assembled(bound: Bound) -> list[int]:
 
 
 def _moved(bound: Bound, changes: Mapping[int, Scalar]) -> dict[Expression, Scalar]:
-    return {bound.variables[d]: x for d, x in changes.items()}
+    return {bound.graph.symbol(str(bound.machine.joint(d).variable)): x for d, x in changes.items()}
 
 
 def _assembled_by_parameter(bound: Bound, parameter: Expression) -> dict[int, Scalar]:

@@ -11,7 +11,7 @@ from symoro_elastic.equations.derivatives.torques import Entries
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_ways import has_recursion, of_graph, torque_changes
-from symoro_elastic.models.dynamic import coordinate_inertia
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics
 from symoro_elastic.scalar import Scalar

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -36,7 +37,10 @@ def advice(trade: Trade, tolerance: float, with_fast_math: bool = False) -> Advi
         if fastest_within(measurements, tolerance, with_fast_math) is None:
             nearest = most_accurate(measurements, with_fast_math)
             what = f"none of the ways tried to compute {model} keeps {_promise(tolerance)}: "
-            what += f"nearest is {nearest.bound:.1e}, with "
+            found = (
+                f"{nearest.bound:.1e}" if math.isfinite(nearest.bound) else "without bound (measure at more --states)"
+            )
+            what += f"nearest is {found}, with "
             raise InputError(source, "--tolerance", what + nearest.configuration.words)
     every = [one for measurements in trade.measurements.values() for one in measurements]
     models = list(trade.measurements)

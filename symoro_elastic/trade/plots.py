@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from symoro_elastic.numerics.accuracy import LEAST_ERROR
 from symoro_elastic.pictures import new_figure, save_figures
 from symoro_elastic.trade.configurations import BATCH, Measurement
 from symoro_elastic.trade.front import front
 from symoro_elastic.trade.trade import Trade
 
 PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
+LEAST_DRAWN = LEAST_ERROR * 2.0**-53
 UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
 
 
@@ -33,11 +35,11 @@ def picture(title: str, measurements: Sequence[Measurement], with_fast_math: boo
     figure = new_figure(8.0, 5.0)
     axis = figure.add_subplot()
     on_front = front(measurements, with_fast_math)
-    axis.step([f.ns for f in on_front], [f.error for f in on_front], where="post", color=FRONT_COLOUR, zorder=1)
+    axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], where="post", color=FRONT_COLOUR, zorder=1)
     for precision, colour in PRECISION_COLOURS.items():
         some = [f for f in measurements if f.configuration.precision.name == precision and math.isfinite(f.error)]
         for k, one in enumerate(some):
-            axis.scatter(one.ns, one.error, label=precision if k == 0 else None, zorder=2, **_style(one, colour))
+            axis.scatter(one.ns, _drawn(one), label=precision if k == 0 else None, zorder=2, **_style(one, colour))
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_xlabel("ns a state")
@@ -47,6 +49,11 @@ def picture(title: str, measurements: Sequence[Measurement], with_fast_math: boo
         fontsize="small", frameon=False, title="full: batch, hollow: single call\nsquare: numpy, cross: -ffast-math"
     )
     return figure
+
+
+def _drawn(one: Measurement) -> float:
+    """The error on a logarithmic scale, which has no zero."""
+    return max(one.error, LEAST_DRAWN)
 
 
 def _style(one: Measurement, colour: str) -> dict[str, Any]:

@@ -148,12 +148,12 @@ def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
 
 
 def _cancelled(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
-    """Return the poles and zeros that do not cancel each other."""
+    """Return the poles and zeros that do not cancel each other; zeros at 0, which are exact, cancel last."""
     left, kept = list(zeros), []
     for pole in poles:
         close = [k for k, zero in enumerate(left) if abs(zero - pole) <= near]
         if close:
-            left.pop(min(close, key=lambda k: abs(left[k] - pole)))
+            left.pop(min(close, key=lambda k: (left[k] == 0, abs(left[k] - pole))))
         else:
             kept.append(pole)
     return np.array(kept, dtype=complex), np.array(left, dtype=complex)

@@ -315,7 +315,7 @@ def test_refused_outputs(run: Run, tmp_path: Path) -> None:
         ('d = "l1"', 'd = "1/(n1 - n1)"', "joint 2 (elbow), d", "divides by zero"),
         ('d = "l1"', 'd = "tan(pi/2)"', "joint 2 (elbow), d", "divides by zero"),
         ('d = "l1"', 'd = "sqrt(n1 - n1 - 1)"', "joint 2 (elbow), d", "square root of a negative"),
-        ('d = "l1"', 'd = "1e200"', "numbers of the table", "out of the range of double precision"),
+        ('d = "l1"', 'd = "1e200"', "joint 2 (elbow), d", "1e+200 is out of range (1e-100 to 1e+50)"),
         ('d = "l1"', "d = \"__import__('os')\"", "joint 2 (elbow), d", "not arithmetic"),
         ('name = "planar_2r"', 'name = "../x"', "name", "'../x' cannot be used"),
         ('name = "planar_2r"', 'name = "/tmp/x"', "name", "'/tmp/x' cannot be used"),
@@ -324,8 +324,6 @@ def test_refused_outputs(run: Run, tmp_path: Path) -> None:
 )
 def test_refused_machines(old: str, new: str, place: str, said: str, run: Run, tmp_path: Path) -> None:
     text = TWO_R.read_text(encoding="utf-8").replace("[parameters]", "[parameters]\nn1 = nan")
-    if "1e200" in new:
-        text = text.replace('mass = "m2"', "mass = 1e200")
     (tmp_path / TWO_R.name).write_text(text)
     machine = edited(tmp_path / TWO_R.name, tmp_path, old, new)
     line = refused(run, "generate", machine, "--out", tmp_path / "out")

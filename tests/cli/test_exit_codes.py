@@ -133,3 +133,9 @@ def test_latex_is_looked_for_before_any_work(monkeypatch: pytest.MonkeyPatch) ->
     """Before the machine is read, which does not exist."""
     monkeypatch.setenv("PATH", "")
     assert "no LaTeX is installed" in refused("equations", "none.toml", "--format", "pdf")
+
+
+def test_long_words_of_the_user_are_cut_in_errors() -> None:
+    found = ended("equations", TWO_AXIS, "--format", "x" * 3000)
+    assert found.code == 2 and found.out == "" and found.err.count("\n") == 1
+    assert "no 'xxx" in found.err and "...xxx" in found.err and len(found.err) < 300

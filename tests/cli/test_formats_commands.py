@@ -66,6 +66,8 @@ TWO_AXIS = str(EXAMPLES / "two_axis.toml")
         (("generate", TWO_AXIS, "--fold", "D"), ["D4", "D12", "D13"]),
         (("equations", TWO_AXIS, "--format", ""), ["latex", "html", "pdf"]),
         (("modes", TWO_AXIS, "--hold", ""), ["motor_x", "motor_y", "all"]),
+        (("trade", TWO_AXIS, "--picture", ""), ["png", "svg", "pdf"]),
+        (("generate", TWO_AXIS, "--free", "s"), ["springs"]),
         (("response", "no such file", "--hold", ""), []),
         (("new", "mine", "--kind", "c"), ["cartesian"]),
         (("schema", ""), ["machine", "scene"]),

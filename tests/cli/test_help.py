@@ -60,6 +60,12 @@ def test_every_option_is_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
+def test_limits_are_numbers(name: str) -> None:
+    """A range without ends is printed as one up to None."""
+    assert "None" not in printed(name)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
 def test_commands_take_few_arguments(name: str) -> None:
     """Options that belong together are one record."""
     command = cli.commands[name].callback

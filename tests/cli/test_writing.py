@@ -18,6 +18,7 @@ from symoro_elastic.cli.options import InputFile, OutputFile, OutputFolder
 from symoro_elastic.errors import InputError
 from symoro_elastic.output_files import STAGING, permission, write_all, write_file
 from symoro_elastic.output_folder import MANIFEST, write_files
+from symoro_elastic.pictures import PICTURE_FORMATS
 from tests.command_line import EXAMPLES, refused, run
 
 TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"
@@ -125,6 +126,38 @@ def test_pictures_are_replaced_with_force_only(tmp_path: Path) -> None:
     assert "--plots: exists already" in refused(*shown)
     run(*shown, "--force")
     assert contents(tmp_path) == first
+
+
+DRAWING = [name for name, command in cli.cli.commands.items() if any(p.name == "plots" for p in command.params)]
+
+
+def test_every_command_that_draws_offers_the_formats_of_pictures() -> None:
+    for name in DRAWING:
+        (picture,) = (p for p in cli.cli.commands[name].params if p.name == "picture")
+        assert picture.shell_complete is not None
+        completed = [item.value for item in picture.shell_complete(click.Context(cli.cli.commands[name]), "")]
+        assert completed == list(PICTURE_FORMATS), name
+
+
+BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("form", PICTURE_FORMATS)
+def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -> None:
+    asked = ("--picture", form) if form != PICTURE_FORMATS[0] else ()
+    run("modes", TWO_AXIS, "--plots", tmp_path, *asked)
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == [f"energies.{form}", f"shapes.{form}"]
+    assert all((tmp_path / name).read_bytes().startswith(BEGINNINGS[form]) for name in names)
+
+
+@pytest.mark.parametrize("command", DRAWING)
+def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
+    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",)}.get(command, ())
+    unknown = refused(command, "none.toml", *more, "--plots", "p", "--picture", "bmp")
+    assert unknown == "symoro-elastic: --picture: no format 'bmp': choose from png, svg, pdf"
+    alone = refused(command, "none.toml", *more, "--picture", "svg")
+    assert alone == "symoro-elastic: --picture: there are no plots: name their folder with --plots"
 
 
 def test_devices_and_pipes_take_what_is_written() -> None:

@@ -1,7 +1,7 @@
 """States of the machines, drawn near the `start` of their loops: `python -m tests.closed_chains.states NAME...`.
 
-Matrices of small motions about the first one stand beside them. Independent variables move from `start` in steps, the loops closed at each, so that every state is on its branch.
-Deflections are those of forces up to some hundred newtons.
+Matrices of small motions about the first one stand beside them. Independent variables move from `start` in steps, the
+loops closed at each, so that every state is on its branch. Deflections are those of forces up to some hundred newtons.
 """
 
 from __future__ import annotations

@@ -98,6 +98,7 @@ ROOMS: dict[str, set[str]] = {
         "time_series",
         "identification",
         "numerics",
+        "pictures",
         "report",
         "trade",
         "vibration",

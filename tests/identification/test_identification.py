@@ -560,6 +560,9 @@ def test_bad_columns(arm: Machine, tmp_path: Path) -> None:
     without = {name: x for name, x in data.items() if name not in ("q_elbow", "tau_elbow")}
     refused(written(path, without), arm, "q_elbow, tau_elbow: missing; the file has t, q_shoulder, tau_shoulder")
     refused(written(path, {**data, "q_wrist": data["t"]}), arm, "q_wrist: the machine has no moving joint 'wrist'")
+    passive = replace(arm, joints=tuple(replace(joint, kind=Kind.PASSIVE) for joint in arm.joints))
+    said = "tau_shoulder: shoulder is passive and has no motor: tau belongs to motors, and the machine has none"
+    refused(written(path, data), passive, said)
     refused(written(path, {**data, "q_q1": data["t"]}), arm, "q_q1: is given twice")
     refused(written(path, {name: x[:20] for name, x in data.items()}), arm, "t: 20 samples are too few")
     refused(written(path, {**data, "t": 1e3 * data["t"]}), arm, "if t is in ms")

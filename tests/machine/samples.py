@@ -122,7 +122,7 @@ UNITS = ("", "m", "N m/rad", 'a "b" \\ *)', "kg*m", "{}", "é, =")
 plain_numbers = st.one_of(
     st.integers(-(10**9), 10**9).map(str),
     st.decimals(-1000, 1000, allow_nan=False, places=4).map(str),
-    st.sampled_from(["0.0", "-0", "-0.0", "1e-3", "2.5E+3", "4.0e7", "007", "+5", "1.", ".5", "0.1e-300"]),
+    st.sampled_from(["0.0", "-0", "-0.0", "1e-3", "2.5E+3", "4.0e7", "007", "+5", "1.", ".5", "0.1e-90"]),
 )
 names = st.sampled_from(NAMES)
 compound = st.builds(

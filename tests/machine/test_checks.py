@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import check, formulas
+from symoro_elastic.machine.checks import MOST_JOINTS, check, formulas
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.plausibility import _eigenvalues
 from tests.machine.samples import TOML
 from tests.references.random_machines import planar_2r
@@ -172,8 +172,39 @@ def test_machines_built_in_python(joint: Joint, said: str) -> None:
     assert refused(Machine("arm", (joint,))).startswith(said)
 
 
+def test_numbers_whose_products_leave_double_precision_are_refused() -> None:
+    """From 1e-100 to 1e50, in cells, in parts of symbolic cells, in parameters."""
+    for size in ("1e51", "-1e308", "1e-101", "-1e-320"):
+        number = f"{float(size):g} is out of range (1e-100 to 1e+50): check the units"
+        assert refused(Machine("arm", (replace(ONE, d=parse(size)),))) == f"joint 1 (a), d: {number}"
+        symbolic = replace(ONE, d=parse(f"L*{size}"))
+        place = refused(Machine("arm", (symbolic,), parameters=(Parameter("L", None),)))
+        assert place.startswith("joint 1 (a), d: ") and "is out of range (1e-100 to 1e+50)" in place
+        valued = Machine("arm", (ONE,), parameters=(Parameter("L", parse(size)),))
+        assert refused(valued) == f"parameters, L: {number}"
+    for size in ("1e50", "-1e50", "1e-100", "0"):
+        assert check(Machine("arm", (replace(ONE, d=parse(size)),), parameters=(Parameter("L", parse(size)),))) == []
+
+
+@pytest.mark.parametrize("angle", ["pi/2", "-pi/2", "3*pi/2", "1000001*pi/2"])
+def test_a_parameter_is_no_tangent_of_a_right_angle(angle: str) -> None:
+    machine = Machine("arm", (replace(ONE, d=parse("L")),), parameters=(Parameter("L", parse(f"tan({angle})")),))
+    assert refused(machine) == f"parameters, L: 'tan({angle})' has no value: it divides by zero"
+
+
+def test_a_name_too_long_to_be_declared_is_cut() -> None:
+    long = "x" * 500
+    said = refused(Machine("arm", (replace(ONE, d=parse(long)),)))
+    assert said.startswith("joint 1 (a), d: 'xxx") and said.endswith("...' is not declared")
+
+
 def test_no_joint_at_all() -> None:
     assert refused(Machine("arm", ())).startswith("joints: the machine has no joint")
+
+
+def test_more_joints_than_can_be_modelled() -> None:
+    many = tuple(replace(ONE, name=f"j{k}", variable=f"q{k}") for k in range(MOST_JOINTS + 1))
+    assert refused(Machine("arm", many)) == f"joints: {MOST_JOINTS + 1} rows: at most {MOST_JOINTS} can be modelled"
 
 
 def test_formulas_are_all_of_them() -> None:

@@ -35,5 +35,6 @@ def test_what_is_no_number(number: Any) -> None:
         Formula.parse(number)
 
 
-def test_a_formula_is_shown_by_its_text() -> None:
-    assert repr(Formula.parse("l1 + 2*a")) == "Formula(text='l1 + 2*a')"
+def test_formulas_are_shown_by_their_texts() -> None:
+    """So that a table can be read where Python shows it."""
+    assert repr(Formula.parse(" 2*L1 ")) == "Formula('2*L1')"

@@ -174,3 +174,22 @@ def test_commands_follow(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
     assert made.exit_code == 0 and "the QR grouping is used" in made.stderr
     checked = run("check", machine, "--base", "--model", "inverse_dynamics")
     assert checked.exit_code == 0 and "the QR grouping is used" in checked.stderr
+
+
+def test_sums_that_are_too_long_are_refused_in_one_line(tmp_path: Path) -> None:
+    """The square of a long sum, times another."""
+    names = [f"x{k}" for k in range(30)]
+    total = "+".join(names)
+    text = f"""
+joints = [
+  {{ name = "a", kind = "motor", sigma = 0, theta = "q1" }},
+  {{ name = "b", kind = "motor", sigma = 0, theta = "q2", d = "{total}", alpha = "pi/2" }},
+]
+bodies = {{ a = {{ mass = 1 }}, b = {{ mass = "{total}" }} }}
+parameters = {{ {", ".join(f"{name} = nan" for name in names)} }}
+"""
+    (tmp_path / "sums.toml").write_text(text)
+    machine, _ = read_machine(tmp_path / "sums.toml")
+    with pytest.raises(InputError, match="base inertial parameters: their sums are too long") as error:
+        base_machine(machine)
+    assert "\n" not in str(error.value)

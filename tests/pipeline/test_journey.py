@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import generate, prepare, programs, verify
+from symoro_elastic.pipeline import MOST_WARNINGS, generate, prepare, programs, render, verify
 from symoro_elastic.traced import traced
 from tests.golden import ROOT
 
@@ -79,3 +80,21 @@ def test_a_degenerate_machine_is_refused_before_it_is_traced() -> None:
     with pytest.raises(InputError, match="joint"):
         programs(machine, Scene(), announced.append)
     assert announced == []
+
+
+def test_products_out_of_range_are_refused_before_any_file_is_written() -> None:
+    """Of a machine built in Python: files with such numbers are refused as they are read."""
+    text = TWO_R.read_text(encoding="utf-8").replace('d = "l1"', "d = 1e200").replace('mass = "m2"', "mass = 1e200")
+    asked = programs(toml.read(text, "huge.toml"), Scene())
+    with pytest.raises(InputError, match="numbers of the table: their products are out of the range of double"):
+        render(asked.package, ["c"], "huge.toml")
+
+
+def test_many_warnings_are_counted(tmp_path: Path) -> None:
+    """A chain of motors about one axis has a warning for each but the first."""
+    motors = 30
+    rows = [f'{{ name = "j{k}", kind = "motor", sigma = 0, theta = "q{k}" }},' for k in range(motors)]
+    (tmp_path / "chain.toml").write_text("\n".join(["joints = [", *rows, "]"]))
+    found: list[str] = []
+    prepare(tmp_path / "chain.toml", found.append)
+    assert len(found) == MOST_WARNINGS + 1 and found[-1] == f"{motors - 1 - MOST_WARNINGS} more like these"

@@ -7,6 +7,7 @@ import json
 import math
 import shlex
 import subprocess
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -155,6 +156,13 @@ def test_a_tolerance_that_no_point_reaches_names_the_nearest(two_r: Machine, for
         InputError, match=r"within .* 1\.0e-20, .*: nearest is 3\.0e-16, with recursion; double; gcc O3"
     ):
         advice(known, 1e-20)
+
+
+def test_no_bound_is_told_from_too_few_states(two_r: Machine, form: Formulation) -> None:
+    point = figures(form, 20, 3e-16)
+    known = found(two_r, replace(point, errors=replace(point.errors, unseen=math.inf)))
+    with pytest.raises(InputError, match=r"nearest is without bound \(measure at more --states\), with recursion"):
+        advice(known, 1e-3)
 
 
 def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulation) -> None:
@@ -357,3 +365,13 @@ def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     assert path.name == "inverse_dynamics.svg" and b"<svg" in first
     with permission(force=True):
         assert plot(known, tmp_path, "svg")[0].read_bytes() == first
+
+
+def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
+    """On a logarithmic scale, which matplotlib warns about where nothing is positive."""
+    pytest.importorskip("matplotlib")
+    from symoro_elastic.trade.plots import plot
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plot(found(two_r, figures(form, 20, 0.0)), tmp_path)

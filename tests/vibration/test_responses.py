@@ -69,6 +69,12 @@ def test_zeros_at_0_are_exact(output: str, count: int) -> None:
     assert found.zeros[count:] == pytest.approx([-2e4], rel=1e-9), "k + d s"
 
 
+def test_exact_zeros_at_0_are_left_where_computed_ones_cancel() -> None:
+    """Two poles at 0, of an axis that the force does not move, cancel two of four zeros at 0."""
+    found = poles_and_zeros(linearized(two_axis(), ins=["motor_x.tau"], outs=["ram.ax"]), "motor_x.tau", "ram.ax")
+    assert found.zeros[:2].tolist() == [0, 0] and np.abs(found.zeros[2:]).min() > 100
+
+
 def test_antiresonances_of_an_encoder_are_modes_of_the_held_motor() -> None:
     linear = linearized(two_axis(), PLACE)
     held = linearized(two_axis(), PLACE, held=["motor_y"])
