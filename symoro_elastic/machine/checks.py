@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from symoro_elastic.machine.columns import Cell, cells, columns
-from symoro_elastic.machine.coupling_checks import cell_faults, row_faults, share_faults
+from symoro_elastic.machine.coupling_checks import cell_faults, row_faults, share_faults, share_warnings
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
@@ -42,7 +42,7 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     _refuse(machine, share_faults(machine, values), start_faults(machine, values))
     if machine.scene is not None:
         resolve(machine.scene, machine, models)
-    return warnings(machine, values) + loop_warnings(machine)
+    return [*warnings(machine, values), *share_warnings(machine), *loop_warnings(machine)]
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:
@@ -193,7 +193,7 @@ def _of_joint(machine: Machine, name: str) -> str:
             return f"{name!r} is the variable of the cut joint {joint.name}, which follows from its loop: leave it out"
         if joint.variable == name:
             what = f"{name!r} is the variable of {place_of(j, joint)}: here stand numbers and parameters only"
-            return f"{what}; a joint that follows it has kind coupled, and the formula in theta or r"
+            return f"{what}; a joint that follows it is coupled, with the formula in theta (sigma = 0) or r (sigma = 1)"
     return ""
 
 

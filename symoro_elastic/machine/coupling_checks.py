@@ -112,3 +112,12 @@ def share_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[tupl
         share: Formula = joint.sharing
         if share.names <= values.keys() and share.value(values) < 0:
             yield j, ("sharing", f"{quoted(share)} is negative: {share.value(values):g}")
+
+
+def share_warnings(machine: Machine) -> list[str]:
+    """Warnings about shares of motors that turn and of motors that slide."""
+    sharing = [machine.joint(j) for j in machine.motors if not machine.joint(j).sharing.is_zero]
+    turning, sliding = ([joint.name for joint in sharing if joint.sigma == sigma] for sigma in (0, 1))
+    if not turning or not sliding:
+        return []
+    return [f"sharing: {turning[0]} turns and {sliding[0]} slides: N m and N are weighed alike"]

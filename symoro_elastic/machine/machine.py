@@ -189,7 +189,7 @@ class Machine:
         names = {name for joint in joints for name in (str(joint.variable), *joint.selected.names)}
         return tuple(j for j in self.owners if self.joint(j).variable in names)
 
-    @property
+    @cached_property
     def antecedents(self) -> tuple[int, ...]:
         """Antecedent of each row."""
         return tuple(joint.antecedent for joint in self.joints)

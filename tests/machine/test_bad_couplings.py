@@ -107,18 +107,18 @@ BAD = [
     ),
     (
         *('theta = "q6"', 'theta = "q6 + q1"', "joint 8 (pin), theta"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it has "
-        "kind coupled, and the formula in theta or r",
+        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
+        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *('kind = "fixed", d = "L3"', 'kind = "fixed", d = "L3*q1"', "joint 9 (pin_end), d"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it has "
-        "kind coupled, and the formula in theta or r",
+        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
+        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *("{ mass = 9 }", '{ mass = "9 + q1" }', "joint 4 (forearm), mass"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it has "
-        "kind coupled, and the formula in theta or r",
+        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
+        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *("(1 + q2^2)", "(1 + q22^2)", "joint 5 (crank), stiffness"),
@@ -421,3 +421,14 @@ def test_frames_of_cut_joints_are_not_asked_for() -> None:
         assert message(machine) == (
             "scene, outputs, jacobian: pin is the cut joint of loop ring: ask for the frame that it meets, pin_end"
         )
+
+
+def test_motors_of_different_types_that_share_are_warned_about() -> None:
+    shares = "waist = { sharing = 1 }\nside = { sharing = 2 }\narm = { rotor"
+    for cell, sigma, expected in (
+        ('r = "s"', 1, ["sharing: waist turns and side slides: N m and N are weighed alike"]),
+        ('theta = "s"', 0, []),
+    ):
+        text = COUPLED.replace(END, side(cell, sigma=sigma)).replace("arm = { rotor", shares)
+        found = check(toml.read(text.replace("[bodies]", "[bodies]\nside = { mass = 1 }"), "arm.toml"))
+        assert found == expected
