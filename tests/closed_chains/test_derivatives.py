@@ -79,7 +79,7 @@ def weightless(described: Machine) -> Machine:
 
 @pytest.mark.parametrize("name", FILES)
 def test_parts_of_the_bias_forces(name: str) -> None:
-    """Gravity, external wrenches, friction, and what centrifugal and Coriolis forces add, each on a machine of its own."""
+    """Gravity, wrenches, friction, centrifugal and Coriolis forces, each on a machine that has nothing else."""
     whole, state = machine(name), situations(name)[0].state
     still = State(state.u, [0] * len(state.u), state.guess)
     idle = with_rows(whole, friction=Friction())
