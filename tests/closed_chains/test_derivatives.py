@@ -16,7 +16,17 @@ from tests.closed_chains.test_references import worst
 from tests.closed_chains.traced import results
 from tests.references.closed_chains import Array, State, exact, in_many_digits
 
-MACHINES = ("ball_screw", "cam", "five_bar", "gas_spring", "parallelogram_loop", "press", "screw", "spatial_four_bar")
+MACHINES = (
+    "ball_screw",
+    "cam",
+    "five_bar",
+    "gantry",
+    "gas_spring",
+    "parallelogram_loop",
+    "press",
+    "screw",
+    "spatial_four_bar",
+)
 WITH_PARAMETERS = ("ball_screw", "cam", "five_bar", "press", "screw")
 STEP, EXACT = mpf(10) ** -20, 1e-30
 """Differences of 70 digits over 1e-20 are exact to 40; stiff springs and heavy gears take some."""
