@@ -19,7 +19,7 @@ from symoro_elastic.symbolic.arithmetic import evaluate
 
 CLOSED, SETTLED = 1e-13, 1e-12
 """Gap of a loop, m and rad, that is rounding; change of a variable, which near singular positions is far larger."""
-STEP = 0.1
+STEP = 0.2
 """Largest step towards a position whose dependent variables are followed, rad or m."""
 SETTLING = 2
 """Further runs of `assemble` at the position itself."""
