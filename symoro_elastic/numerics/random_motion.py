@@ -28,7 +28,7 @@ SLIDE, VELOCITY, ACCELERATION, OF_BASE = 0.5, 3.0, 5.0, 5.0
 REGULAR = 10.0
 """Times the median: entries of S and gam, condition numbers of W_d beyond it are of positions nearly singular."""
 DRAWN, HALVINGS = 4, 6
-"""States that are drawn for one that is wanted; how often they come closer to the start."""
+"""States that are drawn for one that is wanted; how often twice as many are drawn half as far from the start."""
 
 
 @dataclass(frozen=True)
@@ -123,8 +123,9 @@ def _of_coupled(machine: Machine, states: int, rng: np.random.Generator, values:
 
 def _numbers(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> Callable[[Any], Any]:
     """Return the numbers of the expressions of a bound machine at random states."""
-    leaves, drawn = list(_leaves(bound)), DRAWN * states
+    leaves = list(_leaves(bound))
     for halving in range(HALVINGS):
+        drawn = DRAWN * 2**halving * states
         symbols = _drawn(bound, drawn, 0.5**halving, rng, values)
         with np.errstate(all="ignore"):
             value = evaluate(leaves, {**values, **symbols}, arithmetic(float))
@@ -148,10 +149,11 @@ def _at_some(value: Callable[[Any], Any], kept: NDArray[np.intp], x: Any) -> Any
 def _drawn(
     bound: Bound, states: int, reach: float, rng: np.random.Generator, values: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Values of the arguments at random states about the start."""
+    """Values of the arguments at random states about the start, the first one there."""
     machine, n = bound.machine, len(bound.machine.moving)
     far = np.array([reach * (SLIDE if joint.sigma == 1 else math.pi) for joint in machine.moving_joints])
     q = start_of(machine).q + far * rng.uniform(-1, 1, (states, n))
+    q[:1] = start_of(machine).q
     blocks = {
         "q": q,
         "qd": rng.uniform(-VELOCITY, VELOCITY, (states, n)),
@@ -185,12 +187,13 @@ def _matrices(bound: Bound) -> list[list[list[Any]]]:
 
 
 def _regular(bound: Bound, value: Callable[[Any], Array]) -> BoolArray:
-    """Return where loops close, and none is nearly singular."""
-    found = [value(x) for x in _coupling(bound)]
+    """Return where loops close on the branch of the first state, which is the start, and none is nearly singular."""
+    found, good = [value(x) for x in _coupling(bound)], np.array(True)
     for columns in _matrices(bound):
-        W = np.nan_to_num(np.array([[value(x) for x in column] for column in columns]))
-        found.append(np.linalg.cond(np.moveaxis(W, -1, 0)))
-    good: BoolArray = np.array(True)
+        W = np.moveaxis(np.nan_to_num(np.array([[value(x) for x in column] for column in columns])), -1, 0)
+        side = np.sign(np.linalg.det(W))
+        good = good & (side == side[0])
+        found.append(np.linalg.cond(W))
     for entries in found:
         finite = np.isfinite(entries)
         usual = np.median(np.abs(entries[finite])) if finite.any() else 0.0
