@@ -63,8 +63,7 @@ class Dynamics:
 
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known beforehand, `solved` the solution for a base under a known wrench,
-    `reduced` and `moved` those for clusters, by their first link.
+    [12] of bodies whose acceleration is known, `solved`, `reduced` and `moved` solutions for the base and clusters.
     """
 
     mechanism: Mechanism
@@ -91,9 +90,9 @@ class Dynamics:
 def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
     """Accelerations and torques of every joint; `rules[j]` belongs to joint j, `None` to a fixed frame.
 
-    Torque known everywhere: the direct model [28]-[36]. Accelerations of motors known: the paper's inverse model
-    [50]-[61]. All accelerations known: the rigid inverse model. The mechanism holds the acceleration of the base,
-    unless `base` says that the wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
+    Torque known everywhere: the direct model [28]-[36]. Accelerations of motors known: the inverse model [50]-[61]. All
+    known: the rigid inverse model. The mechanism holds the acceleration of the base, unless `base` says that the
+    wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
     """
     unknown = unknown_accelerations(mechanism, rules, base)
     mechanism = with_tips_in_frames_before(mechanism, unknown)
@@ -170,7 +169,8 @@ def _backward(s: Dynamics, rules: Rules) -> None:
         if j in s.vd:
             f = link.transform.T * s.f[j]
         elif isinstance(rule, Cluster):
-            _reduce(s, j, i, rule)
+            if j == rule.first:
+                _reduce(s, j, i, rule)
             continue
         else:
             s.eliminated[j] = e = _eliminated(s, j, link, rule)
@@ -185,9 +185,7 @@ def _backward(s: Dynamics, rules: Rules) -> None:
 
 
 def _reduce(s: Dynamics, j: int, p: int, rule: Cluster) -> None:
-    """At its first link, a cluster in place of a joint (L26), (L27)."""
-    if j != rule.first:
-        return
+    """A cluster in place of a joint (L26), (L27)."""
     s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(p))
     if p not in s.vd:
         s.Js[p], s.betas[p] = s.Js[p] + e.K, s.betas[p] - e.alpha

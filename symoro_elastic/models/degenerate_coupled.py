@@ -15,7 +15,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.dynamic import coordinate_inertia
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.floating_base import inertia
 from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.scalar import Scalar

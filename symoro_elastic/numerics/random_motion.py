@@ -49,7 +49,8 @@ class RandomMotion:
     def on_independent(self, Gamma: Mapping[int, Any]) -> Array:
         """Return S^T Gamma (states, independent) of forces of joints."""
         rows = np.zeros((len(self.independent), self.states))
-        for k, force in projection(self.S, Gamma).items():
+        found: Mapping[int, Any] = projection(self.S, Gamma)
+        for k, force in found.items():
             rows[self.independent.index(k)] = force
         return rows.T
 

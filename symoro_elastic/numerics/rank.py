@@ -98,7 +98,8 @@ def stacked_regressor(motion: RandomMotion) -> Stacked:
     W = np.zeros((len(links) * len(INERTIAL) + len(rotors), len(motion.independent), motion.states))
     for j, _ in motion.mechanism.from_base():
         first = (j - 1) * len(INERTIAL)
-        for k, forces in projection(motion.S, _unit_torques(motion, j)).items():
+        by_coordinate: Mapping[int, Any] = projection(motion.S, _unit_torques(motion, j))
+        for k, forces in by_coordinate.items():
             W[first : first + len(INERTIAL), motion.independent.index(k)] = forces
     for row, j in enumerate(rotors, start=len(links) * len(INERTIAL)):
         W[row] = motion.on_independent({j: motion.qdd[j]}).T

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from symoro_elastic.quantities import intermediates, signatures
+from symoro_elastic.quantities import closed_chains, intermediates, signatures
 from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
 from symoro_elastic.quantities.quantity import (
     Intermediate,
@@ -57,7 +57,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.OF_FRAMES,
         signatures.ON_BASE,
         signatures.COLUMNS,
-        signatures.OF_CLOSED_CHAINS,
+        closed_chains.OF_CLOSED_CHAINS,
         signatures.OF_MACHINES,
     )
     for row in rows
