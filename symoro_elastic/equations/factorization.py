@@ -35,7 +35,7 @@ def factorization(order: Sequence[int], A: Rows) -> Factorization:
         except ZeroDivisionError:
             raise SingularPivot(j) from None
         found.pivots[j], found.inverses[j] = left[j][j], inverse
-        found.L[j] = {i: left[j][i] * inverse for i in carrying}
+        found.L[j] = {i: 1 if left[j][i] is left[j][j] else left[j][i] * inverse for i in carrying}
         for i in carrying:
             for k in carrying[: carrying.index(i) + 1]:
                 left[i][k] = left[k][i] = left[i][k] - found.L[j][i] * left[j][k]

@@ -8,6 +8,7 @@ equations, but for parallelograms, whose angles are sums of angles.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -172,8 +173,10 @@ class Coordinates:
         known = {j: self._gam(j, gam_x) for j in self.machine.articulated}
         phi: list[Scalar] = []
         for one in block:
-            relative = closing_acceleration(loop_branches(self.bound, one.loop), rates, known).entries
-            phi += [relative[row] for row in one.kept]
+            relative = closing_acceleration(
+                loop_branches(self.bound, one.loop, one.view, one.pivot), rates, known
+            ).entries
+            phi += [relative[row] for row in one.rows]
         (found,) = solved(W_d, [[-x for x in phi]])
         return dict(zip(unknown, found, strict=True))
 
@@ -182,8 +185,9 @@ class Coordinates:
         return sorted({j for one in block for j in one.dependent})
 
     def columns_of(self, block: list[LoopPlan]) -> list[list[Scalar]]:
-        """Columns of W_d of a block of loops (L10)."""
-        return self._columns(block, self.unknown(block), self.S_x)[0]
+        """Columns of W_d of a block of loops, in axes of the frames met (L10)."""
+        seen_from_m = [replace(one, view=None, pivot=None) for one in block]
+        return self._columns(seen_from_m, self.unknown(block), self.S_x)[0]
 
     def partial(self, j: int, v: int) -> Scalar:
         """dq_j/dx_v of joint j by the own variable of joint v (L1)."""
@@ -199,8 +203,8 @@ class Coordinates:
         fixed = {v: row for v, row in S_x.items() if v not in unknown}
         free: dict[int, Row] = {v: {v: 1} for v in unknown}
         for one in block:
-            columns = closing_columns(loop_branches(self.bound, one.loop))
-            for i in one.kept:
+            columns = closing_columns(loop_branches(self.bound, one.loop, one.view, one.pivot))
+            for i in one.rows:
                 entries = [(column.entries[i], j) for j, column in columns.items()]
                 by_unknown.append(combination((x, self._row(j, free)) for x, j in entries))
                 by_known.append(combination((x, self._row(j, fixed)) for x, j in entries))

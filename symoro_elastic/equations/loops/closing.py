@@ -1,7 +1,8 @@
 """The equations at a cut joint: W qd = 0, W qdd = -phi, and how far the loop is from being closed.
 
 Frame e, on one side of the cut joint and without its variable, meets frame m, on the other side (L9). Components are
-along the axes of m. Both branches are followed from their last common body as if it were at rest.
+along the axes of m, or of any frame where the cut joint has no direction in the rows kept. Both branches are followed
+from their last common body as if it were at rest.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from symoro_elastic.equations.kinematics import FrameSet, frame_set, jacobian, m
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import (
     EZ,
+    ZERO,
     Axis,
     Scalar,
     Twist,
@@ -47,7 +49,8 @@ class CutJoint:
 class Branches:
     """The two branches of a loop as a mechanism of their own, on their last common body at rest.
 
-    `number` is the number there of a link of the whole mechanism; `seen` are its frames as m sees them.
+    `number` is the number there of a link of the whole mechanism, `seen` are its frames as m, or another one, sees
+    them.
     """
 
     mechanism: Mechanism
@@ -61,14 +64,24 @@ class Branches:
         return self.seen.frames[self.number[self.cut.e]].origin
 
 
-def branches_of(mechanism: Mechanism, links: Sequence[int], cut: CutJoint) -> Branches:
-    """The mechanism of the `links` of a loop, in the order of the table."""
+def branches_of(
+    mechanism: Mechanism, links: Sequence[int], cut: CutJoint, view: int | None = None, pivot: int | None = None
+) -> Branches:
+    """The mechanism of the `links` of a loop, in the order of the table, seen from m or from the link `view`.
+
+    With a `pivot`, a turn of m's branch, the lever of e leads over it: a side of a triangle by the two others.
+    """
     number = {j: k for k, j in enumerate(sorted(links), start=1)}
     chain = tuple(
         replace(mechanism.link(j), antecedent=number.get(mechanism.link(j).antecedent, 0)) for j in sorted(links)
     )
     part = Mechanism(chain)
-    return Branches(part, number, cut, frame_set(part, number[cut.m]))
+    seen = frame_set(part, number[cut.m] if view is None else number.get(view, 0))
+    if pivot is not None:
+        levers = [*seen.levers]
+        levers[number[cut.e]] = _over(seen, number[pivot], number[cut.m], number[cut.e])
+        seen = seen._replace(levers=levers)
+    return Branches(part, number, cut, seen)
 
 
 def closing_columns(loop: Branches) -> dict[int, Twist]:
@@ -112,6 +125,29 @@ def closing_error(loop: Branches) -> Twist:
     x, y, z = rotation.T.x, rotation.T.y, rotation.T.z
     twice = Vector(y.z - z.y, z.x - x.z, x.y - y.x)
     return Twist(origin, Fraction(1, 2) * twice)
+
+
+def _over(seen: FrameSet, pivot: int, m: int, e: int) -> Vector:
+    """The lever of e, which meets m, from its anchor: from the pivot to m, and from the anchor to the pivot."""
+    way = ZERO
+    for k in _anchors(seen, pivot):
+        way = way + seen.levers[k]
+    for k in reversed(_anchors(seen, seen.anchors[e])):
+        way = way - seen.levers[k]
+    for k in _anchors(seen, m):
+        if k == pivot:
+            break
+        way = way + seen.levers[k]
+    return way
+
+
+def _anchors(seen: FrameSet, k: int) -> list[int]:
+    """Links whose levers lead from link k to the last common body."""
+    found = []
+    while k:
+        found.append(k)
+        k = seen.anchors[k]
+    return found
 
 
 def _at_reach(loop: Branches, column: Twist) -> Twist:

@@ -54,11 +54,15 @@ class Complex(NamedTuple):
     @property
     def inverse(self) -> Complex:
         """1 / conj(u) = u / |u|^2."""
+        return self.over(self.squared)
+
+    def over(self, squared: Scalar) -> Complex:
+        """1 / conj(u), where the square of the length is known."""
         if is_zero(self.y):
             return Complex(quotient(1, self.x), 0)
         if is_zero(self.x):
             return Complex(0, quotient(1, self.y))
-        return self.times(quotient(1, self.squared))
+        return self.times(quotient(1, squared))
 
 
 def dot(u: Complex, v: Complex) -> Scalar:
@@ -108,9 +112,10 @@ def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
     h = _twice_area(sides, root)
     turns = {}
     for k, joint in enumerate(loop.unknown):
-        a, b, c = _seen_from_end(loop.segments[k - 1], sides[k - 1]), sides[k], sides[k - 2]
-        m = _half_difference(c.squared, a.squared, b.squared)
-        turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a.inverse * b.inverse.conjugate))
+        before, b, c = sides[k - 1], sides[k], sides[k - 2]
+        a = _seen_from_end(loop.segments[k - 1], before).over(before.squared)
+        m = _half_difference(c.squared, before.squared, b.squared)
+        turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a * b.inverse.conjugate))
     return Closed(turns, {}, h)
 
 

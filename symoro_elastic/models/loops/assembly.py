@@ -41,10 +41,10 @@ def cut_joint(machine: Machine, loop: Loop) -> CutJoint:
     return CutJoint(loop.cut, loop.meets, Axis(machine.joint(loop.cut).sigma), loop.closes is Closing.POINT)
 
 
-def loop_branches(bound: Bound, loop: Loop) -> Branches:
-    """The branches of a loop of a bound machine."""
+def loop_branches(bound: Bound, loop: Loop, view: int | None = None, pivot: int | None = None) -> Branches:
+    """The branches of a loop of a bound machine, seen from the frame met or from another link."""
     rows = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
-    return branches_of(bound.mechanism, rows, cut_joint(bound.machine, loop))
+    return branches_of(bound.mechanism, rows, cut_joint(bound.machine, loop), view, pivot)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.equations.spatial import Axis, is_zero
 from symoro_elastic.machine.loops import Loop, branches
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position, loop_branches
@@ -47,7 +47,8 @@ FORMS = {3: Form.TRIANGLE, 2: Form.SLIDE, 1: Form.SLIDES}
 class LoopPlan:
     """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
 
-    `signs` are those of the root at each unknown joint.
+    `signs` are those of the root at each unknown joint. Rates may be found in the axes of the link `view`, where the
+    same equations are `rows`, with levers over the turn `pivot`.
     """
 
     loop: Loop
@@ -56,6 +57,13 @@ class LoopPlan:
     dependent: tuple[int, ...]
     form: Form
     signs: dict[int, int]
+    view: int | None = None
+    pivot: int | None = None
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Rows of the equations in the axes of `view`, whose z is the normal of the plane; those kept without."""
+        return self.kept if self.view is None else (0, 1, 5)[: len(self.kept)]
 
 
 @dataclass(frozen=True)
@@ -82,7 +90,7 @@ def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
         return known[1]
     plan = _made(machine, bind)
     key = id(machine)
-    _known[key] = weakref.ref(machine, lambda _: _known.pop(key, None) and None), plan
+    _known[key] = weakref.ref(machine, lambda _: _known.pop(key, None) if _known is not None else None), plan
     return plan
 
 
@@ -234,8 +242,22 @@ def _with_forms(
         if shared.isdisjoint(one.dependent):
             other = [j for x in (*found, *waiting) if x.form is not Form.MAP for j in x.dependent]
             form, signs = _form(assembly, one, positions, other)
-        found.append(replace(one, form=form, signs=signs))
+        view, pivot = _view(assembly.bound, one) if form is Form.TRIANGLE else (None, None)
+        found.append(replace(one, form=form, signs=signs, view=view, pivot=pivot))
     return tuple(found)
+
+
+def _view(bound: Bound, one: LoopPlan) -> tuple[int | None, int | None]:
+    """The link in whose axes the equations of a triangle are shortest, and the turn that it carries.
+
+    It is a dependent turn of m's branch whose antecedent has the same normal.
+    """
+    _, to_end = branches(bound.machine.antecedents, one.loop)
+    for j in to_end:
+        link = bound.mechanism.link(j)
+        if j in one.dependent and link.axis is Axis.REVOLUTE and is_zero(link.transform.steps[1].sine):
+            return link.antecedent, j
+    return None, None
 
 
 def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool:
