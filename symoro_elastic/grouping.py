@@ -23,8 +23,9 @@ FRESH = 1
 def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
     """The grouping to use, and its comparison with the numerical rank of the regressor.
 
-    That of the rules or, where numbers contradict them, the one found by QR: it holds for one geometry, whose
-    parameters are constants in the regrouped machine. Without their values that of the rules comes back, refused.
+    That of the rules or, where numbers contradict them or couplings and loops group more, the one found by QR: it
+    holds for one geometry, whose parameters are constants in the regrouped machine. Without their values that of the
+    rules comes back, refused in a tree without couplings.
     """
     grouping = grouped(machine)
     check = cross_check(machine, grouping)
@@ -94,7 +95,9 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
     missing = [p.name for p in machine.parameters if p.name in geometry and p.value is None]
     if missing:
         what = f"the QR grouping holds for one geometry only: give values to {_some(missing)}"
-        return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=True)
+        usable = machine.is_coupled and check.torques_stay
+        what += "; until then that of the rules is used" if usable else ""
+        return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not usable)
     fixed = with_constants(machine, geometry)
     fixed = replace(fixed, notes=tuple(dict.fromkeys((*fixed.notes, NOTE))))
     found = joined(fixed, numerical_relations(fixed, rules.kept))

@@ -22,3 +22,11 @@ class Element(Protocol):
 
 Scalar: TypeAlias = int | float | Fraction | Element
 """An element of any field; the exact integers 0 and 1 stand for structure."""
+
+
+def quotient(x: Scalar, y: Scalar) -> Scalar:
+    """x / y, exact where both are integers, which Python divides as floats."""
+    if isinstance(x, int) and isinstance(y, int):
+        exact = Fraction(x, y)
+        return exact.numerator if exact.denominator == 1 else exact
+    return x / y

@@ -173,10 +173,13 @@ def _without_value(machine: Machine, formula: Formula, values: Mapping[str, floa
 
 
 def loop_warnings(machine: Machine) -> list[str]:
-    """Warnings about loops around the same joints as another."""
+    """Warnings about loops around the same joints as another, and about a SYMORO type without its loops."""
     lines, seen = [], dict[tuple[int, ...], str]()
     for loop in machine.loops:
         other = seen.setdefault(machine.around(loop), loop.name)
         if other != loop.name:
             lines.append(f"loop {loop.name}: it closes around the same joints as loop {other}: closed twice?")
+    if machine.extras.get("Type") == "2" and not machine.loops:
+        what = "a .par file with closed loops has NJ > NL, with rows for cut joints and for the frames that they meet"
+        lines.append(f"Type = 2: there is no closed loop, the machine is taken as a tree; {what}")
     return lines

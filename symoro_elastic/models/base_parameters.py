@@ -162,14 +162,18 @@ def _grouping(texts: _Texts, effects: Mapping[Label, str]) -> Grouping:
 
 
 class ZeroPosition:
-    """A machine with all joint variables zero, in several arithmetics."""
+    """The tree of a machine with all joint positions zero, in several arithmetics: loops open, no coupling.
+
+    Every joint then moves freely. What is grouped in that tree is grouped in all its motions, those of the machine
+    with its couplings and loops among them.
+    """
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        bound = Bound(replace(machine, joints=tuple(map(_held, machine.joints))))
+        bound = Bound(replace(machine, joints=tuple(_held(machine, joint) for joint in machine.joints), loops=()))
         links = [
-            replace(link, axis=Axis(joint.sigma))
-            for link, joint in zip(bound.mechanism.links, machine.joints, strict=True)
+            replace(link, axis=Axis(machine.joint(j).sigma) if j in machine.articulated else Axis.NONE)
+            for j, link in enumerate(bound.mechanism.links, start=1)
         ]
         self.mechanism = replace(bound.mechanism, links=tuple(links))
         self._leaves: list[Any] = []
@@ -222,7 +226,10 @@ class ZeroPosition:
             return self.mechanism.map(lambda x: 1.0)
 
 
-def _held(joint: Joint) -> Joint:
+def _held(machine: Machine, joint: Joint) -> Joint:
+    """The joint at position zero as a fixed frame; what its cell adds of the variables of others is left out."""
+    if not joint.selected.names.isdisjoint(machine.variables):
+        joint = joint.with_selected(ZERO)
     return replace(joint, kind=Kind.FIXED, sigma=2, variable=None, spring=Spring())
 
 
@@ -322,7 +329,8 @@ def _is_geometric(cell: Cell) -> bool:
 
 
 def _is_inertial(cell: Cell) -> bool:
-    return cell.column.section in ("bodies", "motors")
+    """Whether a cell is of a body or a rotor; the share of a motor is of neither."""
+    return cell.column.section in ("bodies", "motors") and cell.column.key != "sharing"
 
 
 def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites: Mapping[str, Formula]) -> Machine:

@@ -28,6 +28,7 @@ from symoro_elastic.equations.spatial import (
     translation,
 )
 from symoro_elastic.machine.arguments import arguments
+from symoro_elastic.machine.loops import Closing
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
@@ -79,7 +80,7 @@ class Bound(Cells):
     def _mechanism(self) -> Mechanism:
         base, floating = self.machine.base, self.machine.floating
         links = [self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)]
-        links += [Link(j, Axis.NONE, translation(self.vector(at))) for j, at in self.points]
+        links += [Link(self.met(j), Axis.NONE, translation(self.vector(at))) for j, at in self.points]
         linear, angular = self.base_acceleration
         return Mechanism(
             tuple(links),
@@ -236,6 +237,18 @@ class Bound(Cells):
     def given_accelerations(self) -> list[Scalar]:
         """Accelerations of the joints by link number, zero for fixed frames and the base."""
         return self._by_link(image(self.coordinates.S, self.qdd, self.coordinates.gam))
+
+    def bias_accelerations(self) -> list[Scalar]:
+        """The same where the independent variables do not accelerate: gam (L2)."""
+        return self._by_link(self.coordinates.gam)
+
+    def met(self, j: int) -> int:
+        """Number of the frame that a cut joint meets, with which its own coincides; that of any other frame itself."""
+        return self._met.get(j, j)
+
+    @cached_property
+    def _met(self) -> dict[int, int]:
+        return {loop.cut: loop.meets for loop in self.machine.loops if loop.closes is Closing.FRAME}
 
     def _by_link(self, by_joint: Mapping[int, Scalar]) -> list[Scalar]:
         return [by_joint.get(j, 0) for j in range(len(self.mechanism.links) + 1)]

@@ -1,7 +1,8 @@
 """Machines that no dynamic model can move: pivots H_j that are zero for every value of the variables.
 
 The recursion is run modulo a large prime on random values, so zero means identically zero. The
-motion that meets no inertia names the joints which share the blame.
+motion that meets no inertia names the joints which share the blame. Where joints depend on others the inertia matrix
+at assembled positions tells (`models/degenerate_coupled.py`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.degenerate_coupled import motions_without_inertia
 from symoro_elastic.models.modular import modulo_prime
 
 
@@ -36,6 +38,11 @@ class Degeneracy:
             return (
                 f"H{self.joint} is zero at every position: {names[0]} moves no inertia; "
                 f"{_massless_cure(joints[0])}, lock it in a scene, or remove the row"
+            )
+        if not {*self.moving_together} <= {*machine.moving}:
+            return (
+                f"H{self.joint} is zero at every position: {_listed(names)} move together without moving any mass; "
+                "give one of their bodies inertia, or the motor that drives them a rotor inertia"
             )
         return (
             f"H{self.joint} is zero at every position: {_listed(names)} can move against each other without moving "
@@ -70,6 +77,9 @@ def _merge(joints: Sequence[Joint]) -> str:
 
 def degeneracies(machine: Machine, known_motors: bool, folded: Sequence[str] = ()) -> list[Degeneracy]:
     """Joints whose pivot vanishes in the direct model or, with `known_motors`, in the inverse model."""
+    if machine.is_coupled:
+        together = motions_without_inertia(machine, known_motors, folded)
+        return [Degeneracy(min((j for j in joints if j), default=0), joints) for joints in together]
     bound = Bound(machine, folded)
     mechanism = _modulo_prime(bound)
     base = WrenchKnown(NO_WRENCH) if bound.base_rule else None

@@ -42,6 +42,7 @@ from symoro_elastic.models.derivative_ways import (
     values_of,
     with_pose,
 )
+from symoro_elastic.models.driving import inverse_by_motors
 from symoro_elastic.models.floating_base import found_of_base
 from symoro_elastic.models.linearization import FAMILY, LINEARIZATION
 from symoro_elastic.models.model import MOVING, Joints, Model, Pivots, Result, Results
@@ -69,14 +70,15 @@ class Solved:
 
 
 def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    solved, by = _inverse(bound), all_columns(bound, {"dqdd_motor": bound.qdd_motor})
-    outputs = _inverse_outputs(bound, solved)
+    by = all_columns(bound, {"dqdd_motor": bound.qdd_motor})
     if len(bound.motors) == len(bound.machine.moving) and has_recursion(bound):
+        solved = _inverse(bound)
+        outputs = _inverse_outputs(bound, solved)
         made = by_recursion(bound, solved.found, outputs, by)
     else:
-        columns = needed_columns(bound, by)
+        columns, outputs = needed_columns(bound, by), _found_by_inverse(bound)
         made = of_graph(bound, outputs, columns)
-        if "dqdd_motor" in columns:
+        if "dqdd_motor" in columns and _motors_are_independent(bound):
             made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
     return _results(bound, with_pose(bound, made, outputs), asked, chosen_columns(bound, by))
 
@@ -92,7 +94,7 @@ def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
 
 
 def _inverse_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Results:
-    outputs = _inverse_outputs(bound, _inverse(bound))
+    outputs = _found_by_inverse(bound)
     by = parameter_columns(bound, values_of(outputs))
     return _results(bound, of_graph(bound, outputs, by), asked, by)
 
@@ -134,6 +136,19 @@ def _direct(bound: Bound) -> Solved:
     return Solved(motion, found)
 
 
+def _motors_are_independent(bound: Bound) -> bool:
+    return all(j in bound.machine.moving for j in bound.motors)
+
+
+def _found_by_inverse(bound: Bound) -> Outputs:
+    """Results of the inverse model; on a machine with motors on dependent joints by a linear system (L30)."""
+    if _motors_are_independent(bound):
+        return _inverse_outputs(bound, _inverse(bound))
+    found = inverse_by_motors(bound)
+    free = [j for j in bound.machine.moving if j not in bound.motors]
+    return {"tau": found.tau, **({"qdd": {j: found.udd[j] for j in free}} if free else {})}
+
+
 def _inverse_outputs(bound: Bound, solved: Solved) -> Outputs:
     free = [j for j in bound.machine.moving if j not in bound.motors]
     needed, passive, udd = solved.motion.forces(solved.found), bound.passive_forces(), solved.accelerations
@@ -161,11 +176,12 @@ def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> R
     name_tangents(bound, made.tangents)
     made = made.only(by)
     name_acceleration_derivatives(bound, made.entries)
+    joints = bound.machine.owners if asked == bound.machine.moving else asked
     results: Results = {}
     for of in dict.fromkeys(name.partition("_")[0] for name in made.entries):
         found = {argument: made.entries[f"{of}_{argument}"] for argument in by if f"{of}_{argument}" in made.entries}
         numbers = {i for entries in found.values() for i, _ in entries}
-        rows = tuple(DEGREES) if of in OF_BASE else tuple(j for j in asked if j in numbers)
+        rows = tuple(DEGREES) if of in OF_BASE else tuple(j for j in joints if j in numbers)
         for argument, entries in found.items():
             values = tuple(entries.get((i, c), 0) for i in rows for c in by[argument])
             labels = tuple(x.operands[0] for x in by[argument].values()) if bound.by or argument == "dp" else ()

@@ -292,5 +292,6 @@ FEED_FORWARD = (
         own=(replace(quantity("q"), meaning="joint variables: motor positions and deflections of springs"),),
         own_arguments=_arguments,
         checked_by=CheckedBy.EQUATIONS_OF_MOTION,
+        on_coupled=False,
     ),
 )

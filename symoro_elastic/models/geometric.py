@@ -1,9 +1,15 @@
-"""Geometric and kinematic models of frames, each seen from the base, from itself, or from any other."""
+"""Geometric and kinematic models of frames, each seen from the base, from itself, or from any other.
+
+The frame of a cut joint is where its loop is closed: that of the row it meets. Where only origins meet, it is the frame
+of the row itself, before the rotations of the ball.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
+from symoro_elastic.equations.coordinates import projection
 from symoro_elastic.equations.kinematics import (
     FrameSet,
     Scalars,
@@ -30,7 +36,7 @@ def _geometric_model(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        for row, x in zip(*views[frame.seen_from or 0].frames[_link(bound, frame)], strict=True):
+        for row, x in zip(*views[_observer(bound, frame)].frames[_link(bound, frame)], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
@@ -49,7 +55,7 @@ def _accelerations(bound: Bound, asked: Frames) -> Results:
 def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
     """V' on a base at rest, at zero joint accelerations; components in frame 0 where no other is named."""
     _refuse_without_joints(bound, "jacobian_dot_qd")
-    still, qdd = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST), [0] * len(bound.rates())
+    still, qdd = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST), bound.bias_accelerations()
     in_base = tuple(replace(frame, seen_from=frame.seen_from or 0) for frame in asked)
     found = _twists(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
     return {"Vd": replace(found, frames=asked)}
@@ -61,17 +67,23 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        columns = jacobian(bound.mechanism, views[frame.seen_from or 0], _link(bound, frame))
-        rows = {j: column.entries for j, column in columns.items()}
+        by_joint = jacobian(bound.mechanism, views[_observer(bound, frame)], _link(bound, frame))
+        columns = _by_independent(bound, by_joint)
         if not frame.seen_from:
-            name_jacobian(bound, rows, _link(bound, frame))
-        entries += [rows[j][k] if j in rows else 0 for k in range(6) for j in bound.machine.moving]
+            name_jacobian(bound, columns, _link(bound, frame))
+        entries += [columns[j][k] if j in columns else 0 for k in range(6) for j in bound.machine.moving]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
+
+
+def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tuple[Scalar, ...]]:
+    """Columns of J S: twists of a frame by the rates of the independent variables (L2)."""
+    rows = [projection(bound.coordinates.S, {j: x.entries[k] for j, x in columns.items()}) for k in range(6)]
+    return {j: tuple(row.get(j, 0) for row in rows) for j in bound.machine.moving if any(j in row for row in rows)}
 
 
 def _views(bound: Bound, asked: Frames) -> dict[int, FrameSet]:
     """All frames as seen from frame 0, named, and from every other that is asked for."""
-    seen_from = dict.fromkeys((0, *(frame.seen_from or 0 for frame in asked)))
+    seen_from = dict.fromkeys((0, *(_observer(bound, frame) for frame in asked)))
     views = {k: frame_set(bound.mechanism, k) for k in seen_from}
     name_frames(bound, views[0].frames)
     return views
@@ -84,7 +96,7 @@ def _twists(bound: Bound, asked: Frames, quantity: str, own: list[Twist], mechan
     motions = {k: motion_expressed_in(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
     _name_seen(bound, *motions[0], EQUATIONS[quantity])
     seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
-    twists = [(own if f.seen_from in (None, f.number) else seen[f.seen_from or 0])[_link(bound, f)] for f in asked]
+    twists = [(own if f.seen_from in (None, f.number) else seen[_observer(bound, f)])[_link(bound, f)] for f in asked]
     return _of_frames(asked, [x for twist in twists for x in twist.entries], (6,))
 
 
@@ -102,10 +114,15 @@ def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -
     return Result(tuple(f.number for f in asked), tuple(entries), columns, asked)
 
 
+def _observer(bound: Bound, frame: Frame) -> int:
+    """The number of the frame that a frame is seen from, frame 0 where none is named."""
+    return bound.met(frame.seen_from or 0)
+
+
 def _link(bound: Bound, frame: Frame) -> int:
     """The number of a frame in the mechanism, where points come after the table."""
     if frame.at is None:
-        return frame.number
+        return bound.met(frame.number)
     return len(bound.machine.joints) + 1 + bound.points.index((frame.number, frame.at))
 
 

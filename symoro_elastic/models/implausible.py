@@ -1,7 +1,8 @@
 """Machines that can be modelled but are hardly meant: motors that do the same, masses that nothing holds.
 
 Decided modulo a large prime at a random position of motors and passive joints, springs at their neutral positions: what
-is said holds at every position and for all values of the parameters.
+is said holds at every position and for all values of the parameters. Machines whose joints depend on each other are
+not judged: there the axis of a motor does not tell what it moves, and a loop may hold what its slide does not.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from symoro_elastic.models.modular import modulo_prime
 
 def implausible_motions(machine: Machine) -> list[str]:
     """Return warnings, one line each, about motors with the same effect and bodies that nothing holds."""
+    if machine.is_coupled:
+        return []
     mechanism = modulo_prime(Bound(_with_still_springs(machine)).mechanism)
     warned = [*_motors_alike(machine, mechanism), *_unsupported(machine, mechanism)]
     return [f"{place_of(j, machine.joint(j))}: {what}" for j, what in sorted(warned)]

@@ -1,8 +1,8 @@
 """The linear model of small motions about any motion: M dqdd + D dqd + K dq = dtau.
 
-K and D are derivatives of the torques that the motion asks of the independent variables, S^T NE less springs, dampers
-and friction. Where joints are coupled these are total derivatives: S and gam move along, so that K holds the tangent
-stiffness of the constraint forces (L40).
+K and D are derivatives of the forces that the motion asks of the independent variables: S^T NE less springs, dampers,
+friction and motors. Where joints are coupled these are total derivatives: S and gam move along, so that K holds the
+tangent stiffness of the constraint forces (L40).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from symoro_elastic.equations.derivatives.torques import Entries
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.derivative_ways import has_recursion, of_graph, torque_changes
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.derivative_ways import has_recursion, of_graph, torque_changes
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics
 from symoro_elastic.scalar import Scalar
@@ -34,21 +34,24 @@ def _by_recursion(bound: Bound) -> tuple[Entries, Entries, Entries]:
 
 
 def _of_graph(bound: Bound) -> tuple[Entries, Entries, Entries]:
-    """K, D of the torques asked for, and M = S^T A S (L38), (L40)."""
-    asked = {"forces": forces_asked(bound)}
-    made = of_graph(bound, asked, {"dq": bound.q, "dqd": bound.qd}).entries
+    """K, D of the forces that are left, and M = S^T A S (L38), (L40)."""
+    left = {"forces": forces_left(bound)}
+    made = of_graph(bound, left, {"dq": bound.q, "dqd": bound.qd}).entries
     matrix = coordinate_inertia(bound)
     name_composites(bound, matrix)
     M = {(i, j): matrix.A[i][j] for i in bound.machine.moving for j in bound.machine.moving}
     return made["dforces_dq"], made["dforces_dqd"], M
 
 
-def forces_asked(bound: Bound) -> dict[int, Scalar]:
-    """What a motion asks of the independent variables: S^T NE less springs, dampers and friction (L20)."""
+def forces_left(bound: Bound) -> dict[int, Scalar]:
+    """What is left of S^T NE (L20) less all that is exerted on the independent variables: zero along a motion.
+
+    Torques of motors on dependent joints are in K, since S moves.
+    """
     found = dynamics(bound.without_tip_angles, bound.rates(), bound.given_rules())
     name_dynamics(bound, found, "[15]", "[61]")
-    needed, passive = bound.on_independent(found.Gamma), bound.passive_forces()
-    return {j: needed[j] - passive[j] for j in bound.machine.moving}
+    needed, exerted = bound.on_independent(found.Gamma), bound.exerted_forces()
+    return {j: needed[j] - exerted[j] for j in bound.machine.moving}
 
 
 LINEARIZATION = Model(
@@ -59,4 +62,5 @@ LINEARIZATION = Model(
     ("M", "D", "K"),
     _linearization,
     FAMILY,
+    has_loop_forces=True,
 )

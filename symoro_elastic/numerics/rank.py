@@ -8,30 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
-from symoro_elastic.equations.mechanism import Link, Mechanism
+from symoro_elastic.equations.coordinates import projection
 from symoro_elastic.equations.newton_euler import newton_euler
 from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
-from symoro_elastic.equations.spatial import (
-    AxialTransform,
-    Axis,
-    Transform,
-    Twist,
-    Vector,
-    Z,
-    hat_plus_hat_squared,
-    is_zero,
-)
+from symoro_elastic.equations.spatial import Axis, hat_plus_hat_squared, is_zero
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import Grouping, Label, Relations, ZeroPosition
+from symoro_elastic.models.base_parameters import Grouping, Label, Relations
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
+from symoro_elastic.numerics.random_motion import RandomMotion, random_motion
 from symoro_elastic.numerics.values import parameter_values
 
 RANK_TOLERANCE = 1e-9
@@ -41,23 +32,6 @@ NEGLIGIBLE_COEFFICIENT = 1e-12
 TORQUES_AGREE = 1e-12
 LEAST_STATES = 40
 ROWS_PER_COLUMN = 4
-
-
-@dataclass(frozen=True)
-class RandomMotion:
-    """A mechanism of numbers at many states at once, and its velocities and accelerations."""
-
-    mechanism: Mechanism
-    dynamics: Dynamics
-    qdd: list[Array | float]
-
-    def torques(self) -> Array:
-        """Return Gamma (states, joints): inertia, gravity and external wrenches."""
-        rows = np.zeros((len(self.dynamics.Gamma), _states(self)))
-        torques: Mapping[int, Any] = self.dynamics.Gamma
-        for k, (_, torque) in enumerate(sorted(torques.items())):
-            rows[k] = torque
-        return rows.T
 
 
 @dataclass(frozen=True)
@@ -116,76 +90,29 @@ class CrossCheck:
         return self.doubt or f"{count}, as the rank of the regressor"
 
 
-def random_motion(
-    machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None
-) -> RandomMotion:
-    """Return a machine at random states: angles within pi, slides 0.5 m, velocities 3, accelerations 5.
-
-    A base that moves does so at random too, whatever its values. Parameters without value are drawn.
-    """
-    zero = ZeroPosition(machine)
-    mechanism = zero.floats(parameter_values(machine, seed) if values is None else values)
-    rng = np.random.default_rng([seed, 3])
-    n = len(machine.joints) + 1
-    angles = rng.uniform(-math.pi, math.pi, (n, states))
-    qd, qdd = rng.uniform(-3, 3, (n, states)), rng.uniform(-5, 5, (n, states))
-    links = tuple(_displaced(link, angles[j]) for j, link in mechanism.from_base())
-    moved = replace(mechanism, links=links)
-    if zero.free_base:
-        velocity, angular, acceleration, turning = (_vectors(rng, states) for _ in range(4))
-        moved = replace(moved, velocity=Twist(velocity, angular), acceleration=Twist(acceleration, turning))
-    return _in_motion(moved, qd, qdd)
-
-
-def _vectors(rng: np.random.Generator, states: int) -> Vector:
-    return Vector(*rng.uniform(-5, 5, (3, states)))
-
-
-def _displaced(link: Link, variable: Any) -> Link:
-    if link.axis is Axis.NONE:
-        return link
-    moved = AxialTransform(Z, np.cos(variable), np.sin(variable), 0)
-    if link.axis is Axis.PRISMATIC:
-        moved = AxialTransform(Z, 1, 0, variable * (0.5 / math.pi))
-    return replace(link, transform=Transform((*link.transform.steps, moved)))
-
-
-def _in_motion(mechanism: Mechanism, qd: Array, qdd: Array) -> RandomMotion:
-    rules: list[Rule | None] = [None] * len(qd)
-    rates: list[Any] = [0.0] * len(qd)
-    for j, link in mechanism.from_base():
-        if link.axis is not Axis.NONE:
-            rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
-    return RandomMotion(mechanism, dynamics(mechanism, rates, rules), list(qdd))
-
-
-def _states(motion: RandomMotion) -> int:
-    return int(np.size(motion.qdd[0]))
-
-
 def stacked_regressor(motion: RandomMotion) -> Stacked:
     """Return the regressor of all inertial parameters of all bodies, and of nonzero rotor inertias."""
     links = motion.mechanism.links
     joints = [j for j, link in motion.mechanism.from_base() if link.axis is not Axis.NONE]
     rotors = [j for j in joints if not is_zero(links[j - 1].rotor_inertia)]
-    W = np.zeros((len(links) * len(INERTIAL) + len(rotors), len(joints), _states(motion)))
+    W = np.zeros((len(links) * len(INERTIAL) + len(rotors), len(motion.independent), motion.states))
     for j, _ in motion.mechanism.from_base():
         first = (j - 1) * len(INERTIAL)
-        for row, torque in _unit_torques(motion, j).items():
-            W[first : first + len(INERTIAL), joints.index(row)] = torque
-    for k, j in enumerate(rotors, start=len(links) * len(INERTIAL)):
-        W[k, joints.index(j)] = motion.qdd[j]
+        for k, forces in projection(motion.S, _unit_torques(motion, j)).items():
+            W[first : first + len(INERTIAL), motion.independent.index(k)] = forces
+    for row, j in enumerate(rotors, start=len(links) * len(INERTIAL)):
+        W[row] = motion.on_independent({j: motion.qdd[j]}).T
     labels = [(j, name) for j, _ in motion.mechanism.from_base() for name in INERTIAL] + [(j, ROTOR) for j in rotors]
     return Stacked(W.reshape(len(labels), -1).T, tuple(labels))
 
 
-def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Array]:
+def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Any]:
     """Return torques of a unit of each inertial parameter of body j: (parameters, states) by joint."""
     known = motion.dynamics
     units = body_of(dict(zip(INERTIAL, np.eye(len(INERTIAL))[:, :, None], strict=True)))
     U = hat_plus_hat_squared(known.w[j], known.wd[j])
-    column: dict[int, Any] = torques(motion.mechanism, j, newton_euler(units, known.w[j], known.wd[j], known.vd[j], U))
-    return column
+    wrench = newton_euler(units, known.w[j], known.wd[j], known.vd[j], U)
+    return torques(motion.mechanism, j, wrench)
 
 
 def enough_states(machine: Machine) -> int:
@@ -227,7 +154,7 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
     kept = grouping.kept
     spread = conditioning(stacked.columns(kept), [grouping.labels[label] for label in kept])
     error = torque_error(machine, grouping, motion, values, seed)
-    return CrossCheck(grouping.count, count, error, spread, _doubt(grouping.count, count, error))
+    return CrossCheck(grouping.count, count, error, spread, _doubt(machine, grouping.count, count, error))
 
 
 def torque_error(
@@ -235,12 +162,14 @@ def torque_error(
 ) -> float:
     """Return the largest difference of torques before and after grouping, relative to the largest torque."""
     regrouped = {**grouping.values(values), **values}
-    other = random_motion(grouping.machine, _states(motion), seed, regrouped)
+    other = random_motion(grouping.machine, motion.states, seed, regrouped)
     before, after = motion.torques(), other.torques()
     return float(np.abs(after - before).max(initial=0.0) / max(np.abs(before).max(initial=0.0), 1e-300))
 
 
-def _doubt(count: int, rank: int, error: float) -> str:
+def _doubt(machine: Machine, count: int, rank: int, error: float) -> str:
+    if machine.is_coupled and count > rank:
+        return f"the tree of the joints has {count} base parameters by the rules, couplings and loops leave {rank}"
     if count != rank:
         return f"the rules give {count} base parameters, the rank of the regressor at random states is {rank}"
     return f"torques change by {error:.2g} after grouping by the rules" if error > TORQUES_AGREE else ""

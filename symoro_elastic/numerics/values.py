@@ -144,10 +144,10 @@ def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
 
 
 def _undefined_cell(machine: Machine, values: ParameterValues) -> str:
-    """Return the first cell without a finite real value; empty where all have one."""
+    """Return the first cell without a finite real value; empty where all have one. Those of variables are left out."""
     for j, joint in enumerate(machine.joints, start=1):
         for _, formula in cells(joint):
-            if _known(formula, values) is None:
+            if formula.names.isdisjoint(machine.variables) and _known(formula, values) is None:
                 return f"joint {j} ({joint.name}), {formula}"
     if machine.floating:
         for cell, formula in cells(machine.floating.body):

@@ -67,8 +67,8 @@ parallelogram = { cut = "pin", meets = "pin_end", start = { q2 = 1.0, q3 = 1.5, 
 """
 PAR = """## Machine file of SYMORO (`.par`)
 
-`key = value` and `key = {v1, v2, ...}`; comments are `(* ... *)`. What SYMORO's format lacks stands in comments `(*!
-key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about the origin of the
+`key = value` and `key = {v1, v2, ...}`; comments are `(* ... *)`. What SYMORO's format lacks stands in comments
+`(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about the origin of the
 frame. Names in the table that are no joint variables are parameters. A comment `(* Robotname = 'RX90' *)` names the
 machine.
 

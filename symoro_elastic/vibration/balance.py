@@ -25,6 +25,7 @@ def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[i
     It is near the start, or else a minimum of energy. An unstable equilibrium is kept where the user `placed` some of
     these joints, or no stable one is found.
     """
+    motion.refuse_open(start)
     _refuse_unsupported(motion, start, tau, sought)
     q = _newton(motion, start, tau, sought)
     is_balanced = _unbalanced(motion, q, tau, sought) is None
@@ -112,9 +113,10 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) 
 
 def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
     """Return the largest of the forces that balance each other, N or N m."""
-    springs = np.abs(motion.stiffnesses() * (q - motion.neutral_positions()))
+    springs = np.abs(motion.spring_forces(q))
+    largest = float(np.max(springs, initial=0.0))
     zero = np.zeros_like(q)
-    others = np.abs(motion.forces(q, zero, zero)) + springs
+    others = np.abs(motion.forces(q, zero, zero)) + largest
     return float(max(np.max(block, initial=np.finfo(float).tiny) for block in (springs, others, np.abs(tau))))
 
 

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.machine.machine import Kind
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import Modes
 
 GRAVITY_AND_LOADS = "gravity and loads"
@@ -32,42 +30,41 @@ class Shares:
 def frame_shapes(modal: Modes) -> Array:
     """Return J phi (frames, 6, modes): displacement and small rotation of every frame, in axes of frame 0."""
     motion = modal.linear.motion
-    moved = _carried(modal.linear, motion.seen[0]) @ modal.shapes
+    moved = _moved(modal, motion.seen[0])
     frames = moved.reshape(len(moved) // 6, 6, moved.shape[1])
     return frames[1 : 1 + len(motion.machine.joints)]
 
 
 def kinetic_shares(modal: Modes) -> Shares:
-    """Return (V_j^T JJ_j V_j) / 2 of each body and Ia qd^2 / 2 of each rotor [13], over their sum."""
+    """Return (V_j^T JJ_j V_j) / 2 of each body and Ia qd_j^2 / 2 of each rotor [13], over their sum."""
     motion = modal.linear.motion
-    moved = _carried(modal.linear, motion.own_velocities) @ modal.shapes
+    moved = _moved(modal, motion.own_velocities)
     screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
     bodies = motion.body_inertias()
     energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])
-    kept = list(modal.linear.kept)
-    rotors = motion.rotor_inertias()[kept]
-    turning = rotors[:, None] * modal.shapes**2
-    massive = np.flatnonzero(bodies.any(axis=(1, 2)))
-    driven = np.flatnonzero(rotors)
-    names = [motion.machine.joints[j].name for j in massive] + [f"{motion.names[kept[k]]} (rotor)" for k in driven]
+    inertias = motion.values(inertia for inertia, _ in motion.rotors.values())
+    turning = inertias[:, None] * _moved(modal, [rate for _, rate in motion.rotors.values()]) ** 2
+    massive, driven = np.flatnonzero(bodies.any(axis=(1, 2))), np.flatnonzero(inertias)
+    rotors = list(motion.rotors)
+    names = [motion.machine.joints[j].name for j in massive] + [f"{rotors[k]} (rotor)" for k in driven]
     return _shares(names, np.vstack([energies[massive], turning[driven]]))
 
 
 def strain_shares(modal: Modes) -> Shares:
-    """Return k phi^2 / 2 of springs and controllers [9], and the rest of phi^T K phi / 2, over their sum.
+    """Return k dx^2 / 2 of springs and controllers [9], and the rest of phi^T K phi / 2, over their sum.
 
     All are zero for motions at 0 Hz. Gravity's part may be negative.
     """
     linear, shapes = modal.linear, modal.shapes
     motion, kept = linear.motion, list(linear.kept)
-    springs = motion.stiffnesses()[kept][:, None] * shapes**2
+    deflections = _moved(modal, [rate for _, _, rate in motion.springs.values()])
+    springs = motion.spring_stiffnesses(linear.state.q)[:, None] * deflections**2
     controllers = linear.gains[:, None] * shapes**2
     total = np.einsum("im,ij,jm->m", shapes, linear.K, shapes)
-    elastic = [k for k, index in enumerate(kept) if motion.joints[index].kind is Kind.ELASTIC]
     driven = np.flatnonzero(linear.gains)
     rest = total - springs.sum(axis=0) - controllers.sum(axis=0)
-    names = [motion.names[kept[k]] for k in elastic] + [f"{motion.names[kept[k]]} (controller)" for k in driven]
-    energies = np.vstack([springs[elastic], controllers[driven], rest])
+    names = [*motion.springs, *(f"{motion.names[kept[k]]} (controller)" for k in driven)]
+    energies = np.vstack([springs, controllers[driven], rest])
     return _shares([*names, GRAVITY_AND_LOADS], np.where(modal.eigenvalues > 0, energies, 0.0))
 
 
@@ -76,8 +73,9 @@ def _shares(names: list[str], energies: Array) -> Shares:
     return Shares(tuple(names), np.divide(energies, total, out=np.zeros_like(energies), where=total > 0))
 
 
-def _carried(linear: Linearization, velocities: Sequence[Scalar]) -> Array:
-    """Return the derivatives of velocities by the rates of the coordinates that are kept."""
-    _, by_qd, _ = linear.motion.jacobians(velocities, linear.state)
-    carried: Array = by_qd[:, list(linear.kept)]
-    return carried
+def _moved(modal: Modes, rates: Sequence[Scalar]) -> Array:
+    """Return the changes (rates, modes) in each mode of what has these rates."""
+    linear = modal.linear
+    _, by_qd, _ = linear.motion.jacobians(rates, linear.state)
+    moved: Array = by_qd[:, list(linear.kept)] @ modal.shapes
+    return moved

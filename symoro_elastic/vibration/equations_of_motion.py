@@ -2,6 +2,8 @@
 
     r(q, qd, qdd, p) = A qdd + H(q, qd) + friction + springs and dampers = tau of the motors, else 0    [8], [9]
 
+Where joints depend on others, q are the independent variables and r what acts on them: S^T Gamma (L3), (L20).
+
 M = dr/dqdd, D = dr/dqd and K = dr/dq are those of the traced model `linearization`. Dual numbers differentiate what no
 model gives: velocities and accelerations of frames by the state, r and its changes by parameters. Coulomb friction
 jumps at rest and is left out. Frames are in axes of frame 0.
@@ -21,16 +23,17 @@ from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy
 from symoro_elastic.equations.kinematics import frame_set, motion_expressed_in, velocities
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.cells import Points
+from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
@@ -64,12 +67,14 @@ class EquationsOfMotion:
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Raises `InputError` for parameters without a value, or with one and unknown."""
         refuse_floating(machine, "linear models")
+        _refuse_dependent_motors(machine)
         self.given, self.points = machine, points
         self.machine = with_named_cells(_without_coulomb(machine))
         self.joints = self.machine.moving_joints
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
+        _refuse_assembled(self.bound)
         self.parameters = _values(self.machine, values or {})
 
     @property
@@ -81,6 +86,10 @@ class EquationsOfMotion:
         """Return the index in q of a joint given by its name or variable; raises `InputError`."""
         known = {str(joint.variable): k for k, joint in enumerate(self.joints)}
         known |= {joint.name: k for k, joint in enumerate(self.joints)}
+        dependent = {x: j for j in map(self.machine.joint, self.machine.dependent) for x in (j.name, str(j.variable))}
+        if name in dependent:
+            what = f"{dependent[name].name} follows from a loop: name an independent joint ({', '.join(self.names)})"
+            raise InputError(self.source, place, what)
         if name not in known:
             what = f"no joint {quoted(name)} moves{did_you_mean(name, known)}"
             raise InputError(self.source, place, what)
@@ -101,7 +110,8 @@ class EquationsOfMotion:
         """Expressions of r, one a joint."""
         bound = self.bound
         Gamma = dynamics(self.bodies, bound.rates(), bound.given_rules()).Gamma
-        return [Gamma[j] + bound.friction(j) - bound.passive_torque(j) for j in self.machine.moving]
+        needed, passive = bound.on_independent(Gamma), bound.passive_forces()
+        return [needed[j] - passive[j] for j in self.machine.moving]
 
     @cached_property
     def linear_model(self) -> Program:
@@ -116,7 +126,7 @@ class EquationsOfMotion:
     @cached_property
     def potential(self) -> Scalar:
         """Energy of gravity, of the base's acceleration, and of springs; r at rest without wrenches is its gradient."""
-        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.moving]
+        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.owners]
         return sum(elastic, gravity_energy(self.bodies, -self.bodies.acceleration.linear))
 
     @cached_property
@@ -133,9 +143,22 @@ class EquationsOfMotion:
         """V_j [3] of every frame, base included, each in its own axes."""
         return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
+    @cached_property
+    def springs(self) -> dict[str, tuple[Scalar, Scalar, Scalar]]:
+        """Stiffness, deflection and rate of the spring of each elastic joint, by its name."""
+        elastic = self.machine.elastic
+        return {self.machine.joint(j).name: (*self.bound.spring(j), self.bound.rate(j)) for j in elastic}
+
+    @cached_property
+    def rotors(self) -> dict[str, tuple[Scalar, Scalar]]:
+        """Ia of each joint with a rotor, and the rate of the joint, by its name."""
+        links, rates = self.bound.mechanism.links, self.bound.rates()
+        numbered = [j for j in self.machine.articulated if not is_zero(links[j - 1].rotor_inertia)]
+        return {self.machine.joint(j).name: (links[j - 1].rotor_inertia, rates[j]) for j in numbered}
+
     def row_of(self, number: int, point: int | None = None) -> int:
         """Return the first of the six rows in `seen` of a frame of the table, or of one of the points."""
-        return 6 * (number if point is None else len(self.machine.joints) + 1 + point)
+        return 6 * (self.bound.met(number) if point is None else len(self.machine.joints) + 1 + point)
 
     def potential_energy(self, q: Array) -> float:
         """Return the potential energy in J, up to a constant."""
@@ -143,9 +166,8 @@ class EquationsOfMotion:
         return float(evaluate([self.potential], self._symbols(q, zero, zero), FLOATS)(self.potential))
 
     def forces(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """Return r (n,), N m or N."""
-        value = evaluate(self.residual, self._symbols(q, qd, qdd), FLOATS)
-        return np.array([float(value(x)) for x in self.residual])
+        """Return r (n,), N m or N; NaN where a loop does not close."""
+        return self._numbers(self.residual, self._symbols(q, qd, qdd))
 
     def forces_and_stiffness(self, q: Array) -> tuple[Array, Array]:
         """Return r (n,) and K (n, n) at rest, SI units."""
@@ -155,8 +177,9 @@ class EquationsOfMotion:
     def matrices(self, names: Iterable[str], q: Array, qd: Array, qdd: Array) -> list[Array]:
         """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians."""
         entries = {output.name: output.entries for output in self.linear_model.outputs}
-        value = evaluate((x for name in names for x in entries[name]), self._symbols(q, qd, qdd), FLOATS)
-        return [np.array([float(value(x)) for x in entries[name]]).reshape(len(q), len(q)) for name in names]
+        names, n = list(names), len(q)
+        numbers = self._numbers([x for name in names for x in entries[name]], self._symbols(q, qd, qdd))
+        return list(numbers.reshape(len(names), n, n))
 
     def jacobians(self, roots: Sequence[Scalar], state: State) -> tuple[Array, Array, Array]:
         """Return the derivatives of expressions by q, qd and qdd, each (roots, n)."""
@@ -196,26 +219,53 @@ class EquationsOfMotion:
         value = evaluate((x for row in cells for x in row), self.parameters, FLOATS)
         return np.array([_spatial_inertia([float(value(x)) for x in row]) for row in cells])
 
-    def rotor_inertias(self) -> Array:
-        """Return Ia (n,), kg m2 or kg."""
-        return self.values(link.rotor_inertia for _, link in self._moving_links())
+    def spring_stiffnesses(self, q: Array) -> Array:
+        """Return k (springs,) in the order of `springs`, N m/rad or N/m."""
+        return self._at(q, [stiffness for stiffness, _, _ in self.springs.values()])
 
-    def stiffnesses(self) -> Array:
-        """Return k (n,) of the springs, N m/rad or N/m, zero where there is none."""
-        return self.values(self.bound.spring(j)[0] for j in self.machine.moving)
+    def spring_forces(self, q: Array) -> Array:
+        """Return k (x - x0) (springs,) in the order of `springs`, N m or N."""
+        return self._at(q, [stiffness * deflection for stiffness, deflection, _ in self.springs.values()])
+
+    def refuse_open(self, q: Array) -> None:
+        """Raise `InputError` where a loop does not close."""
+        dependent = [self.bound.variables[j] for j in self.machine.dependent]
+        if not np.isfinite(self._at(q, dependent)).all():
+            loops = ", ".join(loop.name for loop in self.machine.loops)
+            at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
+            raise InputError(self.source, f"loop {loops}", f"it does not close at {at}: give another position (--at)")
+
+    def _at(self, q: Array, roots: Sequence[Scalar]) -> Array:
+        zero = np.zeros_like(q)
+        return self._numbers(roots, self._symbols(q, zero, zero))
+
+    def _numbers(self, roots: Sequence[Scalar], symbols: Mapping[str, Any]) -> Array:
+        """Return values of expressions; NaN where a square root or a quotient of a loop has none."""
+        try:
+            value = evaluate(roots, symbols, FLOATS)
+            return np.array([float(value(x)) for x in roots])
+        except (ArithmeticError, ValueError):
+            if not self.machine.loops:
+                raise
+            return np.full(len(roots), np.nan)
 
     def neutral_positions(self) -> Array:
-        """Return q0 (n,) of the springs, rad or m, zero where there is none."""
-        return self.values(self.bound.cell(joint.spring.neutral) for joint in self.joints)
+        """Return q0 (n,) of the springs, rad or m; for other joints where the start of a loop has them, else zero."""
+        neutral = self.values(self.bound.cell(joint.spring.neutral) for joint in self.joints)
+        others = [k for k, joint in enumerate(self.joints) if joint.kind is not Kind.ELASTIC]
+        neutral[others] = self.position_of_loops()[others]
+        return neutral
+
+    def position_of_loops(self) -> Array:
+        """Return q (n,) as far as loops have a start, rad or m, zero elsewhere."""
+        start = {name: x.value(self.parameters) for loop in self.machine.loops for name, x in loop.start.items()}
+        return np.array([start.get(str(joint.variable), 0.0) for joint in self.joints], dtype=float)
 
     def values(self, roots: Iterable[Scalar]) -> Array:
         """Return the values of expressions of parameters."""
         roots = list(roots)
         value = evaluate(roots, self.parameters, FLOATS)
         return np.array([float(value(x)) for x in roots])
-
-    def _moving_links(self) -> list[tuple[int, Any]]:
-        return [(j, link) for j, link in self.bound.mechanism.from_base() if link.axis is not Axis.NONE]
 
     def _symbols(self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any]) -> dict[str, Any]:
         symbols: dict[str, Any] = dict(self.parameters)
@@ -227,6 +277,22 @@ class EquationsOfMotion:
 
 def _seeded(x: Array, slopes: Array) -> list[Dual]:
     return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
+
+
+def _refuse_dependent_motors(machine: Machine) -> None:
+    """Raise `InputError` for motors on joints that follow from loops."""
+    following = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
+    if following:
+        what = "linear models are not offered where a motor is on a dependent joint: choose others (dependent = [...])"
+        raise machine.error(f"joint {', '.join(following)}", what)
+
+
+def _refuse_assembled(bound: Bound) -> None:
+    """Raise `InputError` for loops without closed form."""
+    loops = [one.loop.name for one in bound.loops if one.form is Form.ASSEMBLED]
+    if loops:
+        what = "linear models are not offered where a loop has no closed form: ask for the model linearization"
+        raise bound.machine.error(f"loop {', '.join(loops)}", what)
 
 
 def _without_coulomb(machine: Machine) -> Machine:

@@ -56,15 +56,17 @@ def given_state(
     rates: Mapping[str, float] | None = None,
     torques: Mapping[str, float] | None = None,
 ) -> State:
-    """Return a given state: q and qd (0 by default), tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
+    """Return a given state: q and qd, tau, and qdd from A qdd = tau - r(q, qd, 0) [8].
 
+    They are 0 by default, q that of the start of a loop.
     Raises `InputError` for joints that do not exist, and where A is singular.
     """
-    q, tau = np.zeros(len(motion.joints)), _torques(motion, torques or {})
-    qd, zero = q.copy(), q.copy()
+    q, tau = motion.position_of_loops(), _torques(motion, torques or {})
+    qd, zero = np.zeros_like(q), np.zeros_like(q)
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
         for k, x in motion.numbered(named, place).items():
             numbers[k] = x
+    motion.refuse_open(q)
     (A,) = motion.matrices("M", q, qd, zero)
     refuse_singular(motion, A, range(len(q)), can_hold=False)
     qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)

@@ -51,11 +51,11 @@ def cost(machine: Machine, names: list[str], t: Array, q: Array, qd: Array) -> L
         return None
     motion = EquationsOfMotion(machine)
     rows = [motion.names.index(name) for name in names]
-    stiffness = motion.stiffnesses()[rows]
     qdd = np.gradient(qd, t, axis=0)
     places = np.unique(np.linspace(0, len(t) - 1, MOST_PLACES).astype(int))
     loads = np.array([motion.forces(q[k], qd[k], qdd[k])[rows] for k in places])
-    bent = np.abs(loads).max(axis=0) / stiffness
+    stiffness = dict(zip(motion.springs, motion.spring_stiffnesses(q[0]), strict=True))
+    bent = np.abs(loads).max(axis=0) / [stiffness[name] for name in names]
     units = {name: motion.joints[row].unit for name, row in zip(names, rows, strict=True)}
     return LeftOut(dict(zip(names, bent.tolist(), strict=True)), units, _frequency(machine, names, q[0], motion.names))
 

@@ -141,6 +141,7 @@ def linearize(
     """
     wanted_in = inputs(motion.given, default_inputs(motion.given) if ins is None else ins)
     wanted_out = outputs(motion.given, default_outputs(motion.given) if outs is None else outs)
+    motion.refuse_open(state.q)
     M, D, K = motion.matrices("MDK", state.q, state.qd, state.qdd)
     n = len(state.q)
     of_frames = any(isinstance(s, FrameSignal) for s in (*wanted_in, *wanted_out))

@@ -1,7 +1,8 @@
-"""Derivatives of dynamic models on machines with couplings and loops: differences of the models in many digits."""
+"""Derivatives and parts of generated models of machines with couplings and loops, against differences in 70 digits."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,88 +10,87 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Kind, Machine, Parameter
-from tests.closed_chains.machines import machine, situations
-from tests.closed_chains.test_references import worst
-from tests.closed_chains.traced import results
-from tests.references.closed_chains import Array, State, exact, in_many_digits
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.machine import Base, Body, Friction, Machine, Wrench
+from tests.closed_chains.machines import FILES, machine, situations
+from tests.closed_chains.test_models import assert_near, computed, independent, reference
+from tests.references.closed_chains import Array, State, in_many_digits, nearest_double
+from tests.references.constraint_multipliers import Multipliers
 
-MACHINES = ("ball_screw", "cam", "five_bar", "gas_spring", "parallelogram_loop", "press", "screw", "spatial_four_bar")
-WITH_PARAMETERS = ("ball_screw", "cam", "five_bar", "press", "screw")
-STEP, EXACT = mpf(10) ** -20, 1e-30
-"""Differences of 70 digits over 1e-20 are exact to 40; stiff springs and heavy gears take some."""
-DRIVING = {"direct_dynamics": "tau", "inverse_dynamics": "qdd_motor"}
+DIFFERENTIATED = ("cam", "delta", "differential", "four_bar", "gantry", "press", "screw", "spatial_four_bar")
+STEP = mpf(10) ** -20
+TOLERANCE = 1e-12
 
-
-@in_many_digits
-def differences(described: Machine, model: str, arguments: dict[str, list[Any]], name: str) -> dict[str, Array]:
-    """Derivatives of the results of a model by an argument, or by parameters p; loops stay closed."""
-    columns: dict[str, list[Array]] = {}
-    for k in range(len(arguments[name])):
-        ahead, behind = (_moved(described, model, arguments, name, k, sign * STEP) for sign in (1, -1))
-        for result, x in ahead.items():
-            columns.setdefault(result, []).append((x - behind[result]) / (2 * STEP))
-    return {result: np.array(found, dtype=object).T for result, found in columns.items()}
-
-
-def _moved(described: Machine, model: str, arguments: dict[str, list[Any]], name: str, k: int, step: Any) -> Any:
-    given = {key: list(map(exact, entries)) for key, entries in arguments.items()}
-    given[name][k] += step
-    guess = situations(described.name)[0].state.guess
-    values = {p.name: x for p, x in zip(described.parameters, given.pop("p"), strict=True)}
-    state = State(given.pop("q"), given.pop("qd"), guess)
-    return results(described, model, state, given, values=values)
+Function = Callable[[Multipliers], Array]
 
 
 @in_many_digits
-def given(described: Machine, model: str) -> dict[str, list[Any]]:
-    situation = situations(described.name)[0]
-    drive = situation.tau if DRIVING[model] == "tau" else situation.qdd_motor
-    parameters = [p.value.evaluate({}, {}, exact) for p in described.parameters if p.value]
-    return {"q": list(situation.state.u), "qd": list(situation.state.ud), DRIVING[model]: drive, "p": parameters}
+def differences(name: str, function: Function, by: str) -> Array:
+    """Central differences of a function of the state by u or ud, loops closed anew at each: [entry][variable]."""
+    state = situations(name)[0].state
+    at, columns = reference(name, 0), []
+    for k in range(len(state.u)):
+        found = []
+        for sign in (1, -1):
+            moved = [mpf(x) for x in getattr(state, by)]
+            moved[k] += sign * STEP
+            place = replace(state, guess=at.at, **{by: moved})
+            found.append(function(Multipliers(machine(name), place, nearest_double)))
+        columns.append((found[0] - found[1]) / (2 * STEP))
+    return np.array(columns, dtype=object).T
 
 
-@pytest.mark.parametrize("model", DRIVING)
-@pytest.mark.parametrize("name", MACHINES)
-def test_by_the_state_and_what_drives(name: str, model: str) -> None:
-    described, arguments = machine(name), given(machine(name), model)
-    driving = {DRIVING[model]: arguments[DRIVING[model]]}
-    found = results(described, f"{model}_derivatives", situations(name)[0].state, driving)
-    for by in ("q", "qd", DRIVING[model]):
-        for of, wanted in differences(described, model, arguments, by).items():
-            if f"d{of}_d{by}" in found:
-                assert worst(found[f"d{of}_d{by}"], _rows(described, model, of, wanted)) < EXACT, (of, by)
+@pytest.mark.parametrize("name", DIFFERENTIATED)
+def test_derivatives_of_the_direct_model(name: str) -> None:
+    tau = situations(name)[0].tau
+    results = computed(name, 0, "direct_dynamics_derivatives")
+    for result, by in (("dqdd_dq", "u"), ("dqdd_dqd", "ud")):
+        wanted = differences(name, lambda found: independent(found, found.direct(tau)), by)
+        assert_near(name, results[result], wanted, TOLERANCE)
+    found = reference(name, 0)
+    unit = [[float(k == m) for m in range(len(tau))] for k in range(len(tau))]
+    columns = [independent(found, found.direct(one) - found.direct([0] * len(tau))) for one in unit]
+    assert_near(name, results["dqdd_dtau"], np.array(columns, dtype=object).T, TOLERANCE)
 
 
-def _rows(described: Machine, model: str, of: str, wanted: Array) -> Array:
-    """Derivatives of the inverse model have rows for the accelerations that it finds only."""
-    if (model, of) != ("inverse_dynamics", "qdd"):
-        return wanted
-    return wanted[[k for k, j in enumerate(described.moving) if j not in described.motors]]
+@pytest.mark.parametrize("name", DIFFERENTIATED)
+def test_derivatives_of_the_inverse_model(name: str) -> None:
+    wanted_motion = situations(name)[0].qdd_motor
+    results = computed(name, 0, "inverse_dynamics_derivatives")
+    for result, by in (("dtau_dq", "u"), ("dtau_dqd", "ud")):
+        wanted = differences(name, lambda found: found.inverse(wanted_motion)[0], by)
+        assert_near(name, results[result], wanted, TOLERANCE)
+    found = reference(name, 0)
+    unit = [[float(k == m) for m in range(len(wanted_motion))] for k in range(len(wanted_motion))]
+    columns = [found.inverse(one)[0] - found.inverse([0] * len(wanted_motion))[0] for one in unit]
+    assert_near(name, results["dtau_dqdd_motor"], np.array(columns, dtype=object).T, TOLERANCE)
 
 
-@pytest.mark.parametrize("model", DRIVING)
-@pytest.mark.parametrize("name", WITH_PARAMETERS)
-def test_by_parameters(name: str, model: str) -> None:
-    """Dependent variables change with a length of the loop."""
-    assert_differences_by_parameters(machine(name), model)
+# Parts of H
 
 
-@pytest.mark.parametrize("model", DRIVING)
-def test_by_a_length_of_a_loop_without_closed_form(model: str) -> None:
-    described = machine("spatial_four_bar")
-    joints = list(described.joints)
-    row = next(j for j, joint in enumerate(joints) if joint.kind is Kind.PASSIVE and not joint.d.is_zero)
-    length = Parameter("length", joints[row].d)
-    joints[row] = replace(joints[row], d=Formula.parse(length.name))
-    assert_differences_by_parameters(replace(described, joints=tuple(joints), parameters=(length,)), model)
+def with_rows(described: Machine, **changes: Any) -> Machine:
+    return replace(described, joints=tuple(replace(joint, **changes) for joint in described.joints))
 
 
-def assert_differences_by_parameters(described: Machine, model: str) -> None:
-    arguments = given(described, model)
-    driving = {DRIVING[model]: arguments[DRIVING[model]]}
-    found = results(described, f"{model}_parameter_derivatives", situations(described.name)[0].state, driving)
-    for of, wanted in differences(described, model, arguments, "p").items():
-        if f"d{of}_dp" in found:
-            assert worst(found[f"d{of}_dp"], _rows(described, model, of, wanted)) < EXACT, of
+def weightless(described: Machine) -> Machine:
+    return replace(described, base=Base())
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_parts_of_the_bias_forces(name: str) -> None:
+    """Gravity, wrenches, friction, centrifugal and Coriolis forces, each on a machine that has nothing else."""
+    whole, state = machine(name), situations(name)[0].state
+    still = State(state.u, [0] * len(state.u), state.guess)
+    idle = with_rows(whole, friction=Friction())
+    massless = weightless(with_rows(whole, body=Body(), wrench=Wrench(), rotor_inertia=ZERO))
+    parts = {
+        "gravity_forces": (with_rows(idle, wrench=Wrench()), still),
+        "external_forces": (weightless(idle), still),
+        "friction_forces": (massless, state),
+        "coriolis_forces": (weightless(with_rows(idle, wrench=Wrench())), state),
+    }
+    largest = max([mpf(1), *map(abs, reference(name, 0).bias())])
+    for model, (described, place) in parts.items():
+        wanted = Multipliers(described, place, nearest_double).bias()
+        assert_near(name, computed(name, 0, model)["H"], wanted, scale=largest)

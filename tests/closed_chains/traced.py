@@ -9,7 +9,7 @@ import numpy as np
 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.catalogue import MODELS, points_of
 from symoro_elastic.models.model import Frames, Joints
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.references.closed_chains import DIGITS, Array, Chain, State, exact, in_many_digits
@@ -25,7 +25,7 @@ def results(
     values: Mapping[str, Any] | None = None,
 ) -> dict[str, Array]:
     """Results of a model at u, ud and what is `given` by argument; `values` of parameters in place of the file's."""
-    arithmetic, bound = multiprecision(DIGITS), Bound(machine)
+    arithmetic, bound = multiprecision(DIGITS), Bound(machine, points=points_of(asked))
     traced = MODELS[model].run(bound, asked or machine.moving)
     symbols = {p.name: p.value.evaluate({}, {}, exact) for p in machine.parameters if p.value} | dict(values or {})
     symbols |= Chain(machine, symbols).assemble(state)

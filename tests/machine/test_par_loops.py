@@ -181,6 +181,14 @@ def test_one_line_names_what_is_wrong_with_an_extension_line(line: str, place: s
     assert said.startswith(f"{place}: ") and reason in said
 
 
+def test_a_tree_that_says_it_has_loops_is_warned_about() -> None:
+    machine = par.read(PAR.replace("Type = 0", "Type = 2"), "")
+    (warning,) = check(machine)
+    assert warning.startswith("Type = 2: there is no closed loop") and "NJ > NL" in warning
+    assert check(par.read(PAR, "")) == []
+    the_same_after_writing(machine)
+
+
 def test_start_without_a_loop_is_refused() -> None:
     said = message(f"{PAR}(*! start = {{q1 = 0}} *)")
     assert said == "(*! start *): there is no closed loop (NJ = NL = 3): leave it out"

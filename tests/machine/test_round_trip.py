@@ -156,6 +156,7 @@ def test_unused_columns_of_par_are_kept() -> None:
         ({"QP": "{a, b, c}"}, "QP    = {a, b, c}"),
         ({"Type": "2"}, "Type = 2"),
         ({"Type": "tree"}, "extras"),
+        ({"Type": "0"}, "extras"),  # as the table implies
         ({"any thing": "*) }"}, "extras"),
     ],
 )

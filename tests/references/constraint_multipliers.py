@@ -141,10 +141,17 @@ class Multipliers:
         return self.chain.shared(rows, torques), ydd[len(self.z) :]
 
     @in_many_digits
-    def constraint_forces(self, tau: Sequence[Any]) -> list[list[Any]]:
-        """Of each loop the wrench of m's body on e's body where they meet, in axes of m; 0 on rows left out."""
+    def constraint_forces(self, tau: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
+        """(mu, lam) under the torques of the motors.
+
+        mu: of each loop the wrench of m's body on e's body where they meet, in axes of m; 0 on rows left out.
+        lam: force on each coupled joint that keeps it to its formula.
+        """
         _, multipliers, _ = self._solve(self._passive_forces() + self.chain.spread_motors(tau))
-        of_loops = iter(multipliers[len(self.coupled_entries) :])
+        joints = [self.chain.machine.joints[j] for j in self.chain.articulated]
+        on_joints = zip(joints, multipliers[: len(joints)], strict=True)
+        lam = [force for joint, force in on_joints if joint.kind is Kind.COUPLED]
+        of_loops = iter(multipliers[len(joints) :])
         count = sum(len(self._order(loop)) for loop in self.chain.machine.loops)
         entries = [next(of_loops) if k in self.kept else mpf(0) for k in range(count)]
         wrenches: list[list[Any]] = []
@@ -152,7 +159,32 @@ class Multipliers:
             order = self._order(loop)
             wrench, entries = dict(zip(order, entries[: len(order)], strict=True)), entries[len(order) :]
             wrenches.append([wrench.get(k, mpf(0)) for k in range(6)])
-        return wrenches
+        return wrenches, lam
+
+    @in_many_digits
+    def reaction_wrenches(self, tau: Sequence[Any]) -> list[list[Any]]:
+        """f_j of every row [35]: all that is carried to body j, loops' wrenches taken as external on both bodies."""
+        ydd, _, _ = self._solve(self._passive_forces() + self.chain.spread_motors(tau))
+        frames = multiprecision._frames(self.tree, list(self.z), list(self.zd), list(ydd[: len(self.z)]))
+        needed = []
+        for row, frame in zip(self.tree.joints, frames, strict=True):
+            force, moment = multiprecision._needed_wrench(row, frame, self.tree.base)
+            needed.append((force, moment + multiprecision._cross(frame.p, force)))
+        for loop, mu in zip(self.chain.machine.loops, self.constraint_forces(tau)[0], strict=True):
+            m, e = loop.meets - 1, loop.cut - 1
+            force, moment = (frames[m].rotation @ np.array(part, dtype=object) for part in (mu[:3], mu[3:]))
+            moment = moment + multiprecision._cross(frames[m].p, force)
+            needed[e] = (needed[e][0] - force, needed[e][1] - moment)
+            needed[m] = (needed[m][0] + force, needed[m][1] + moment)
+        return [self._carried(needed, frames, j) for j in range(len(frames))]
+
+    def _carried(self, needed: list[tuple[Array, Array]], frames: list[Any], j: int) -> list[Any]:
+        """Sum of the wrenches that bodies beyond row j need, in its frame, about its origin."""
+        beyond = [i for i in range(len(frames)) if j in multiprecision._path(self.tree, i)]
+        force, moment = (sum((needed[i][part] for i in beyond), zeros(3)) for part in (0, 1))
+        moment = moment - multiprecision._cross(frames[j].p, force)
+        turned = frames[j].rotation.T
+        return [*(turned @ force), *(turned @ moment)]
 
     # Reduced to the independent variables
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from symoro_elastic.equations.spatial import Scalar, is_zero
+from symoro_elastic.scalar import quotient
 
 Column: TypeAlias = list[Scalar]
 
@@ -19,7 +20,7 @@ def solved(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
 
 
 def _by_cofactors(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
-    inverse = 1 / determinant(W)
+    inverse = quotient(1, determinant(W))
     solutions: list[Column] = []
     for column in right:
         if all(map(is_zero, column)):
@@ -50,7 +51,7 @@ def _by_orthogonal_columns(W: Sequence[Column], right: Sequence[Column]) -> list
     along = [_zeros(n) for _ in range(n)]
     found = [_zeros(n) for _ in sides]
     for k in range(n):
-        inverse = 1 / _dot(left[k], left[k])
+        inverse = quotient(1, _dot(left[k], left[k]))
         for j in range(k + 1, n):
             along[k][j] = part = _dot(left[k], left[j]) * inverse
             left[j] = _without(left[j], part, left[k])

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from symoro_elastic.equations.loops.circuit import Circuit, Passed, Segment
 from symoro_elastic.equations.spatial import Axis, Scalar, Vector, is_zero
+from symoro_elastic.scalar import quotient
 
 SquareRoot = Callable[[Scalar], Scalar]
 
@@ -54,10 +55,10 @@ class Complex(NamedTuple):
     def inverse(self) -> Complex:
         """1 / conj(u) = u / |u|^2."""
         if is_zero(self.y):
-            return Complex(1 / self.x, 0)
+            return Complex(quotient(1, self.x), 0)
         if is_zero(self.x):
-            return Complex(0, 1 / self.y)
-        return self.times(1 / self.squared)
+            return Complex(0, quotient(1, self.y))
+        return self.times(quotient(1, self.squared))
 
 
 def dot(u: Complex, v: Complex) -> Scalar:
@@ -115,7 +116,7 @@ def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
 
 def _half_difference(c: Scalar, a: Scalar, b: Scalar) -> Scalar:
     """(c - a - b) / 2, equal sides taken together first."""
-    return ((c - b) - a if is_zero(c - b) else (c - a) - b) / 2
+    return quotient((c - b) - a if is_zero(c - b) else (c - a) - b, 2)
 
 
 def _twice_area(sides: list[Complex], root: SquareRoot) -> Scalar:
@@ -123,7 +124,7 @@ def _twice_area(sides: list[Complex], root: SquareRoot) -> Scalar:
     plain = [(k, length) for k, side in enumerate(sides) if (length := side.length) is not None]
     if len(plain) < 2:
         aa, bb, cc = (side.squared for side in sides)
-        m = (cc - aa - bb) / 2
+        m = quotient(cc - aa - bb, 2)
         return root(aa * bb - m * m)
     (j, a), (k, b) = plain[:2]
     c, total, difference = sides[3 - j - k].squared, a + b, a - b
@@ -152,7 +153,8 @@ def _with_two_slides(loop: Circuit) -> Closed:
     whole = (one + two + three).frame
     n1, n2 = _in_plane(one.frame.rotation.T.z), _in_plane((one + two).frame.rotation.T.z)
     w, between = _in_plane(whole.origin), area(n1, n2)
-    slides = {first.joint: -first.sense * area(w, n2) / between, second.joint: second.sense * area(w, n1) / between}
+    slides = {first.joint: quotient(-first.sense * area(w, n2), between)}
+    slides |= {second.joint: quotient(second.sense * area(w, n1), between)}
     angle = Complex(whole.rotation.x.x, whole.rotation.x.y)
     return Closed({turn.joint: _of_joint(turn, angle)}, slides)
 

@@ -107,7 +107,7 @@ def _in_order(columns: Columns, machine: Machine) -> Machine:
     for j, joint in enumerate(machine.joints, start=1):
         if not joint.antecedent < j:
             raise InputError(columns.source, columns.place(j, "ant"), f"{joint.antecedent} must be a row above {j}")
-    return renumbered(machine, [columns.names.index(name) + 1 for name in order])
+    return renumbered(machine, [columns.numbers[name] for name in order])
 
 
 def _base(columns: Columns) -> Base:
@@ -146,9 +146,9 @@ def _central_bodies(columns: Columns) -> dict[int, Body]:
         raise columns.fail("central", "must be a table: {joint = {x, y, z, XX, XY, XZ, YY, YZ, ZZ}, ...}")
     bodies = {}
     for name, written in table.items():
-        if name not in columns.names:
+        if name not in columns.numbers:
             raise columns.fail("central", f"no joint {quoted(name)}{did_you_mean(name, columns.names)}")
-        j = columns.names.index(name) + 1
+        j = columns.numbers[name]
         bodies[j] = _central_body(columns.formula("M", j), written, columns, j)
     return bodies
 

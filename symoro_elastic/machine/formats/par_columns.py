@@ -33,6 +33,8 @@ class Columns:
         self.of_base = self._of_base()
         self.lists = {key: self._padded(found.lists[key]) for key in ROWS if key in found.lists}
         self.names = self._names()
+        self.numbers = {name: j for j, name in reversed([*enumerate(self.names, start=1)])}
+        self._whole: dict[tuple[str, int], int] = {}
         self._formulas: dict[str, tuple[Formula, ...]] = {}
         self._extensions: dict[str, list[Formula]] = {}
 
@@ -46,7 +48,9 @@ class Columns:
         """The whole number in a cell."""
         if key not in self.lists:
             return default
-        return whole(self.lists[key][j - 1], self.source, self.place(j, key))
+        if (key, j) not in self._whole:
+            self._whole[key, j] = whole(self.lists[key][j - 1], self.source, self.place(j, key))
+        return self._whole[key, j]
 
     def flag(self, key: str, j: int, default: int) -> int:
         """The 0 or 1 in a cell."""

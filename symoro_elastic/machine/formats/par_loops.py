@@ -20,12 +20,12 @@ KEYS = ("closes", "dependent", "start")
 def read_loops(columns: Columns, joints: Sequence[Joint]) -> tuple[Loop, ...]:
     """The loops of a file with these joints; raises `InputError`."""
     said = _said(columns)
-    start = _start(columns, "start", columns.found.extensions.get("start") or {}, joints)
+    names = {joint.variable: joint.name for joint in joints if joint.variable}
+    start = _start(columns, "start", columns.found.extensions.get("start") or {}, names)
     if start and not said:
         raise columns.fail("start", f"there is no closed loop (NJ = NL = {columns.counts.bodies}): leave it out")
-    return tuple(
-        _loop(columns, joints, k, name, entries, start) for k, (name, entries) in enumerate(said.items(), start=1)
-    )
+    numbered = enumerate(said.items(), start=1)
+    return tuple(_loop(columns, names, k, name, {"start": start, **entries}) for k, (name, entries) in numbered)
 
 
 def _said(columns: Columns) -> dict[str, dict[str, Any]]:
@@ -45,45 +45,44 @@ def _said(columns: Columns) -> dict[str, dict[str, Any]]:
     return {name: entries or {} for name, entries in said.items()}
 
 
-def _loop(
-    columns: Columns, joints: Sequence[Joint], k: int, name: str, said: Mapping[str, Any], start: dict[str, Formula]
-) -> Loop:
+def _loop(columns: Columns, names: Mapping[str, str], k: int, name: str, said: Mapping[str, Any]) -> Loop:
     """Loop number k: the cut joint is row NL + k, the frame that it meets is row NJ + k."""
     closes = said.get("closes", Closing.FRAME.value)
     if closes not in tuple(Closing):
         raise _fail(columns, f"{name}, closes", f"{quoted(closes)} must be one of {', '.join(Closing)}")
-    own = _start(columns, f"loops, {name}, start", said["start"] or {}, joints) if "start" in said else start
     return Loop(
         name=name,
         cut=columns.counts.bodies + k,
         meets=columns.counts.joints + k,
         closes=Closing(closes),
-        dependent=_dependent(columns, name, said.get("dependent") or [], joints),
-        start=own,
+        dependent=_dependent(columns, name, said.get("dependent") or [], names),
+        start=_start(columns, _place(f"{name}, start"), said["start"] or {}, names),
     )
 
 
-def _dependent(columns: Columns, loop: str, said: Any, joints: Sequence[Joint]) -> tuple[str, ...]:
+def _dependent(columns: Columns, loop: str, said: Any, names: Mapping[str, str]) -> tuple[str, ...]:
     """Names of joints, which may be called by their variables."""
     if not isinstance(said, list) or not all(map(_is_text, said)):
         raise _fail(columns, f"{loop}, dependent", "must be a list of joints: {th3, th8}")
-    by_variable = {joint.variable: joint.name for joint in joints if joint.variable}
-    known = {**by_variable, **{name: name for name in columns.names}}
     for name in said:
-        if name not in known:
-            raise _fail(columns, f"{loop}, dependent", f"no joint {quoted(name)}{did_you_mean(name, map(str, known))}")
-    return tuple(known[name] for name in said)
+        if name not in columns.numbers and name not in names:
+            what = f"no joint {quoted(name)}{did_you_mean(name, [*names, *columns.names])}"
+            raise _fail(columns, f"{loop}, dependent", what)
+    return tuple(name if name in columns.numbers else names[name] for name in said)
 
 
-def _start(columns: Columns, key: str, said: Any, joints: Sequence[Joint]) -> dict[str, Formula]:
+def _start(columns: Columns, key: str, said: Any, names: Mapping[str, str]) -> dict[str, Formula]:
     """One rough position: values of joint variables."""
-    if not isinstance(said, dict) or not all(map(_is_text, said.values())):
+    if not isinstance(said, dict) or not all(isinstance(value, str | Formula) for value in said.values()):
         raise columns.fail(key, "must be a table of joint variables: {th2 = -1.0, th3 = pi/2}")
-    variables = [joint.variable for joint in joints if joint.variable]
     for name in said:
-        if name not in variables:
-            raise columns.fail(key, f"no joint variable {quoted(name)}{did_you_mean(name, variables)}")
-    return {name: formula(value, columns.source, f"(*! {key} *), {name}") for name, value in said.items()}
+        if name not in names:
+            raise columns.fail(key, f"no joint variable {quoted(name)}{did_you_mean(name, names)}")
+    place = f"(*! {key} *)"
+    return {
+        name: formula(value, columns.source, f"{place}, {name}") if isinstance(value, str) else value
+        for name, value in said.items()
+    }
 
 
 def _is_text(value: Any) -> bool:
@@ -91,7 +90,12 @@ def _is_text(value: Any) -> bool:
 
 
 def _fail(columns: Columns, place: str, what: str) -> InputError:
-    return columns.fail(f"loops, {place}" if place.isprintable() and len(place) < 100 else "loops", what)
+    return columns.fail(_place(place), what)
+
+
+def _place(place: str) -> str:
+    """The name of an entry of the line of loops in messages."""
+    return f"loops, {place}" if place.isprintable() and len(place) < 100 else "loops"
 
 
 def common_start(loops: Sequence[Loop]) -> dict[str, Formula]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -19,11 +20,12 @@ def renumbered(machine: Machine, rows: Sequence[int]) -> Machine:
 def order_of(machine: Machine) -> tuple[int, ...]:
     """Numbers of the rows in the order of a .par file; raises `InputError` for a machine that it cannot hold."""
     last = [*(loop.cut for loop in machine.loops), *(loop.meets for loop in machine.loops)]
+    times = Counter(last)
     for j in last:
-        if last.count(j) > 1:
+        if times[j] > 1:
             what = "two loops close at this row: give each rows of its own, or write .toml"
             raise machine.error(f"joint {j} ({machine.joint(j).name})", what)
-    rows = (*(j for j in range(1, len(machine.joints) + 1) if j not in last), *last)
+    rows = (*(j for j in range(1, len(machine.joints) + 1) if j not in times), *last)
     place = {j: k for k, j in enumerate(rows)}
     for j in rows:
         antecedent = machine.joint(j).antecedent

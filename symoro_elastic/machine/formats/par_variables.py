@@ -130,10 +130,10 @@ class _Cells:
         """Variables that the file names as those of joints."""
         found = {}
         for name, variable in self.columns.extension_table("variable").items():
-            if name not in self.columns.names:
+            if name not in self.columns.numbers:
                 what = f"no joint {quoted(name)}{did_you_mean(name, self.columns.names)}"
                 raise self.columns.fail("variable", what)
-            j = self.columns.names.index(name) + 1
+            j = self.columns.numbers[name]
             if j not in self.cells:
                 raise self._error(j, "variable", "a fixed frame has no variable of its own: leave it out")
             if variable not in self.cells[j].names:

@@ -25,7 +25,7 @@ def layout(machine: Machine, declared: Declared) -> str:
     machine = renumbered(machine, order_of(machine)) if machine.loops else machine
     ordered = names if names != [joint.name for joint in machine.joints] else []
     notes = _plain_notes(machine.notes)
-    own = {*written_extras(machine), *(["Type"] if _is_type(machine.extras.get("Type", "")) else [])}
+    own = {*written_extras(machine), *(["Type"] if _type(machine) != structure(machine.joints) else [])}
     blocks = [
         [_name(machine.name), *(f"(* {note} *)" for note in notes)],
         _numbers(machine),
@@ -96,17 +96,17 @@ def _name(name: str) -> str:
 
 def _numbers(machine: Machine) -> list[str]:
     frames, loops = len(machine.joints), len(machine.loops)
-    kind = machine.extras.get("Type", "")
-    usual = structure(machine.joints)
     counts = [f"NL = {frames - 2 * loops}", f"NJ = {frames - loops}", f"NF = {frames}"]
-    numbers = [*counts, f"Type = {kind if _is_type(kind) else usual}"]
+    numbers = [*counts, f"Type = {_type(machine)}"]
     if machine.floating is None:
         return numbers
     return [*numbers, "is_mobile = 1" if machine.floating.known is Given.ACCELERATION else "is_floating = 1"]
 
 
-def _is_type(text: str) -> bool:
-    return text in ("0", "1", "2")
+def _type(machine: Machine) -> str:
+    """Type as the file had it, else as the table is."""
+    kept = machine.extras.get("Type", "")
+    return kept if kept in ("0", "1", "2") else structure(machine.joints)
 
 
 def _geometry(machine: Machine) -> list[str]:

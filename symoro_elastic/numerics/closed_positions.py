@@ -1,0 +1,71 @@
+"""Random positions of machines with couplings and loops, many at once: every loop closed, away from singular ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.symbolic.arithmetic import evaluate
+
+CLOSED, SETTLED = 1e-13, 1e-12
+"""Gap of a loop, m and rad, that is rounding; change of a variable, which near singular positions is far larger."""
+STEP = 0.2
+"""Largest step towards a position whose dependent variables are followed, rad or m."""
+SETTLING = 2
+"""Further runs of `assemble` at the position itself."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """One position at which the loops of a machine are closed: independent and dependent variables."""
+
+    q: Array
+    q_dep: Array
+
+
+def start_of(machine: Machine) -> Start:
+    """Return the position near the start of the file; zeros without loops."""
+    if not machine.loops:
+        return Start(np.zeros(len(machine.moving)), np.zeros(0))
+    position = plan_of(machine, Bound).positions[0]
+    q, q_dep = (np.array([position[j] for j in joints]) for joints in (machine.moving, machine.dependent))
+    return Start(q, q_dep)
+
+
+class Followed:
+    """Dependent variables without closed form, followed from the start of the loops along straight lines."""
+
+    def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
+        self._start, self._values = start_of(machine), values
+        self._program = trace(machine, "assemble").program
+
+    def at(self, q: Array) -> Array:
+        """Return q_dep (samples, d) at q (samples, n); NaN where the loops do not close."""
+        lengths = np.abs(q - self._start.q).max(axis=1, initial=0.0)
+        steps = max(1, math.ceil(float(lengths.max(initial=0.0)) / STEP))
+        q_dep = np.broadcast_to(self._start.q_dep, (len(q), len(self._start.q_dep)))
+        for part in (*np.arange(1, steps + 1) / steps, *[1.0] * SETTLING):
+            before = q_dep
+            q_dep, gap = self._assembled(self._start.q + part * (q - self._start.q), before)
+        closed = (gap < CLOSED) & (np.abs(q_dep - before).max(axis=1, initial=0.0) < SETTLED)
+        return np.where(closed[:, None], q_dep, np.nan)
+
+    def _assembled(self, q: Array, q_dep: Array) -> tuple[Array, Array]:
+        symbols: dict[str, Any] = dict(self._values)
+        for argument, block in zip(self._program.inputs, (q, q_dep), strict=True):
+            symbols |= zip(argument.symbols, block.T, strict=True)
+        found, gap = self._program.outputs
+        with np.errstate(all="ignore"):
+            value = evaluate([*found.entries, *gap.entries], symbols, arithmetic(float))
+            blocks = [[np.broadcast_to(value(x), len(q)) for x in some.entries] for some in (found, gap)]
+        return np.stack(blocks[0], axis=1), np.asarray(blocks[1][0], dtype=float)

@@ -1,0 +1,201 @@
+"""A machine of numbers in random motion: at many states at once, its loops closed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.equations.coordinates import Rows, projection
+from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
+from symoro_elastic.equations.mechanism import Link, Mechanism
+from symoro_elastic.equations.spatial import AxialTransform, Axis, Transform, Twist, Vector, Z
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.base_parameters import ZeroPosition
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.closed_positions import Followed, start_of
+from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.symbolic.arithmetic import evaluate
+
+SLIDE, VELOCITY, ACCELERATION, OF_BASE = 0.5, 3.0, 5.0, 5.0
+REGULAR = 10.0
+"""Times the median: entries of S and gam, condition numbers of W_d beyond it are of positions nearly singular."""
+DRAWN, HALVINGS = 4, 6
+"""States that are drawn for one that is wanted; how often twice as many are drawn half as far from the start."""
+
+
+@dataclass(frozen=True)
+class RandomMotion:
+    """A mechanism of numbers at many states at once, its dynamics, accelerations of its joints, and S = dq/du."""
+
+    mechanism: Mechanism
+    dynamics: Dynamics
+    qdd: Mapping[int, Any]
+    S: Rows
+    independent: tuple[int, ...]
+    states: int
+
+    def torques(self) -> Array:
+        """Return S^T Gamma (states, independent): inertia, gravity and external wrenches."""
+        return self.on_independent(self.dynamics.Gamma)
+
+    def on_independent(self, Gamma: Mapping[int, Any]) -> Array:
+        """Return S^T Gamma (states, independent) of forces of joints."""
+        rows = np.zeros((len(self.independent), self.states))
+        for k, force in projection(self.S, Gamma).items():
+            rows[self.independent.index(k)] = force
+        return rows.T
+
+
+def random_motion(
+    machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None
+) -> RandomMotion:
+    """Return a machine at random states: angles within pi, slides 0.5 m, velocities 3, accelerations 5.
+
+    A base that moves does so at random too, whatever its values. Parameters without value are drawn. Loops are closed,
+    at positions about their start.
+    """
+    values = parameter_values(machine, seed) if values is None else values
+    rng = np.random.default_rng([seed, 3])
+    return (_of_coupled if machine.is_coupled else _of_tree)(machine, states, rng, values)
+
+
+def _of_tree(machine: Machine, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> RandomMotion:
+    zero = ZeroPosition(machine)
+    mechanism = zero.floats(values)
+    n = len(machine.joints) + 1
+    angles = rng.uniform(-math.pi, math.pi, (n, states))
+    qd, qdd = rng.uniform(-VELOCITY, VELOCITY, (n, states)), rng.uniform(-ACCELERATION, ACCELERATION, (n, states))
+    links = tuple(_displaced(link, angles[j]) for j, link in mechanism.from_base())
+    moved = _on_moving_base(replace(mechanism, links=links), zero, rng, states)
+    S = {j: {j: 1} for j in machine.moving}
+    return _in_motion(moved, dict(enumerate(qd)), dict(enumerate(qdd)), S, machine.moving, states)
+
+
+def _displaced(link: Link, variable: Any) -> Link:
+    if link.axis is Axis.NONE:
+        return link
+    moved = AxialTransform(Z, np.cos(variable), np.sin(variable), 0)
+    if link.axis is Axis.PRISMATIC:
+        moved = AxialTransform(Z, 1, 0, variable * (SLIDE / math.pi))
+    return replace(link, transform=Transform((*link.transform.steps, moved)))
+
+
+def _on_moving_base(mechanism: Mechanism, zero: ZeroPosition, rng: np.random.Generator, states: int) -> Mechanism:
+    if not zero.free_base:
+        return mechanism
+    velocity, angular, acceleration, turning = (Vector(*rng.uniform(-OF_BASE, OF_BASE, (3, states))) for _ in range(4))
+    return replace(mechanism, velocity=Twist(velocity, angular), acceleration=Twist(acceleration, turning))
+
+
+def _in_motion(
+    mechanism: Mechanism,
+    qd: Mapping[int, Any],
+    qdd: Mapping[int, Any],
+    S: Rows,
+    independent: tuple[int, ...],
+    states: int,
+) -> RandomMotion:
+    rules: list[Rule | None] = [None] * (len(mechanism.links) + 1)
+    rates: list[Any] = [0.0] * (len(mechanism.links) + 1)
+    for j, link in mechanism.from_base():
+        if link.axis is not Axis.NONE:
+            rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
+    return RandomMotion(mechanism, dynamics(mechanism, rates, rules), qdd, S, independent, states)
+
+
+def _of_coupled(machine: Machine, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> RandomMotion:
+    """Positions q = F(u), rates S ud and accelerations S udd + gam, by the equations bound to the machine."""
+    bound = Bound(machine)
+    number = _numbers(bound, states, rng, values)
+    S = {j: {k: number(x) for k, x in row.items()} for j, row in bound.coordinates.S.items()}
+    qd, qdd = (dict(enumerate(map(number, x))) for x in (bound.rates(), bound.given_accelerations()))
+    mechanism = _on_moving_base(bound.mechanism.map(number), ZeroPosition(machine), rng, states)
+    return _in_motion(mechanism, qd, qdd, S, machine.moving, states)
+
+
+def _numbers(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> Callable[[Any], Any]:
+    """Return the numbers of the expressions of a bound machine at random states."""
+    leaves = list(_leaves(bound))
+    for halving in range(HALVINGS):
+        drawn = DRAWN * 2**halving * states
+        symbols = _drawn(bound, drawn, 0.5**halving, rng, values)
+        with np.errstate(all="ignore"):
+            value = evaluate(leaves, {**values, **symbols}, arithmetic(float))
+            good = np.flatnonzero(_regular(bound, partial(_at_all, value, drawn)))
+        if len(good) >= states:
+            return partial(_at_some, value, good[:states])
+    what = "no random positions at which they close, but the start: their parameters cannot be grouped by numbers"
+    raise bound.machine.error(", ".join(f"loop {loop.name}" for loop in bound.machine.loops) or "joints", what)
+
+
+def _at_all(value: Callable[[Any], Any], states: int, x: Any) -> Array:
+    return np.broadcast_to(value(x), states)
+
+
+def _at_some(value: Callable[[Any], Any], kept: NDArray[np.intp], x: Any) -> Any:
+    """Return the numbers of an expression at the states that are kept; one for all where it is constant."""
+    found = value(x)
+    return found[kept] if np.ndim(found) else found
+
+
+def _drawn(
+    bound: Bound, states: int, reach: float, rng: np.random.Generator, values: Mapping[str, float]
+) -> dict[str, Any]:
+    """Values of the arguments at random states about the start, the first one there."""
+    machine, n = bound.machine, len(bound.machine.moving)
+    far = np.array([reach * (SLIDE if joint.sigma == 1 else math.pi) for joint in machine.moving_joints])
+    q = start_of(machine).q + far * rng.uniform(-1, 1, (states, n))
+    q[:1] = start_of(machine).q
+    blocks = {
+        "q": q,
+        "qd": rng.uniform(-VELOCITY, VELOCITY, (states, n)),
+        "qdd": rng.uniform(-ACCELERATION, ACCELERATION, (states, n)),
+    }
+    if bound.takes_dependent:
+        blocks["q_dep"] = Followed(machine, values).at(q)
+    names = bound.arguments()
+    return {name: column for key, block in blocks.items() for name, column in zip(names[key], block.T, strict=True)}
+
+
+def _leaves(bound: Bound) -> Iterator[Any]:
+    found: list[Any] = []
+    bound.mechanism.map(lambda x: found.append(x) or x)  # type: ignore[func-returns-value]
+    yield from found
+    yield from _coupling(bound)
+    yield from (x for columns in _matrices(bound) for column in columns for x in column)
+    yield from bound.rates()
+    yield from bound.given_accelerations()
+
+
+def _coupling(bound: Bound) -> list[Any]:
+    """Entries of S, and gam."""
+    coordinates = bound.coordinates
+    return [x for row in coordinates.S.values() for x in row.values()] + list(coordinates.gam.values())
+
+
+def _matrices(bound: Bound) -> list[list[list[Any]]]:
+    """W_d of each block of loops."""
+    return [bound.coordinates.columns_of(block) for block in bound.coordinates.blocks]
+
+
+def _regular(bound: Bound, value: Callable[[Any], Array]) -> BoolArray:
+    """Return where loops close on the branch of the first state, which is the start, and none is nearly singular."""
+    found, good = [value(x) for x in _coupling(bound)], np.array(True)
+    for columns in _matrices(bound):
+        W = np.moveaxis(np.nan_to_num(np.array([[value(x) for x in column] for column in columns])), -1, 0)
+        side = np.sign(np.linalg.det(W))
+        good = good & (side == side[0])
+        found.append(np.linalg.cond(W))
+    for entries in found:
+        finite = np.isfinite(entries)
+        usual = np.median(np.abs(entries[finite])) if finite.any() else 0.0
+        good = good & finite & ((np.abs(entries) <= REGULAR * usual) | (usual == 0.0))
+    return good

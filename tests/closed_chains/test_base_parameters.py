@@ -1,0 +1,106 @@
+"""Base parameters of machines with couplings and loops: how many there are, and that torques stay."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symoro_elastic.grouping import base_machine, base_parameters, checked_grouping
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.numerics.independence import rank
+from symoro_elastic.numerics.random_motion import random_motion
+from symoro_elastic.numerics.rank import RANK_TOLERANCE, cross_check, enough_states, stacked_regressor
+from tests.closed_chains.machines import FILES, machine, reordered, situations
+from tests.closed_chains.test_regressors import inputs_of
+from tests.references.virtual_work import VirtualWork
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+OBLIQUE = (Formula.parse(3), Formula.parse("-2"), Formula.parse("-9"))
+TORQUES = 1e-12
+
+COUNTS = {"sr400": (55, 44), "parallelogram": (38, 27), "five_bar": (21, 20)}
+"""Of the tree cut open and of the closed machine, by another program in an exact field (gravity in any direction)."""
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_known_counts(name: str) -> None:
+    described = machine(name)
+    tilted = described if name == "five_bar" else replace(described, base=replace(described.base, gravity=OBLIQUE))
+    rules = grouped(tilted)
+    assert (rules.count, cross_check(tilted, rules).rank) == COUNTS[name]
+    found, checked = checked_grouping(tilted)
+    assert found.count == COUNTS[name][1]
+    assert "couplings and loops leave" in checked.message
+
+
+@pytest.mark.parametrize(("tilt", "count"), [("0", 40), ("0.4", 41)])
+def test_counts_of_rx90_with_balanced_rotors(tilt: str, count: int) -> None:
+    """Rotors add what Ia does; that of joint 2 is felt by joint 1 too where its axis is not square to the first one."""
+    with_rotors = _with_rotors(read_machine(EXAMPLES / "rx90.par")[0], tilt)
+    links = {j for j, joint in enumerate(with_rotors.joints, start=1) if joint.kind is Kind.MOTOR}
+    stacked = stacked_regressor(random_motion(with_rotors, enough_states(with_rotors)))
+    wanted = [(j, x) for j, x in stacked.labels if j in links or x == "ZZ"]
+    assert len(wanted) == 66
+    assert rank(stacked.columns(wanted), RANK_TOLERANCE, RANK_TOLERANCE) == count
+
+
+def _with_rotors(arm: Machine, tilt: str) -> Machine:
+    """A rotor for each joint, on the same antecedent, 50 times as fast, its axis turned about x of that."""
+    joints: list[Joint] = []
+    number = {0: 0}
+    for j, joint in enumerate(arm.joints, start=1):
+        on = number[joint.antecedent]
+        spinning = replace(joint.with_selected(Formula.parse(f"50*{joint.variable}")), rotor_inertia=ZERO, body=Body())
+        turned = replace(spinning, alpha=Formula.parse(f"{joint.alpha} + {tilt}"), variable=None)
+        rotor = replace(turned, name=f"rotor{j}", kind=Kind.COUPLED, antecedent=on)
+        joints += [rotor, replace(joint, antecedent=on, rotor_inertia=ZERO)]
+        number[j] = len(joints)
+    return replace(arm, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_torques_stay(name: str) -> None:
+    """Against virtual work of both machines, at states that the grouping has not seen."""
+    described = machine(name)
+    regrouped, warnings = base_machine(described)
+    assert all("couplings and loops leave" in line and "QR" in line for line in warnings)
+    check(regrouped)
+    assert regrouped.is_grouped
+    for situation in situations(name):
+        before, after = (VirtualWork(some, situation.state) for some in (described, regrouped))
+        udd, idle = inputs_of(described, situation, before.at)["qdd"], [0.0] * len(described.motors)
+        one, other = (reference.residual(udd, idle).astype(float) for reference in (before, after))
+        assert np.abs(one - other).max() < TORQUES * np.abs(one).max()
+
+
+@pytest.mark.parametrize("name", ["sr400", "press", "geared_6r"])
+def test_the_order_of_rows_does_not_matter(name: str) -> None:
+    one, other = (checked_grouping(some)[0].count for some in (machine(name), reordered(machine(name))))
+    assert one == other
+
+
+def test_without_values_of_the_geometry_the_rules_of_the_tree_are_used() -> None:
+    described = machine("sr400")
+    unknown = replace(described, parameters=tuple(replace(p, value=None) for p in described.parameters))
+    regrouped, (warning,) = base_machine(unknown)
+    assert "give values to D2, D3, D4, D8, RL4; until then that of the rules is used" in warning
+    assert len(base_parameters(unknown).formulas) == len(grouped(described).parameters)
+    assert {parameter.name for parameter in regrouped.parameters} >= {"D2", "D3", "D4", "D8", "RL4"}
+
+
+def test_ratios_and_shares_of_motors_stay_right() -> None:
+    """Ia of a rotor on its own side times its ratio squared becomes a base parameter; shares stay."""
+    described = machine("gantry")
+    rows = tuple(
+        replace(joint, sharing=Formula.parse(2)) if joint.name == "ram" else joint for joint in described.joints
+    )
+    regrouped, _ = base_machine(replace(described, joints=rows))
+    assert all(joint.ratio.is_zero for joint in regrouped.joints)
+    assert [joint.sharing.text for joint in regrouped.joints if not joint.sharing.is_zero] == ["2"]
