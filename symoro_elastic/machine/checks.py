@@ -59,7 +59,8 @@ def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
 def _cells(machine: Machine) -> Iterator[tuple[str, Cell, Formula]]:
     """Every cell of the machine, with its place."""
     for j, joint in enumerate(machine.joints, start=1):
-        yield from ((place_of(j, joint, cell.label), cell, formula) for cell, formula in cells(joint))
+        place = place_of(j, joint)
+        yield from ((f"{place}, {cell.label}", cell, formula) for cell, formula in cells(joint))
     if machine.floating:
         yield from ((f"base, {cell.label}", cell, formula) for cell, formula in cells(machine.floating.body))
     yield from ((cell.label, cell, formula) for cell, formula in cells(machine.base))
@@ -182,8 +183,8 @@ def _check_declared(machine: Machine) -> None:
 
 def _following(machine: Machine) -> set[str]:
     """Places of the cells that may hold the variables of joints."""
-    keys = [(j, key) for j in machine.articulated for key in (SELECTED[machine.joint(j).sigma], "stiffness")]
-    return {place_of(j, machine.joint(j), key) for j, key in keys}
+    joints = [(place_of(j, machine.joint(j)), machine.joint(j)) for j in machine.articulated]
+    return {f"{place}, {key}" for place, joint in joints for key in (SELECTED[joint.sigma], "stiffness")}
 
 
 def _of_joint(machine: Machine, name: str) -> str:
