@@ -16,13 +16,13 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
-from tests.closed_chains.machines import FILES, data, machine, situations
+from tests.closed_chains.machines import FILES, data, machine, reordered, situations
 from tests.references import multiprecision
-from tests.references.closed_chains import DIGITS, Array, State, nearest_double
+from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 
 TOLERANCE = {"gantry": 1e-11, "gantry_rigid": 1e-11}
@@ -47,7 +47,11 @@ def reference(name: str, k: int) -> Multipliers:
 @cache
 def generated(name: str, model: str) -> tuple[ModuleType, tuple[str, ...]]:
     """The numpy package of one model of a machine, and the names of its results."""
-    found = traced(machine(name), Scene(models=(model,)))
+    return package_of(machine(name), model)
+
+
+def package_of(described: Machine, model: str) -> tuple[ModuleType, tuple[str, ...]]:
+    found = traced(described, Scene(models=(model,)))
     with TemporaryDirectory() as folder:
         module = import_package(render_numpy(found.package), Path(folder) / "numpy")
     return module, tuple(found.models[0].rows)
@@ -139,6 +143,49 @@ def test_coupling_matrix(name: str, k: int) -> None:
     assert_near(name, results["S"], found.S)
     squared_rates = max([mpf(0), *map(abs, found.zd)]) ** 2
     assert_near(name, results["gam"], found.gam, scale=squared_rates)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "geared_6r", "palletizer", "press"])
+@pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
+def test_rows_in_another_order(name: str, model: str) -> None:
+    """Accelerations and torques by variable are those of the machine as it is written."""
+    whole, situation = machine(name), situations(name)[0]
+    other = reordered(whole)
+    known, chain = Chain(whole), Chain(other)
+    module = package_of(other, model)[0]
+    at = reference(name, 0).at
+    given = {
+        "q": [float(at[variable]) for variable in chain.independent],
+        "qd": _moved(situation.state.ud, known.independent, chain.independent),
+        "q_dep": [float(at[variable]) for variable in chain.dependent],
+        "tau": _moved(situation.tau, known.motors, chain.motors),
+        "qdd_motor": _moved(situation.qdd_motor, known.motors, chain.motors),
+    }
+    function = getattr(module, model)
+    found = function(**{key: given[key] for key in inspect.signature(function).parameters if key in given})
+    if model == "inverse_dynamics":
+        tau, found = found
+        assert_near(name, _moved(tau, chain.motors, known.motors), computed(name, 0, model)["tau"])
+    wanted = computed(name, 0, model)["qdd"]
+    assert_near(name, _moved(found, chain.independent, known.independent), wanted)
+
+
+def _moved(entries: Any, names: list[str], order: list[str]) -> list[float]:
+    return [dict(zip(names, entries, strict=True))[name] for name in order]
+
+
+def test_the_sr400_stays_on_its_branch() -> None:
+    """Over a grid of positions, through the flat one too: never the crossed bars."""
+    module, _ = generated("sr400", "dependent_coordinates")
+    chain = reference("sr400", 0).chain
+    for th2 in np.linspace(-2.6, 0.4, 7):
+        for th7 in np.linspace(-1.5, 1.5, 7):
+            at = {"th1": 0.3, "th2": th2, "th4": 0.1, "th5": 0.2, "th6": -0.4, "th7": th7}
+            x = dict(
+                zip(chain.own, module.dependent_coordinates(q=[at[name] for name in chain.independent]), strict=True)
+            )
+            assert abs(x["th3"] - (th7 - th2 - np.pi / 2)) < 1e-15 * 8
+            assert abs(x["th8"] - (th2 - th7)) < 1e-15 * 8
 
 
 @pytest.mark.parametrize("name", ASSEMBLED)
