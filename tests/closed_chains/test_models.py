@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,6 +25,7 @@ from tests.closed_chains.machines import FILES, data, machine, reordered, situat
 from tests.references import multiprecision
 from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
+from tests.references.elimination import zeros
 
 TOLERANCE = {"gantry": 1e-11, "gantry_rigid": 1e-11}
 """Relative to the largest entry; the yaw of a beam between two motors is a small difference of large forces."""
@@ -216,7 +218,7 @@ def test_a_parallelogram_closed_by_a_loop_passes_its_flat_position(distance: flo
 def test_constraint_forces(name: str, k: int) -> None:
     """On the motion of the direct model; of motors on one freedom, with the torques of the inverse model."""
     found, tau, qdd = driven(name, k)
-    results = computed(name, k, "constraint_forces", qdd=qdd)
+    results = computed(name, k, "constraint_forces", qdd=qdd, tau=tau.astype(float))
     wrenches, on_coupled = found.constraint_forces(tau)
     if wrenches:
         assert_near(name, results["mu"], wrenches)
@@ -229,7 +231,8 @@ def test_reaction_wrenches(name: str, k: int) -> None:
     found, tau, qdd = driven(name, k)
     rows = _rows(found)
     wanted = found.reaction_wrenches(tau)
-    assert_near(name, computed(name, k, "reaction_wrenches", qdd=qdd)["f"][rows], [wanted[j] for j in rows])
+    results = computed(name, k, "reaction_wrenches", qdd=qdd, tau=tau.astype(float))
+    assert_near(name, results["f"][rows], [wanted[j] for j in rows])
 
 
 def driven(name: str, k: int) -> tuple[Multipliers, Array, Array]:
@@ -283,14 +286,14 @@ def test_accelerations(name: str, k: int) -> None:
 def test_jacobian(name: str, results: Results, found: Multipliers, _: Any) -> None:
     """In frame 0, V = J ud on a base at rest: its columns are velocities under unit rates of each u."""
     rows = _rows(found)
-    columns = [[[*f.v, *f.w] for f in _motion(found, column)] for column in found.S_y[: len(found.z)].T]
+    columns = [[[*f.v, *f.w] for f in _motion(found, column, at_rest=True)] for column in found.S_y[: len(found.z)].T]
     assert_near(name, results["J"][rows], np.array(columns, dtype=object)[:, rows].transpose(1, 2, 0))
 
 
 @against_references("jacobian_dot_qd")
 def test_jacobian_dot_qd(name: str, results: Results, found: Multipliers, _: Any) -> None:
     rows = _rows(found)
-    frames = _motion(found, found.zd, found.gam_y[: len(found.z)])
+    frames = _motion(found, found.zd, found.gam_y[: len(found.z)], at_rest=True)
     assert_near(name, results["Vd"][rows], [[*frames[j].a, *frames[j].wd] for j in rows])
 
 
@@ -299,8 +302,10 @@ def _rows(found: Multipliers) -> list[int]:
     return [j for j, joint in enumerate(found.chain.machine.joints) if joint.kind is not Kind.CUT]
 
 
-def _motion(found: Multipliers, zd: Array, zdd: Array | None = None) -> list[Any]:
-    """Motion of all frames, in frame 0."""
+def _motion(found: Multipliers, zd: Array, zdd: Array | None = None, at_rest: bool = False) -> list[Any]:
+    """Motion of all frames, in frame 0; the base as the file says or at rest."""
     with mpmath.workdps(DIGITS):
+        still = dict.fromkeys(("velocity", "angular_velocity", "acceleration", "angular_acceleration"), zeros(3))
+        tree = replace(found.tree, base=replace(found.tree.base, **still)) if at_rest else found.tree
         accelerations = None if zdd is None else list(zdd)
-        return multiprecision._frames(found.tree, list(found.z), list(zd), accelerations)
+        return multiprecision._frames(tree, list(found.z), list(zd), accelerations)
