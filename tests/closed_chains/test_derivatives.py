@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,32 +12,50 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import Base, Body, Friction, Machine, Wrench
-from tests.closed_chains.machines import FILES, machine, situations
+from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Friction, Machine, Wrench
+from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_models import assert_near, computed, independent, reference
 from tests.references.closed_chains import Array, State, in_many_digits, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 
-DIFFERENTIATED = ("cam", "delta", "differential", "four_bar", "gantry", "press", "screw", "spatial_four_bar")
+DIFFERENTIATED = (
+    "cam",
+    "delta",
+    "differential",
+    "four_bar",
+    "gantry",
+    "gantry_rigid",
+    "geared_five_bar",
+    "press",
+    "screw",
+    "spatial_four_bar",
+)
+DIVIDED = ("cam", "coupled_wrist", "four_bar", "gantry", "geared_five_bar", "ring", "screw", "spatial_four_bar")
 STEP = mpf(10) ** -20
 TOLERANCE = 1e-12
 
 Function = Callable[[Multipliers], Array]
 
 
+@cache
+@in_many_digits
+def displaced(name: str, by: str) -> list[tuple[Multipliers, Multipliers]]:
+    """The machine a step after and before, by each u or ud; loops closed anew."""
+    state, at = situations(name)[0].state, reference(name, 0).at
+    pairs = []
+    for k in range(len(state.u)):
+        steps = [[mpf(x) + sign * STEP * (i == k) for i, x in enumerate(getattr(state, by))] for sign in (1, -1)]
+        after, before = (replace(state, guess=at, **{by: step}) for step in steps)
+        pairs.append(
+            (Multipliers(machine(name), after, nearest_double), Multipliers(machine(name), before, nearest_double))
+        )
+    return pairs
+
+
 @in_many_digits
 def differences(name: str, function: Function, by: str) -> Array:
-    """Central differences of a function of the state by u or ud, loops closed anew at each: [entry][variable]."""
-    state = situations(name)[0].state
-    at, columns = reference(name, 0), []
-    for k in range(len(state.u)):
-        found = []
-        for sign in (1, -1):
-            moved = [mpf(x) for x in getattr(state, by)]
-            moved[k] += sign * STEP
-            place = replace(state, guess=at.at, **{by: moved})
-            found.append(function(Multipliers(machine(name), place, nearest_double)))
-        columns.append((found[0] - found[1]) / (2 * STEP))
+    """Central differences of a function of the state by u or ud: [entry][variable]."""
+    columns = [(function(after) - function(before)) / (2 * STEP) for after, before in displaced(name, by)]
     return np.array(columns, dtype=object).T
 
 
@@ -73,22 +92,23 @@ def with_rows(described: Machine, **changes: Any) -> Machine:
     return replace(described, joints=tuple(replace(joint, **changes) for joint in described.joints))
 
 
-def weightless(described: Machine) -> Machine:
-    return replace(described, base=Base())
+def on(described: Machine, base: Base) -> Machine:
+    return replace(described, base=base)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", DIVIDED)
 def test_parts_of_the_bias_forces(name: str) -> None:
     """Gravity, wrenches, friction, centrifugal and Coriolis forces, each on a machine that has nothing else."""
     whole, state = machine(name), situations(name)[0].state
     still = State(state.u, [0] * len(state.u), state.guess)
     idle = with_rows(whole, friction=Friction())
-    massless = weightless(with_rows(whole, body=Body(), wrench=Wrench(), rotor_inertia=ZERO))
+    unloaded, weight = with_rows(idle, wrench=Wrench()), Base(gravity=whole.base.gravity)
+    massless = with_rows(whole, body=Body(), wrench=Wrench(), rotor_inertia=ZERO)
     parts = {
-        "gravity_forces": (with_rows(idle, wrench=Wrench()), still),
-        "external_forces": (weightless(idle), still),
-        "friction_forces": (massless, state),
-        "coriolis_forces": (weightless(with_rows(idle, wrench=Wrench())), state),
+        "gravity_forces": (on(unloaded, weight), still),
+        "external_forces": (on(idle, Base()), still),
+        "friction_forces": (on(massless, Base()), state),
+        "coriolis_forces": (on(unloaded, replace(whole.base, gravity=NO_VECTOR)), state),
     }
     largest = max([mpf(1), *map(abs, reference(name, 0).bias())])
     for model, (described, place) in parts.items():

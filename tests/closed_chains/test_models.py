@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,14 +17,15 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
-from tests.closed_chains.machines import FILES, data, machine, situations
+from tests.closed_chains.machines import FILES, data, machine, reordered, situations
 from tests.references import multiprecision
-from tests.references.closed_chains import DIGITS, Array, State, nearest_double
+from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
+from tests.references.elimination import zeros
 
 TOLERANCE = {"gantry": 1e-11, "gantry_rigid": 1e-11}
 """Relative to the largest entry; the yaw of a beam between two motors is a small difference of large forces."""
@@ -47,7 +49,11 @@ def reference(name: str, k: int) -> Multipliers:
 @cache
 def generated(name: str, model: str) -> tuple[ModuleType, tuple[str, ...]]:
     """The numpy package of one model of a machine, and the names of its results."""
-    found = traced(machine(name), Scene(models=(model,)))
+    return package_of(machine(name), model)
+
+
+def package_of(described: Machine, model: str) -> tuple[ModuleType, tuple[str, ...]]:
+    found = traced(described, Scene(models=(model,)))
     with TemporaryDirectory() as folder:
         module = import_package(render_numpy(found.package), Path(folder) / "numpy")
     return module, tuple(found.models[0].rows)
@@ -141,6 +147,49 @@ def test_coupling_matrix(name: str, k: int) -> None:
     assert_near(name, results["gam"], found.gam, scale=squared_rates)
 
 
+@pytest.mark.parametrize("name", ["five_bar", "geared_6r", "palletizer", "press"])
+@pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
+def test_rows_in_another_order(name: str, model: str) -> None:
+    """Accelerations and torques by variable are those of the machine as it is written."""
+    whole, situation = machine(name), situations(name)[0]
+    other = reordered(whole)
+    known, chain = Chain(whole), Chain(other)
+    module = package_of(other, model)[0]
+    at = reference(name, 0).at
+    given = {
+        "q": [float(at[variable]) for variable in chain.independent],
+        "qd": _moved(situation.state.ud, known.independent, chain.independent),
+        "q_dep": [float(at[variable]) for variable in chain.dependent],
+        "tau": _moved(situation.tau, known.motors, chain.motors),
+        "qdd_motor": _moved(situation.qdd_motor, known.motors, chain.motors),
+    }
+    function = getattr(module, model)
+    found = function(**{key: given[key] for key in inspect.signature(function).parameters if key in given})
+    if model == "inverse_dynamics":
+        tau, found = found
+        assert_near(name, _moved(tau, chain.motors, known.motors), computed(name, 0, model)["tau"])
+    wanted = computed(name, 0, model)["qdd"]
+    assert_near(name, _moved(found, chain.independent, known.independent), wanted)
+
+
+def _moved(entries: Any, names: list[str], order: list[str]) -> list[float]:
+    return [dict(zip(names, entries, strict=True))[name] for name in order]
+
+
+def test_the_sr400_stays_on_its_branch() -> None:
+    """Over a grid of positions, through the flat one too: never the crossed bars."""
+    module, _ = generated("sr400", "dependent_coordinates")
+    chain = reference("sr400", 0).chain
+    for th2 in np.linspace(-2.6, 0.4, 7):
+        for th7 in np.linspace(-1.5, 1.5, 7):
+            at = {"th1": 0.3, "th2": th2, "th4": 0.1, "th5": 0.2, "th6": -0.4, "th7": th7}
+            x = dict(
+                zip(chain.own, module.dependent_coordinates(q=[at[name] for name in chain.independent]), strict=True)
+            )
+            assert abs(x["th3"] - (th7 - th2 - np.pi / 2)) < 1e-15 * 8
+            assert abs(x["th8"] - (th2 - th7)) < 1e-15 * 8
+
+
 @pytest.mark.parametrize("name", ASSEMBLED)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_assembly_from_an_error_of_a_tenth(name: str, sign: int) -> None:
@@ -169,7 +218,7 @@ def test_a_parallelogram_closed_by_a_loop_passes_its_flat_position(distance: flo
 def test_constraint_forces(name: str, k: int) -> None:
     """On the motion of the direct model; of motors on one freedom, with the torques of the inverse model."""
     found, tau, qdd = driven(name, k)
-    results = computed(name, k, "constraint_forces", qdd=qdd)
+    results = computed(name, k, "constraint_forces", qdd=qdd, tau=tau.astype(float))
     wrenches, on_coupled = found.constraint_forces(tau)
     if wrenches:
         assert_near(name, results["mu"], wrenches)
@@ -182,7 +231,8 @@ def test_reaction_wrenches(name: str, k: int) -> None:
     found, tau, qdd = driven(name, k)
     rows = _rows(found)
     wanted = found.reaction_wrenches(tau)
-    assert_near(name, computed(name, k, "reaction_wrenches", qdd=qdd)["f"][rows], [wanted[j] for j in rows])
+    results = computed(name, k, "reaction_wrenches", qdd=qdd, tau=tau.astype(float))
+    assert_near(name, results["f"][rows], [wanted[j] for j in rows])
 
 
 def driven(name: str, k: int) -> tuple[Multipliers, Array, Array]:
@@ -236,14 +286,14 @@ def test_accelerations(name: str, k: int) -> None:
 def test_jacobian(name: str, results: Results, found: Multipliers, _: Any) -> None:
     """In frame 0, V = J ud on a base at rest: its columns are velocities under unit rates of each u."""
     rows = _rows(found)
-    columns = [[[*f.v, *f.w] for f in _motion(found, column)] for column in found.S_y[: len(found.z)].T]
+    columns = [[[*f.v, *f.w] for f in _motion(found, column, at_rest=True)] for column in found.S_y[: len(found.z)].T]
     assert_near(name, results["J"][rows], np.array(columns, dtype=object)[:, rows].transpose(1, 2, 0))
 
 
 @against_references("jacobian_dot_qd")
 def test_jacobian_dot_qd(name: str, results: Results, found: Multipliers, _: Any) -> None:
     rows = _rows(found)
-    frames = _motion(found, found.zd, found.gam_y[: len(found.z)])
+    frames = _motion(found, found.zd, found.gam_y[: len(found.z)], at_rest=True)
     assert_near(name, results["Vd"][rows], [[*frames[j].a, *frames[j].wd] for j in rows])
 
 
@@ -252,8 +302,10 @@ def _rows(found: Multipliers) -> list[int]:
     return [j for j, joint in enumerate(found.chain.machine.joints) if joint.kind is not Kind.CUT]
 
 
-def _motion(found: Multipliers, zd: Array, zdd: Array | None = None) -> list[Any]:
-    """Motion of all frames, in frame 0."""
+def _motion(found: Multipliers, zd: Array, zdd: Array | None = None, at_rest: bool = False) -> list[Any]:
+    """Motion of all frames, in frame 0; the base as the file says or at rest."""
     with mpmath.workdps(DIGITS):
+        still = dict.fromkeys(("velocity", "angular_velocity", "acceleration", "angular_acceleration"), zeros(3))
+        tree = replace(found.tree, base=replace(found.tree.base, **still)) if at_rest else found.tree
         accelerations = None if zdd is None else list(zdd)
-        return multiprecision._frames(found.tree, list(found.z), list(zd), accelerations)
+        return multiprecision._frames(tree, list(found.z), list(zd), accelerations)

@@ -226,11 +226,14 @@ class Multipliers:
     @in_many_digits
     def energies(self) -> list[Any]:
         """Kinetic, of gravity, and of the springs."""
-        kinetic = self.zd @ self.inertia_of_tree @ self.zd / 2
-        gravity = mpf(0)
-        for row, frame in zip(self.tree.joints, self.frames, strict=True):
-            first_moment = row.body.mass * frame.p + frame.rotation @ row.body.first_moment
-            gravity = gravity - self.tree.base.gravity @ first_moment
+        rotors = zip((self.tree.joints[j].rotor_inertia for j in self.z_rows), self.zd, strict=True)
+        kinetic, gravity = sum((inertia * rate * rate / 2 for inertia, rate in rotors), mpf(0)), mpf(0)
+        frames = multiprecision._frames(self.tree, list(self.z), list(self.zd))
+        for body, frame in zip((row.body for row in self.tree.joints), frames, strict=True):
+            v, w = frame.rotation.T @ frame.v, frame.rotation.T @ frame.w
+            coupling = v @ multiprecision._cross(w, body.first_moment)
+            kinetic = kinetic + body.mass * (v @ v) / 2 + coupling + w @ body.inertia @ w / 2
+            gravity = gravity - self.tree.base.gravity @ (body.mass * frame.p + frame.rotation @ body.first_moment)
         return [kinetic, gravity, self.chain.spring_energy(self.at)]
 
 

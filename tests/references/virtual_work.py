@@ -17,8 +17,8 @@ from mpmath import mpf
 from symoro_elastic.machine.machine import Machine
 from tests.references.closed_chains import Array, Chain, Number, State, along, exact, in_many_digits
 from tests.references.elimination import identity, independent_rows, least_squares, solve, zeros
-from tests.references.numbers_of_machine import BodyNumbers, JointNumbers
-from tests.references.series import coefficient
+from tests.references.numbers_of_machine import BaseNumbers, BodyNumbers, JointNumbers
+from tests.references.series import Series, coefficient
 
 STEP = mpf(10) ** -20
 
@@ -109,7 +109,7 @@ class VirtualWork:
     def _work_against(self, udd: Array) -> Array:
         """Virtual work that inertia, weight, wrenches and friction need, by u."""
         motion = self._motion(udd)
-        frames = self.chain.placements(motion)
+        frames = self.chain.placements(motion, _base_motion(self.rows.base))
         weight = np.concatenate([zeros(4, 3), np.array([[*self.rows.base.gravity, 0]], dtype=object).T], axis=1)
         falls = [2 * _coefficients(frame, 2) - weight for frame in frames]
         values = self.chain.joint_values(self.chain.numbers(motion), motion)
@@ -164,6 +164,21 @@ class VirtualWork:
         right = [*-self.right_side(), *(wanted - self.gam_x[entries])[kept]]
         found = solve(np.concatenate([above, below], axis=0), np.array(right, dtype=object))
         return self.chain.shared(rows, found[len(self.ud) :]), self.accelerations(found[: len(self.ud)])
+
+
+def _base_motion(base: BaseNumbers) -> Array:
+    """Frame 0 in the axes in which it is now: 1 + T' t + T'' t^2 / 2."""
+    spin = _cross_matrix(base.angular_velocity)
+    first, second = zeros(4, 4), zeros(4, 4)
+    first[:3, :3], first[:3, 3] = spin, base.velocity
+    second[:3, :3], second[:3, 3] = _cross_matrix(base.angular_acceleration) + spin @ spin, base.acceleration
+    entries = zip(identity(4).ravel(), first.ravel(), second.ravel() / 2, strict=True)
+    return np.array([Series(one) for one in entries], dtype=object).reshape(4, 4)
+
+
+def _cross_matrix(a: Array) -> Array:
+    o = mpf(0)
+    return np.array([[o, -a[2], a[1]], [a[2], o, -a[0]], [-a[1], a[0], o]], dtype=object)
 
 
 def _coefficients(matrix: Array, order: int) -> Array:
