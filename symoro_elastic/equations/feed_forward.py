@@ -16,7 +16,7 @@ more derivatives, that one the next, down to the motor (Buondonno and De Luca, 2
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -26,33 +26,13 @@ from symoro_elastic.equations.spatial import EZ, AxialTransform, Axis, Transform
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor and the springs behind it on its axis, from the motor outwards; `senses` are +1 or -1 against it."""
+    """A motor, or another joint, and the springs behind it on its axis; `senses` are +1 or -1 against it."""
 
     joints: tuple[int, ...]
     senses: tuple[int, ...]
 
-    @property
-    def motor(self) -> int:
-        """Number of the motor."""
-        return self.joints[0]
 
-
-def drives(mechanism: Mechanism, motors: Collection[int], elastic: Collection[int]) -> list[Drive]:
-    """Every motor with the springs behind it, as long as there is one spring on its axis and no more."""
-    found = []
-    for motor in motors:
-        joints, senses = [motor], [1]
-        while True:
-            behind = [(j, s) for j in sorted(elastic) if (s := _sense(mechanism, joints[-1], j))]
-            if len(behind) != 1:
-                break
-            joints.append(behind[0][0])
-            senses.append(senses[-1] * behind[0][1])
-        found.append(Drive(tuple(joints), tuple(senses)))
-    return found
-
-
-def _sense(mechanism: Mechanism, first: int, second: int) -> int:
+def sense(mechanism: Mechanism, first: int, second: int) -> int:
     """1 or -1 where the motion of joint `first` can be added to that of joint `second` on its body, else 0.
 
     Slides need one direction, turns one line too; only what holds for all values of the parameters counts.
@@ -78,14 +58,14 @@ def _carrier(mechanism: Mechanism, j: int) -> tuple[int, Transform]:
 
 
 def mounted_in_parallel(mechanism: Mechanism, found: Sequence[Drive], held: Mapping[int, AxialTransform]) -> Mechanism:
-    """The mechanism in which every body of a drive is mounted on the antecedent of its motor.
+    """The mechanism in which every body of a drive is mounted on the antecedent of its first joint.
 
     `held[j]` is the last axial transform of joint j at zero of its variable; the variable of joint j becomes s_j z_j.
     """
     links = list(mechanism.links)
     for drive in found:
-        motor = links[drive.motor - 1]
-        antecedent, steps = motor.antecedent, motor.transform.steps[:-1]
+        first = links[drive.joints[0] - 1]
+        antecedent, steps = first.antecedent, first.transform.steps[:-1]
         for before, j in pairwise(drive.joints):
             link = links[j - 1]
             steps = (*steps, held[before], *_carrier(mechanism, j)[1].steps)

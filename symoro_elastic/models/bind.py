@@ -60,13 +60,17 @@ class Bound(Cells):
         self.tau = self._per_joint("tau", self.motors)
         self.qdd_motor = self._per_joint("qdd_motor", self.motors)
         self.on_base = {row.name: tuple(map(self.graph.symbol, row.entries)) for row in self._rows_on_base()}
+        self.loops = plan_of(machine, Bound).loops if machine.loops else ()
+        self.takes_dependent = any(loop.form is Form.ASSEMBLED for loop in self.loops)
+        self.close_loops()
+
+    def close_loops(self) -> None:
+        """Bind own variables, the mechanism, and closed forms of its loops."""
         self.variables: dict[int, Scalar] = {
-            j: self.graph.symbol(str(machine.joint(j).variable)) for j in machine.owners
+            j: self.graph.symbol(str(self.machine.joint(j).variable)) for j in self.machine.owners
         }
         self.placed: dict[int, Circle] = {}
         self.mechanism = self._mechanism()
-        self.loops = plan_of(machine, Bound).loops if machine.loops else ()
-        self.takes_dependent = any(loop.form is Form.ASSEMBLED for loop in self.loops)
         for loop in self.loops:
             self._close(loop)
         self.coordinates = Coordinates(self, self.loops)

@@ -10,22 +10,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from graphlib import TopologicalSorter
-from itertools import islice, pairwise
+from graphlib import CycleError, TopologicalSorter
+from itertools import islice
 from math import factorial
 
 from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.feed_forward import Drive, drives, mounted_in_parallel
-from symoro_elastic.equations.spatial import AxialTransform, Z
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward_checks import damping_of, refuse_high_order, refuse_unfit
+from symoro_elastic.models.feed_forward_checks import damping_of, refuse_circle, refuse_high_order, refuse_unfit
+from symoro_elastic.models.load_coordinates import LoadCoordinates, chains, springs_behind
 from symoro_elastic.models.model import CheckedBy, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.quantities import COEFFICIENT, HIGHEST_DERIVATIVE, MOTION, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, reachable
-from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.operations import COS, NEGATE, SIN, SYMBOL
 from symoro_elastic.symbolic.program import Label, Section
 from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
@@ -38,17 +36,22 @@ Reach = dict[int, int]
 
 @dataclass(frozen=True)
 class Balance:
-    """The equations of a chain whose coordinates z_j are all unknown.
+    """The equations of chains whose coordinates z_j are all unknown, and the machine in these coordinates.
 
-    `springs` holds the torques s_j Gamma_j, `tau` those of motors; `outer[j]` is the joint behind joint j on
-    its axis: the spring there tells z_j. Of the joints without, z_j is the wanted motion y.
+    `springs` holds the forces on z_j of springs, `tau` torques of motors; `outer[j]` is the joint behind joint j: the
+    spring there tells z_j. Of the joints without, z_j is the wanted motion y of the motor `motors[j]`.
     """
 
+    loads: LoadCoordinates
     springs: dict[int, Scalar]
     tau: dict[int, Scalar]
-    outer: dict[int, int]
-    senses: dict[int, int]
+    outer: Mapping[int, int]
     motors: dict[int, int]
+
+    @property
+    def senses(self) -> Mapping[int, int]:
+        """Of z_j against the variable that stands for it, by joint."""
+        return {j: self.loads.senses[j] for j in self.motors}
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ def over_time(bound: Bound) -> OverTime:
 
 def left_out(bound: Bound) -> list[str]:
     """Return the springs that are not behind a motor on its axis: no torque makes them follow."""
-    followed = {j for drive in _drives(bound) for j in drive.joints}
+    followed = {j for chain in chains(bound) for j in chain.joints}
     elastic = (bound.machine.joint(j) for j in bound.machine.moving if j not in followed)
     return [joint.name for joint in elastic if joint.kind is Kind.ELASTIC]
 
@@ -128,43 +131,50 @@ def _solved(bound: Bound, balance: Balance) -> tuple[Solution, dict[int, list[Sc
     return solution, solution.deflections | motors, tau
 
 
-def _drives(bound: Bound) -> list[Drive]:
-    elastic = [j for j in bound.machine.moving if j not in bound.motors]
-    return drives(bound.mechanism, bound.motors, elastic)
-
-
 def _balance(bound: Bound, damped: bool = False) -> Balance:
-    """Newton and Euler's torques of the tree in which the bodies of a drive hang side by side."""
-    found = _drives(bound)
+    """Newton and Euler's torques of the machine in which the bodies of a chain hang side by side."""
+    found = chains(bound)
     refuse_unfit(bound, found, damped)
-    held = {j: _held(bound, j) for j in bound.machine.moving}
-    motion = dynamics(mounted_in_parallel(bound.mechanism, found, held), bound.rates(), bound.given_rules())
+    loads = LoadCoordinates(bound, found)
+    motion = dynamics(loads.without_tip_angles, loads.rates(), loads.given_rules())
     name_dynamics(bound, motion, "[15]", "[61]")
-    balance = Balance({}, {}, {}, {}, {})
-    for drive in found:
-        torque: Scalar = 0
-        for j, sense in reversed(list(zip(drive.joints, drive.senses, strict=True))[1:]):
-            balance.springs[j] = torque = torque + sense * motion.Gamma[j]
-        balance.tau[drive.motor] = torque + motion.Gamma[drive.motor] + bound.friction(drive.motor)
-        balance.outer.update(pairwise(drive.joints))
-        balance.senses.update(zip(drive.joints, drive.senses, strict=True))
-        balance.motors.update(dict.fromkeys(drive.joints, drive.motor))
-    return balance
+    on_loads = loads.on_independent(motion.Gamma)
+    if bound.machine.is_coupled:
+        lost = loads.lost_forces()
+        on_loads = {j: x + lost[j] for j, x in on_loads.items()}
+    springs = _forces_of_chains(loads, on_loads)
+    tau = {chain.motor: springs.pop(chain.motor) + loads.friction(chain.motor) for chain in found}
+    motors = {j: chain.motor for chain in found for j in chain.joints}
+    return Balance(loads, springs, tau, springs_behind(found), motors)
 
 
-def _held(bound: Bound, j: int) -> AxialTransform:
-    """The last screw of joint j at zero of its variable."""
-    joint = bound.machine.joint(j)
-    return AxialTransform(Z, *cosine_sine(bound.graph, bound.cell(joint.theta)), bound.cell(joint.r))
+def _forces_of_chains(loads: LoadCoordinates, on_loads: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Forces on the coordinates z_j of all that follows them: of the bodies there, and of the joints behind.
+
+    T_k = s_k Gamma_k + sum of ratio_j T_j and of d others_j / dz_k T_j, over the springs j that follow k.
+    """
+    followers: dict[int, dict[int, Scalar]] = {j: {} for chain in loads.chains for j in chain.joints}
+    for j, stage in loads.stages.items():
+        followers[stage.before][j] = stage.ratio
+        for k, slope in loads.others[j].partials.items() if j in loads.others else ():
+            followers[k][j] = followers[k].get(j, 0) + loads.senses[k] * slope
+    forces: dict[int, Scalar] = {}
+    for k in TopologicalSorter(followers).static_order():
+        behind: Scalar = 0
+        for j, ratio in followers[k].items():
+            behind = behind + ratio * forces[j]
+        forces[k] = behind + loads.senses[k] * on_loads[k]
+    return {j: forces[j] for chain in loads.chains for j in reversed(chain.joints)}
 
 
 def _solution(bound: Bound, balance: Balance) -> Solution:
-    """q = q0 - s (s Gamma) / k of each spring [9], and z_(i-1) = z_i - s q, each after those that it needs.
+    """q = q0 - s T / k of each spring [9], and z_before = (z - s q - others) / ratio, each after those that it needs.
 
     In a tree no two of them need each other: a spring feels what it carries, never its own motor.
     """
-    reach = {j: _reach(bound, [balance.springs[behind], bound.q[behind]]) for j, behind in balance.outer.items()}
-    order = [j for j in TopologicalSorter(reach).static_order() if j in reach]
+    loads = balance.loads
+    reach = {j: _reach(bound, _tells(balance, behind)) for j, behind in balance.outer.items()}
+    order = _order(bound, reach)
     needed = _needed(bound, balance, reach, order)
     z: dict[int, VariableCoefficient] = {j: partial(_wanted, bound, balance.motors[j]) for j in balance.senses}
     variables: dict[str, VariableCoefficient] = {}
@@ -183,8 +193,26 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
             solution.undamped[behind] = bent
             bent = [_lagging(bound, behind, k) for k in range(len(bent))]
         solution.deflections[behind] = bent
-        z[j] = [outside(k) - sense * x for k, x in enumerate(bent)].__getitem__
+        inner = [outside(k) - sense * x for k, x in enumerate(bent)]
+        if behind in loads.others:
+            beside = solution.series.of(loads.others[behind].value, needed[j])
+            inner = [(x - y) / loads.stages[behind].ratio for x, y in zip(inner, beside, strict=True)]
+        z[j] = inner.__getitem__
     return solution
+
+
+def _tells(balance: Balance, behind: int) -> list[Scalar]:
+    """What the coordinate before a spring is made of."""
+    others = [balance.loads.others[behind].value] if behind in balance.loads.others else []
+    return [balance.springs[behind], balance.loads.q[behind], *others]
+
+
+def _order(bound: Bound, reach: Mapping[int, Reach]) -> list[int]:
+    """Joints in an order in which each needs only those before it. Raises `InputError` where there is none."""
+    try:
+        return [j for j in TopologicalSorter(reach).static_order() if j in reach]
+    except CycleError as error:
+        refuse_circle(bound, error.args[1])
 
 
 def _wanted(bound: Bound, motor: int, k: int) -> Scalar:
@@ -292,6 +320,5 @@ FEED_FORWARD = (
         own=(replace(quantity("q"), meaning="joint variables: motor positions and deflections of springs"),),
         own_arguments=_arguments,
         checked_by=CheckedBy.EQUATIONS_OF_MOTION,
-        on_coupled=False,
     ),
 )

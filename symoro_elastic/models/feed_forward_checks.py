@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from symoro_elastic.equations.feed_forward import Drive
 from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.load_coordinates import Chain
+from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.scalar import Scalar
 
@@ -20,17 +21,38 @@ def damping_of(bound: Bound, j: int) -> Scalar:
     return bound.cell(joint.spring.damping) + bound.cell(joint.friction.viscous)
 
 
-def refuse_unfit(bound: Bound, found: Sequence[Drive], damped: bool) -> None:
+def refuse_unfit(bound: Bound, found: Sequence[Chain], damped: bool) -> None:
     """Raise `InputError` for a joint that no motor drives, whose spring has damping unless `damped`, a moving base."""
     machine = bound.machine
     if not _at_rest(bound, machine.base):
         _refuse(bound, "base", "it moves, and derivatives of its motion by time are not known: give a base at rest")
     if not bound.motors:
         _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
-    driven = {j for drive in found for j in drive.joints}
+    _refuse_loops(bound)
+    driven = {j for chain in found for j in chain.joints}
     for j in machine.moving:
         for cell, what in _faults(bound, j, machine.joint(j), j in driven, damped):
             _refuse(bound, place_of(j, machine.joint(j), cell), what)
+
+
+def _refuse_loops(bound: Bound) -> None:
+    """Raise `InputError` for motors and springs on dependent joints, and for loops without closed form."""
+    machine = bound.machine
+    for one in bound.loops:
+        if one.form is Form.ASSEMBLED:
+            _refuse(bound, f"loop {one.loop.name}", "it has no closed form whose derivatives by time could be taken")
+    for j in machine.dependent:
+        joint = machine.joint(j)
+        if joint.kind is not Kind.PASSIVE:
+            what = "its variable follows from a loop: choose other dependent joints (dependent = [...])"
+            _refuse(bound, place_of(j, joint, "kind"), what)
+
+
+def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
+    """Raise `InputError` for springs whose deflections need each other."""
+    names = ", ".join(bound.machine.joint(j).name for j in dict.fromkeys(joints))
+    what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
+    _refuse(bound, f"joints {names}", what)
 
 
 def _at_rest(bound: Bound, base: Base) -> bool:
@@ -58,7 +80,9 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
         yield "coulomb friction", "it lets the spring stick, so its deflection is not known: make it 0"
     if not is_zero(bound.cell(joint.rotor_inertia)):
         yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
-    if is_zero(bound.cell(joint.spring.stiffness)):
+    if not joint.spring.stiffness.names.isdisjoint(bound.machine.variables):
+        yield "stiffness", "it depends on positions, so the deflection has no closed form: make it a constant"
+    elif is_zero(bound.cell(joint.spring.stiffness)):
         yield "stiffness", "a spring without stiffness transmits no torque: give it one"
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from symoro_elastic.equations.feed_forward import drives
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.numerics.reference import Numbers, StateReference, distance, dot
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -68,11 +68,10 @@ def residual(point: StateReference, traced: TracedModel) -> float:
     exerted = [x for joint, x in zip(joints, motion.forces, strict=True) if joint.kind is Kind.ELASTIC]
     q = dict(zip(machine.moving, motion.q, strict=True))
     bound = Bound(machine)
-    elastic = [j for j in machine.moving if j not in bound.motors]
-    sums = [
-        sum(sense * q[j] for j, sense in zip(drive.joints, drive.senses, strict=True))
-        for drive in drives(bound.mechanism, bound.motors, elastic)
-    ]
+    positions = load_positions(bound, chains(bound))
+    symbols = point.names | {str(machine.joint(j).variable): x for j, x in q.items()}
+    value = evaluate(positions.values(), symbols, point.arithmetic)
+    sums = [value(positions[j]) for j in machine.motors]
     scale = max(map(abs, motion.forces), default=0) or 1
     bent = max((abs(x - y) / scale for x, y in zip(springs, exerted, strict=True)), default=0)
     return max(float(bent), distance(sums, point.numbers("y")))

@@ -1,0 +1,310 @@
+"""Chains of a motor and the springs behind it, and a machine in the coordinates of what they drive.
+
+A spring is behind a joint on its axis (equations/feed_forward), or behind a transmission: its cell follows the chain,
+
+    z_j = F_j + x_j,    F_j = ratio z_before + others,
+
+where z_before is all that F_j holds of the chain, and others hold joints beside it. On the axis F_j = z_before, and
+x_j counts in the sense of the axis. So every cell of the machine is a formula of the coordinates z: a motor's own
+variable, z_j of the springs behind it. The bodies of a chain then hang side by side.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+from symoro_elastic.equations.feed_forward import Drive, mounted_in_parallel, sense
+from symoro_elastic.equations.mechanism import Link, Mechanism
+from symoro_elastic.equations.spatial import AxialTransform, Z, is_zero
+from symoro_elastic.machine.constants import substituted
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.coordinates import Coupling
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.functions import cosine_sine
+
+SEED, ROUNDING = 20264, 1e-12
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A spring behind a joint: z_joint = ratio z_before + others + sense x; `others` are None on one axis."""
+
+    joint: int
+    before: int
+    sense: int = 1
+    ratio: Scalar = 1
+    others: Formula | None = None
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A motor and the springs behind it, from the motor outwards."""
+
+    motor: int
+    stages: tuple[Stage, ...]
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """The motor and the springs."""
+        return self.motor, *(stage.joint for stage in self.stages)
+
+    @property
+    def runs(self) -> Iterator[Drive]:
+        """Joints on one axis each, with their senses against the first."""
+        joints, senses = [self.motor], [1]
+        for stage in self.stages:
+            if stage.others is not None:
+                yield Drive(tuple(joints), tuple(senses))
+                joints, senses = [], []
+            joints.append(stage.joint)
+            senses.append(stage.sense)
+        yield Drive(tuple(joints), tuple(senses))
+
+
+def chains(bound: Bound) -> list[Chain]:
+    """Every motor with the springs behind it, as long as there is one spring behind the last and no more.
+
+    All chains grow together: a spring belongs to the motor that it is nearest to, and to none where two are as near.
+    """
+    growing = [_Growing(bound, motor) for motor in bound.motors if motor in bound.machine.moving]
+    taken: set[int] = set()
+    while any(one.grows for one in growing):
+        found = {one.motor: one.behind(taken) for one in growing if one.grows}
+        claims = Counter(stage.joint for stages in found.values() for stage in stages)
+        for one in growing:
+            one.grow([stage for stage in found.get(one.motor, ()) if claims[stage.joint] == 1])
+        taken |= claims.keys()
+    return [Chain(one.motor, tuple(one.stages)) for one in growing]
+
+
+class _Growing:
+    """A chain that grows from a motor, with dz/dx of its last joint by the variables of the chain."""
+
+    def __init__(self, bound: Bound, motor: int) -> None:
+        self.bound, self.motor = bound, motor
+        self.elastic = [j for j in bound.machine.moving if bound.machine.joint(j).kind is not Kind.MOTOR]
+        self.couplings = bound.coordinates.couplings
+        self.slopes: dict[int, Scalar] = {motor: 1}
+        self.senses = {motor: 1}
+        self.stages: list[Stage] = []
+        self.grows = True
+
+    def grow(self, found: list[Stage]) -> None:
+        """Add the spring behind the last joint where there is one and no more; else it is the end."""
+        self.grows = self.grows and len(found) == 1
+        for stage in found if self.grows else ():
+            self.stages.append(stage)
+            self.slopes = {v: stage.ratio * x for v, x in self.slopes.items()} | {stage.joint: stage.sense}
+            self.senses[stage.joint] = stage.sense
+
+    def behind(self, taken: Collection[int]) -> list[Stage]:
+        """Springs behind the last joint, but those that follow one of them."""
+        found = [stage for j in self.elastic if j not in taken and (stage := self._stage(j))]
+        near = {str(self.bound.machine.joint(stage.joint).variable) for stage in found}
+        return [s for s in found if near.isdisjoint(self.bound.machine.joint(s.joint).selected.names)]
+
+    def _stage(self, j: int) -> Stage | None:
+        last = self.stages[-1].joint if self.stages else self.motor
+        if j in self.couplings:
+            return self._transmission(last, j)
+        if not self.stages and last in self.couplings:
+            return None
+        found = sense(self.bound.mechanism, last, j)
+        return Stage(j, last, found * self.senses[last]) if found else None
+
+    def _transmission(self, last: int, j: int) -> Stage | None:
+        """The spring whose cell holds the whole chain in one proportion."""
+        follows = self.couplings[j].partials
+        ratio = self.senses[last] * follows.get(last, 0)
+        of_chain = [*(follows.get(v, 0) - ratio * x for v, x in self.slopes.items())]
+        if is_zero(ratio) or not all(_vanishes(self.bound, x) for x in of_chain) or _moves(ratio):
+            return None
+        names = {str(self.bound.machine.joint(v).variable): ZERO for v in self.slopes}
+        return Stage(j, last, 1, ratio, substituted(self.bound.machine.joint(j).selected, names))
+
+
+def _vanishes(bound: Bound, x: Scalar) -> bool:
+    """Whether a coefficient is zero at any values of the parameters."""
+    if is_zero(x) or _moves(x):
+        return is_zero(x)
+    source = random.Random(SEED)
+    values = {p.name: source.uniform(0.5, 1.5) for p in bound.machine.parameters}
+    return abs(evaluate([x], values, FLOATS)(x)) <= ROUNDING
+
+
+def _moves(x: Scalar) -> bool:
+    return isinstance(x, Expression) and x.level is Level.STATE
+
+
+@dataclass(frozen=True)
+class Linear(Coupling):
+    """A linear formula of own variables: only those with coefficients that do not cancel."""
+
+    bound: Bound
+    constant: Scalar
+    slopes: Mapping[int, Scalar]
+
+    @property
+    def value(self) -> Scalar:
+        """The formula at the values of the variables."""
+        total = self.constant
+        for v, x in self.slopes.items():
+            total = total + x * self.bound.variables[v]
+        return total
+
+    @property
+    def partials(self) -> dict[int, Scalar]:
+        """Derivatives by own variables, by number of the joint."""
+        return dict(self.slopes)
+
+    def second(self, rates: Mapping[int, Scalar]) -> Scalar:
+        """Zero: the formula is linear."""
+        return 0
+
+
+class LoadCoordinates(Bound):
+    """A bound machine whose own variables are those of its chains: sense times z, in the same symbols."""
+
+    def __init__(self, bound: Bound, found: list[Chain]) -> None:
+        vars(self).update(vars(bound))
+        for kept in ("without_tip_angles", "_met"):
+            vars(self).pop(kept, None)
+        self.chains = found
+        self.senses = dict.fromkeys(bound.machine.moving, 1) | {
+            stage.joint: stage.sense for chain in found for stage in chain.stages
+        }
+        self.stages = {stage.joint: stage for chain in found for stage in chain.stages}
+        self._table = bound.machine
+        self._mounted = self._on_axes(bound)
+        self.machine = _in_load_coordinates(self)
+        self.close_loops()
+        self.coordinates.couplings = {
+            j: self._coupling(self.machine.joint(j).selected) for j in self.coordinates.couplings
+        }
+
+    def _on_axes(self, bound: Bound) -> dict[int, Link]:
+        """Links of springs on the axis of the joint before, mounted beside it."""
+        runs = [run for chain in self.chains for run in chain.runs]
+        held = {j: self._held(j) for run in runs for j in run.joints}
+        mounted = mounted_in_parallel(bound.mechanism, runs, held)
+        return {j: mounted.link(j) for run in runs for j in run.joints[1:]}
+
+    def _held(self, j: int) -> AxialTransform:
+        """The last screw of joint j at zero of its coordinate."""
+        joint = self._table.joint(j)
+        follows = j in self.stages and self.stages[j].others is not None
+        theta, r = (0 if follows and joint.sigma == k else self.cell(x) for k, x in enumerate((joint.theta, joint.r)))
+        return AxialTransform(Z, *cosine_sine(self.graph, theta), r)
+
+    def lost_forces(self) -> dict[int, Scalar]:
+        """Friction, dampers and springs of joints that follow others, on the coordinates."""
+        dependent = {j: self.friction(j) - self.passive_torque(j) for j in self.machine.dependent}
+        return self._projected(dependent, {j: self.friction(j) for j in self._coupled})
+
+    def _mechanism(self) -> Mechanism:
+        found = super()._mechanism()
+        links = tuple(self._mounted.get(j, link) for j, link in enumerate(found.links, start=1))
+        return replace(found, links=links)
+
+    def offset(self, j: int) -> Scalar:
+        """What the cell of a joint adds to its own coordinate."""
+        return self._coupling(self.machine.joint(j).selected).value
+
+    def _coupling(self, formula: Formula) -> Coupling:
+        """A formula of coordinates; what cancels in it is left out where it is linear."""
+        found = Coupling(self, formula)
+        if any(map(_moves, found.partials.values())):
+            return found
+        at_zero = self.cell(formula, self.named(dict.fromkeys(formula.names & self.machine.variables.keys(), 0)))
+        return Linear(self, at_zero, {v: x for v, x in found.partials.items() if not _vanishes(self, x)})
+
+    @cached_property
+    def others(self) -> dict[int, Coupling]:
+        """What the springs behind transmissions follow beside their chain, by their joint."""
+        formulas = {j: stage.others for j, stage in self.stages.items() if stage.others is not None}
+        return {j: self._coupling(substituted(x, self.own_variables)) for j, x in formulas.items()}
+
+    @cached_property
+    def own_variables(self) -> dict[str, Formula]:
+        """Own variables of the springs of chains as formulas of the coordinates, by name."""
+        found: dict[str, Formula] = {}
+        for j in self.stages:
+            self._add_own(j, found)
+        return found
+
+    def _add_own(self, j: int, found: dict[str, Formula]) -> None:
+        name, stage = self._name(j), self.stages[j]
+        if name in found:
+            return
+        others = ZERO if stage.others is None else stage.others
+        for other in self.stages:
+            if self._name(other) in others.names:
+                self._add_own(other, found)
+        followed = self._ratio_times(j, stage)
+        text = f"({self._coordinate(j)}) - ({followed}) - ({substituted(others, found)})"
+        found[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
+
+    def _ratio_times(self, j: int, stage: Stage) -> Formula:
+        """ratio z_before: what the cell is where the chain before it has its coordinate, less what it is at zero."""
+        before = self._coordinate(stage.before)
+        if stage.others is None:
+            return Formula.parse(before)
+        zero = {self._name(v): ZERO for v in self._chain_of(j)}
+        cell = self._table.joint(j).selected
+        last = {**zero, self._name(stage.before): Formula.parse(f"{self.senses[stage.before]}*({before})")}
+        return Formula.parse(f"({substituted(cell, last)}) - ({substituted(cell, zero)})")
+
+    def _chain_of(self, j: int) -> tuple[int, ...]:
+        return next(chain.joints for chain in self.chains if j in chain.joints)
+
+    def _coordinate(self, j: int) -> str:
+        """z_j, as a formula of the variable that stands for sense times z."""
+        return self._name(j) if self.senses[j] > 0 else f"-({self._name(j)})"
+
+    def _name(self, j: int) -> str:
+        return str(self._table.joint(j).variable)
+
+
+def _in_load_coordinates(bound: LoadCoordinates) -> Machine:
+    """The table in coordinates of loads: springs behind transmissions are at theirs, others follow."""
+    table = bound.machine
+    first = {j: run.joints[0] for chain in bound.chains for run in chain.runs for j in run.joints}
+    joints = [_with_cell(joint, _cell(bound, j)) for j, joint in enumerate(table.joints, start=1)]
+    for j, head in first.items():
+        joints[j - 1] = replace(joints[j - 1], antecedent=table.joint(head).antecedent)
+    return replace(table, joints=tuple(joints))
+
+
+def _cell(bound: LoadCoordinates, j: int) -> Formula:
+    if j in bound.stages and bound.stages[j].others is not None:
+        return ZERO
+    return substituted(bound.machine.joint(j).selected, bound.own_variables)
+
+
+def _with_cell(joint: Joint, cell: Formula) -> Joint:
+    return joint if cell is joint.selected else joint.with_selected(cell)
+
+
+def load_positions(bound: Bound, found: list[Chain]) -> dict[int, Scalar]:
+    """Coordinates z of the last joints of chains over own variables, by motor."""
+    positions: dict[int, Scalar] = {}
+    for chain in found:
+        z: Scalar = bound.variables[chain.motor]
+        for stage in chain.stages:
+            z = bound.angle(stage.joint) if stage.others is not None else z + stage.sense * bound.variables[stage.joint]
+        positions[chain.motor] = z
+    return positions
+
+
+def springs_behind(found: list[Chain]) -> Mapping[int, int]:
+    """The joint behind each joint of chains."""
+    return {i: j for chain in found for i, j in pairwise(chain.joints)}
