@@ -128,7 +128,7 @@ class Condition:
         labels = [column.label for column in Y.columns]
         refuse_unknown_labels(machine, known, Y.columns)
         sought = [c for c, label in enumerate(labels) if label not in known]
-        structure = structural_grouping(Y, sought, len(machine.moving), machine)
+        structure = structural_grouping(Y, sought, machine)
         self._kept = [sought[c] for c in structure.kept]
         self._springs = self._stiffness()
         W = self._stacked(reference)
@@ -170,7 +170,8 @@ class Condition:
     def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
         """Return elastic joints with known stiffness, and the inertial parameters that load them."""
         columns = self.Y.columns
-        values = {(column.quantity, column.joint): column.value for column in columns}
+        own = {j: k for k, j in enumerate(self.machine.moving)}
+        values = {(x.quantity, own[x.row]): x.value for x in columns if x.row in own}
         inertial = [c for c, x in enumerate(columns) if x.quantity not in ("K", "DA", "KQ", "FV", "FS")]
         X = np.array([columns[c].value for c in inertial])
         soft = [k for (quantity, k), value in values.items() if quantity == "K" and value > 0]
