@@ -66,6 +66,7 @@ class Equations:
         deviation that white noise of torques has in them, relative to that of rows from whole windows.
         """
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
+        self._refuse_open(motion, record.source)
         counted = self._counted(motion, chosen)
         left = _left_side(self.machine, motion)
         pieces = _pieces(len(motion.t), chosen)
@@ -74,6 +75,14 @@ class Equations:
         scale = _relative_deviation(counted, chosen)
         scaled = [x * scale[:, :, None] for x in (right, *noise)]
         return Rows(t, scaled[0], tau * scale, motion.still, tuple(scaled[1:]))
+
+    def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
+        """Raise `InputError` for positions at which the loops do not close."""
+        parted = np.flatnonzero(~self.Y.closed(motion.q))
+        if len(parted):
+            where = f"at {len(parted)} of {len(motion.t)} samples, first at t = {motion.t[parted[0]]:g} s"
+            what = "are positions counted as in the machine's file, in rad and m?"
+            raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
 
     def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
         """Return a mask of samples (N, n) that count in the rows of a joint."""

@@ -13,23 +13,23 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import count
 from typing import Any, Protocol
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
+from symoro_elastic.identification.units import has_body, machine_of_units, rigid_machine, units_of
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
-from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.identification import linear_parameters, refuse_varying_stiffness
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.closed_positions import Followed, start_of
 from symoro_elastic.numerics.random_motion import closed_states
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
@@ -37,6 +37,7 @@ from symoro_elastic.symbolic.program import Program
 PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 
 EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
+JUMP = 0.3  # of a dependent variable from one sample to the next, rad or m, that is one to another branch
 
 
 @dataclass(frozen=True)
@@ -68,11 +69,18 @@ class Regressor(Protocol):
     def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
         """Return random q, qd, qdd (states, n) at which loops close."""
 
+    @property
+    def start(self) -> Array:
+        """Where motions start, (n): a position at which loops close, zero without."""
+
     def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
         """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
 
     def felt_by(self, row: int) -> list[int]:
         """Return the independent variables (0-based in q) that a joint moves with."""
+
+    def closed(self, q: Array) -> BoolArray:
+        """Return whether loops close at positions along a record, without a jump from one to the next."""
 
 
 class ByLinearity:
@@ -84,8 +92,8 @@ class ByLinearity:
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
-        self._units, self._labels = _units(machine), ParameterLabels(machine)
-        self._rigid = trace(_rigid(machine), "inverse_dynamics").program
+        self._units, self._labels = units_of(machine), ParameterLabels(machine)
+        self._rigid = trace(rigid_machine(machine), "inverse_dynamics").program
         self._bound = Bound(machine)
         self._followed = Followed(machine, values) if self._bound.takes_dependent else None
 
@@ -119,6 +127,11 @@ class ByLinearity:
         q, qd, qdd = (extent * rng.uniform(-1, 1, (states, len(self.machine.moving))) for extent in EXTENT)
         return q, qd, qdd
 
+    @property
+    def start(self) -> Array:
+        """Where motions start, (n): a position at which loops close, zero without."""
+        return start_of(self.machine).q
+
     def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
         """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
         names, symbols = self._bound.arguments(), dict[str, Any](self._values)
@@ -126,6 +139,15 @@ class ByLinearity:
             symbols |= zip(names[argument], array.T, strict=True)
         symbols |= self._dependent(q)
         return _evaluated([self._bound.rate(j) for j in rows], symbols, len(q))
+
+    def closed(self, q: Array) -> BoolArray:
+        """Return whether loops close at positions along a record, without a jump from one to the next."""
+        moved = self.rates(self.machine.dependent, q, np.ones_like(q))
+        good: BoolArray = np.asarray(np.isfinite(moved).all(axis=1))
+        if self._followed:
+            q_dep = self._followed.at(q)
+            good[1:] &= (np.abs(np.diff(q_dep, axis=0)) < JUMP).all(axis=1)
+        return good
 
     def felt_by(self, row: int) -> list[int]:
         """Return the independent variables (0-based in q) that a joint moves with."""
@@ -195,7 +217,7 @@ class ByEquations(ByLinearity):
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         super().__init__(machine, values)
-        unit = _of_units(machine)
+        unit = machine_of_units(machine)
         self._traced = trace(unit, "regressor")
         places = {label: c for c, label in enumerate(self._traced.results["Y"].column_labels)}
         known = {(p.joint, p.entry): p.label for p in linear_parameters(Bound(unit))}
@@ -273,11 +295,6 @@ def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], g
         raise machine.error(place, f"{what}; give it a value")
 
 
-def has_body(body: Body) -> bool:
-    """Return whether the table gives the body any inertia; a body without has no columns."""
-    return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
-
-
 def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
     """Return XX .. M about the origin of the frame, NaN where unknown: J = J_c + M (c.c 1 - c c^T), MS = M c."""
     mass = _value(body.mass, values)
@@ -314,58 +331,6 @@ def _carrier(machine: Machine, j: int) -> int:
     while j and machine.joint(j).sigma == 2:
         j = machine.joint(j).antecedent
     return j
-
-
-def _units(machine: Machine) -> dict[tuple[int, str], str]:
-    """Return by row and quantity a name, free in the machine, for each parameter of bodies with inertia and joints."""
-    taken, bodies = ParameterLabels(machine).taken, [j for j, x in enumerate(machine.joints, 1) if has_body(x.body)]
-    prefix = next(prefix for k in count(1) if not any(name.startswith(prefix := "X" * k + "_") for name in taken))
-    keys = [(j, name) for j in bodies for name in INERTIAL]
-    keys += [(j, name) for j in machine.articulated for name in OF_JOINT]
-    return {(j, name): f"{prefix}{name}{j}" for j, name in keys}
-
-
-def _named(machine: Machine, unit_joint: Callable[[int, Joint, Mapping[tuple[int, str], str]], Joint]) -> Machine:
-    """Return the machine with its parameters named by `_units`, as `unit_joint` puts them into a row."""
-    units = _units(machine)
-    joints = tuple(unit_joint(j, joint, units) for j, joint in enumerate(machine.joints, start=1))
-    return replace(machine, joints=joints, parameters=(*machine.parameters, *map(Parameter, units.values())))
-
-
-def _rigid(machine: Machine) -> Machine:
-    """Return the machine with every independent joint a motor without friction, every body's parameters named."""
-    kinds = dict.fromkeys(machine.moving, Kind.MOTOR) | dict.fromkeys(machine.dependent, Kind.PASSIVE)
-
-    def rigid(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
-        zero = Formula.parse(0)
-        bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero, ratio=zero, sharing=zero)
-        return replace(_with_unit_body(j, bare, units), kind=kinds.get(j, joint.kind))
-
-    return _named(machine, rigid)
-
-
-def _of_units(machine: Machine) -> Machine:
-    """Return the machine without wrenches, all parameters on which torques depend linearly named."""
-
-    def of_units(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
-        bare = replace(_with_unit_body(j, joint, units), wrench=Wrench(), ratio=Formula.parse(0))
-        if j not in machine.articulated:
-            return bare
-        cell = {name: Formula.parse(units[j, name]) for name in OF_JOINT}
-        friction, spring = Friction(cell["FV"], cell["FS"]), Spring(cell["K"], cell["DA"], cell["KQ"])
-        elastic = joint.kind is Kind.ELASTIC
-        return replace(bare, rotor_inertia=cell["IA"], friction=friction, spring=spring if elastic else joint.spring)
-
-    return _named(machine, of_units)
-
-
-def _with_unit_body(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
-    if not has_body(joint.body):
-        return joint
-    named = {name: Formula.parse(units[j, name]) for name in INERTIAL}
-    mx, my, mz = (named[name] for name in MOMENTS)
-    xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
-    return replace(joint, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
 
 
 def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:
