@@ -9,6 +9,7 @@ the search starts from, so that more motion is better and units do not matter.
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,6 +28,7 @@ BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmo
 SEEN = 1e-4  # independence of columns that the search keeps
 STEP = 1e-4  # of differences, of the limits
 AWAY = 0.05  # of the limits, where a search starts again
+OF_SPRINGS = ("K", "KQ")
 PASSES = 3  # of the quasi-static response of springs
 
 
@@ -119,7 +121,7 @@ class Condition:
     """Condition number of the base regressor along a motion of the motors, and the scales that make it one number.
 
     Elastic joints follow quasi-statically: k (q - q0) balances their equation at the accelerations of the pass
-    before, which holds below the first natural frequency; passive joints stay at zero.
+    before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
     """
 
     def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
@@ -128,10 +130,13 @@ class Condition:
         labels = [column.label for column in Y.columns]
         refuse_unknown_labels(machine, known, Y.columns)
         sought = [c for c, label in enumerate(labels) if label not in known]
-        structure = structural_grouping(Y, sought, len(machine.moving), machine)
+        structure = structural_grouping(Y, sought, machine)
         self._kept = [sought[c] for c in structure.kept]
         self._springs = self._stiffness()
         W = self._stacked(reference)
+        if not np.isfinite(W).all():
+            what = "loops do not close all along a motion within them: give narrower positions"
+            raise machine.error("limits", what)
         self._rows = np.sqrt((W**2).mean(axis=(0, 2)))
         self._rows[self._rows == 0.0] = 1.0
         flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
@@ -148,7 +153,7 @@ class Condition:
     def __call__(self, motion: FourierMotion) -> float:
         """Return the condition number of a motion."""
         W = self._stacked(motion) / self._rows[:, None]
-        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths))
+        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths)) if np.isfinite(W).all() else math.inf
 
     def _stacked(self, motion: FourierMotion) -> Array:
         return self.Y.evaluate(*self.states(motion), self._kept)
@@ -156,7 +161,7 @@ class Condition:
     def states(self, motion: FourierMotion) -> tuple[Array, Array, Array]:
         """Return q, qd, qdd (samples, n) of all joints along one period."""
         shape = (len(motion.times()), len(self.machine.moving))
-        q, qd, qdd = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        q, qd, qdd = np.tile(self.Y.start, (shape[0], 1)), np.zeros(shape), np.zeros(shape)
         for x, given in zip((q, qd, qdd), motion.at(motion.times()), strict=True):
             x[:, self._motors] = given
         soft, stiffness, inertial, X = self._springs
@@ -170,8 +175,11 @@ class Condition:
     def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
         """Return elastic joints with known stiffness, and the inertial parameters that load them."""
         columns = self.Y.columns
-        values = {(column.quantity, column.joint): column.value for column in columns}
-        inertial = [c for c, x in enumerate(columns) if x.quantity not in ("K", "DA", "KQ", "FV", "FS")]
+        own = {j: k for k, j in enumerate(self.machine.moving)}
+        values = {(x.quantity, own[x.row]): x.value for x in columns if x.row in own}
+        loading = [x.quantity not in (*OF_SPRINGS, "DA", "FV", "FS") for x in columns]
+        loading = [a or (x.quantity in OF_SPRINGS and x.row not in own) for a, x in zip(loading, columns, strict=True)]
+        inertial = [c for c, loads in enumerate(loading) if loads]
         X = np.array([columns[c].value for c in inertial])
         soft = [k for (quantity, k), value in values.items() if quantity == "K" and value > 0]
         if not np.isfinite(X).all():

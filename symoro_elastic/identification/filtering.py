@@ -187,16 +187,16 @@ def openness(moving: BoolArray, chosen: Filter) -> Array:
     return np.where(share >= FEWEST_OPEN, share, 0.0)
 
 
-def moving(motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
-    """Return a mask of samples (N, n) at which a joint is fast enough for Fs sign(qd) + Fv qd.
+def moving(rates: Array, noises: Sequence[Array], chosen: Filter | None) -> BoolArray:
+    """Return a mask of samples (N, n) at which a joint is fast enough for Fs sign(qd) + Fv qd, from rates (N, n).
 
     Slow is less than 2 % of the joint's largest velocity or 5 standard deviations of the velocity's noise, within
     the reach of the Butterworth filter.
     """
-    least = SLOW * np.abs(motion.qd).max(axis=0)
-    for _, rates, _ in motion.twins:
-        least = np.maximum(least, OVER_RATE_NOISE * rates.std(axis=0))
-    slow: BoolArray = np.asarray(np.abs(motion.qd) <= least)
+    least = SLOW * np.abs(rates).max(axis=0)
+    for noise in noises:
+        least = np.maximum(least, OVER_RATE_NOISE * noise.std(axis=0))
+    slow: BoolArray = np.asarray(np.abs(rates) <= least)
     if chosen is None:
         return ~slow
     reach = chosen.reach

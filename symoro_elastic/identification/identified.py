@@ -9,7 +9,8 @@ from dataclasses import replace
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.identification.estimation import POSITIVE
 from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.regression import RegressorColumn, has_body
+from symoro_elastic.identification.regression import RegressorColumn
+from symoro_elastic.identification.units import has_body
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Friction, Joint, Kind, Machine, Spring

@@ -28,7 +28,7 @@ from symoro_elastic.identification.regression import (
     regressor,
     zero_entries,
 )
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.progress import Announce, announce_nothing
 from symoro_elastic.sizes import refuse_numbers
@@ -37,7 +37,6 @@ from symoro_elastic.time_series.measurements import Measurements
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 PIECE = 4000  # samples evaluated at a time
-EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 
 
 @dataclass(frozen=True)
@@ -67,6 +66,7 @@ class Equations:
         deviation that white noise of torques has in them, relative to that of rows from whole windows.
         """
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
+        self._refuse_open(motion, record.source)
         counted = self._counted(motion, chosen)
         left = _left_side(self.machine, motion)
         pieces = _pieces(len(motion.t), chosen)
@@ -76,11 +76,21 @@ class Equations:
         scaled = [x * scale[:, :, None] for x in (right, *noise)]
         return Rows(t, scaled[0], tau * scale, motion.still, tuple(scaled[1:]))
 
+    def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
+        """Raise `InputError` for positions at which the loops do not close."""
+        parted = np.flatnonzero(~self.Y.closed(motion.q))
+        if len(parted):
+            where = f"at {len(parted)} of {len(motion.t)} samples, first at t = {motion.t[parted[0]]:g} s"
+            what = "are positions counted as in the machine's file, in rad and m?"
+            raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
+
     def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
         """Return a mask of samples (N, n) that count in the rows of a joint."""
-        counted = moving(motion, chosen)
-        dry = {self.Y.columns[c].joint for c in self.kept if self.Y.columns[c].quantity == "FS"} - set(motion.still)
-        counted[:, [k for k in range(counted.shape[1]) if k not in dry]] = True
+        dry = [self.Y.columns[c].row for c in self.kept if self.Y.columns[c].quantity == "FS"]
+        rates, *noises = (self.Y.rates(dry, motion.q, qd) for qd in (motion.qd, *(x[1] for x in motion.twins)))
+        fast, counted = moving(rates, noises, chosen), np.ones(motion.q.shape, dtype=bool)
+        for k, row in enumerate(dry):
+            counted[:, [i for i in self.Y.felt_by(row) if i not in motion.still]] &= fast[:, [k]]
         return counted
 
     def _averages(
@@ -148,7 +158,7 @@ def identify(
     fixed = _known(Y.columns, known or {}, machine)
     sought = [c for c in range(len(Y.columns)) if c not in fixed]
     step("group")
-    structure = structural_grouping(Y, sought, len(machine.moving), machine)
+    structure = structural_grouping(Y, sought, machine)
     equations = Equations(machine, Y, tuple(sought[c] for c in structure.kept), fixed)
     correlation = chosen.correlation if chosen else (1.0,)
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
@@ -157,7 +167,7 @@ def identify(
     stack = _joined([equations.rows(record, chosen) for record in records])
     _refuse_zero_torques(stack.tau, records[0].source)
     step("solve")
-    unknowns = _unknowns(Y.columns, sought, structure, machine)
+    unknowns = _unknowns(Y.columns, sought, structure)
     names = tuple(joint.name for joint in machine.moving_joints)
     source = records[0].source
     estimation = estimate(
@@ -220,13 +230,9 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
     return {numbers[label]: value for label, value in known.items()}
 
 
-def structural_grouping(
-    Y: Regressor, sought: Sequence[int], joints: int, machine: Machine, seed: int = 0
-) -> IndependentColumns:
+def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, seed: int = 0) -> IndependentColumns:
     """Return independent columns and how the others join them, at random states."""
-    rng = np.random.default_rng(seed)
-    q, qd, qdd = (extent * rng.uniform(-1, 1, (RANK_STATES, joints)) for extent in EXTENT)
-    W = Y.evaluate(q, qd, qdd, sought)
+    W = Y.evaluate(*Y.states(RANK_STATES, seed), sought)
     if not np.isfinite(W).all():
         raise machine.error("regressor", "has no value at ordinary positions")
     return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
@@ -255,16 +261,15 @@ def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
 
 
 def _unknowns(
-    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns, machine: Machine
+    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns
 ) -> list[Unknown]:
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
     unknowns = []
     for k, kept in enumerate(structure.kept):
         column = columns[sought[kept]]
         joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
-        joint = machine.moving_joints[column.joint].name
         text = formula(column.label, joined)
-        unknowns.append(Unknown(column.label, text, column.unit, joint, column.quantity, float(nominal[k])))
+        unknowns.append(Unknown(column.label, text, column.unit, column.joint, column.quantity, float(nominal[k])))
     return unknowns
 
 
@@ -280,9 +285,9 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
     unknowns = [estimation.estimates[c].unknown for c in estimation.grouping.kept]
     places = {(unknown.joint, unknown.quantity): k for k, unknown in enumerate(unknowns)}
     neutral = {}
-    for joint in machine.moving_joints:
+    for joint in map(machine.joint, machine.elastic):
         pair = [places.get((joint.name, quantity), -1) for quantity in ("KQ", "K")]
-        if joint.kind is Kind.ELASTIC and min(pair) >= 0:
+        if min(pair) >= 0:
             force, k = estimation.solution.X[pair]
             slope = np.array([1 / k, -force / k**2])
             variance = slope @ estimation.solution.covariance[np.ix_(pair, pair)] @ slope

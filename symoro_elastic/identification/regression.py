@@ -3,6 +3,8 @@
 Rows of motors hold measured torques; rows of elastic and passive joints have a zero there, for what springs
 and dampers exert are columns of Y: 0 = (inertial) + K q + DA qd - KQ [9], [15], KQ = K q0 for the neutral
 position q0. Labels are those of the `regressor` model: XX3 .. M3, IA3, FV3, FS3, K3, DA3, KQ3.
+
+With couplings and loops rows and measurements are those of the independent variables; the others follow.
 """
 
 from __future__ import annotations
@@ -11,35 +13,42 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import count
 from typing import Any, Protocol
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
+from symoro_elastic.identification.units import has_body, machine_of_units, rigid_machine, units_of
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
-from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.models.catalogue import MODELS, trace
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.identification import linear_parameters, refuse_varying_stiffness
 from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.closed_positions import Followed, start_of
+from symoro_elastic.numerics.random_motion import closed_states
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
 
 PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 
+EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
+JUMP = 0.3  # of a dependent variable from one sample to the next, rad or m, that is one to another branch
+
 
 @dataclass(frozen=True)
 class RegressorColumn:
-    """A parameter of tau = Y X: its label such as ZZ3, K2, what it is and the row of the table that has it, the joint
-    (0-based in q), its unit, and the value that the machine gives it (NaN where it gives none)."""
+    """A parameter of tau = Y X: its label such as ZZ3, K2, what it is and the row of the table that has it, the name
+    of the joint that moves it, its unit, and the value that the machine gives it (NaN where it gives none)."""
 
     label: str
     quantity: str
     row: int
-    joint: int
+    joint: str
     unit: str
     value: float = math.nan
 
@@ -57,93 +66,147 @@ class Regressor(Protocol):
     def loads(self, q: Array) -> Array:
         """Return the part without X, (samples, n): forces that balance the external wrenches."""
 
+    def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
+        """Return random q, qd, qdd (states, n) at which loops close."""
+
+    @property
+    def start(self) -> Array:
+        """Where motions start, (n): a position at which loops close, zero without."""
+
+    def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
+        """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
+
+    def felt_by(self, row: int) -> list[int]:
+        """Return the independent variables (0-based in q) that a joint moves with."""
+
+    def closed(self, q: Array) -> BoolArray:
+        """Return whether loops close at positions along a record, without a jump from one to the next."""
+
 
 class ByLinearity:
     """Y of a machine, column by column: the inverse dynamic model of rigid joints at unit parameters.
 
-    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X. `values` are those
-    of the named parameters.
+    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X; what acts on a joint alone
+    is written out, so no joint may follow others. `values` are those of the named parameters.
     """
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         self.machine, self._values = machine, values
-        self._joints = machine.moving_joints
-        self._units, self._labels = _units(machine), ParameterLabels(machine)
-        self._rigid = trace(_rigid(machine), "inverse_dynamics").program
+        self._units, self._labels = units_of(machine), ParameterLabels(machine)
+        self._rigid = trace(rigid_machine(machine), "inverse_dynamics").program
+        self._bound = Bound(machine)
+        self._followed = Followed(machine, values) if self._bound.takes_dependent else None
 
     @cached_property
     def columns(self) -> tuple[RegressorColumn, ...]:
         """Inertial parameters of every body that has any, then IA, friction, springs of every joint."""
-        return (*self._inertial(), *(c for k in range(len(self._joints)) for c in self._of_joint(k)))
+        return (*self._inertial(), *(c for j in self.machine.articulated for c in self._of_joint(j)))
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         """Return columns of Y, (samples, n, chosen)."""
-        Y = np.zeros((*q.shape, len(chosen)))
-        Y[:, :, :] = self._inertial_part(q, qd, qdd, chosen)
-        for k, column in enumerate(self.columns[c] for c in chosen):
-            if column.quantity in OF_JOINT:
-                Y[:, column.joint, k] = OF_JOINT[column.quantity](*(x[:, column.joint] for x in (q, qd, qdd)))
-        return Y
-
-    def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         Y = np.zeros((*q.shape, len(chosen)))
         zero = self._torques(q, qd, qdd)
         for k, column in enumerate(self.columns[c] for c in chosen):
             if column.quantity in INERTIAL:
                 Y[:, :, k] = self._torques(q, qd, qdd, self._units[column.row, column.quantity]) - zero
+            else:
+                joint = self.machine.moving.index(column.row)
+                Y[:, joint, k] = OF_JOINT[column.quantity](*(x[:, joint] for x in (q, qd, qdd)))
         return Y
 
     def loads(self, q: Array) -> Array:
         """Return forces that balance the external wrenches, (samples, n)."""
         return self._torques(q, np.zeros_like(q), np.zeros_like(q))
 
+    def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
+        """Return random q, qd, qdd (states, n) at which loops close."""
+        rng = np.random.default_rng(seed)
+        if self.machine.is_coupled:
+            found = closed_states(self._bound, states, rng, self._values)
+            return found["q"], found["qd"], found["qdd"]
+        q, qd, qdd = (extent * rng.uniform(-1, 1, (states, len(self.machine.moving))) for extent in EXTENT)
+        return q, qd, qdd
+
+    @property
+    def start(self) -> Array:
+        """Where motions start, (n): a position at which loops close, zero without."""
+        return start_of(self.machine).q
+
+    def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
+        """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
+        names, symbols = self._bound.arguments(), dict[str, Any](self._values)
+        for argument, array in zip(("q", "qd"), (q, qd), strict=True):
+            symbols |= zip(names[argument], array.T, strict=True)
+        symbols |= self._dependent(q)
+        return _evaluated([self._bound.rate(j) for j in rows], symbols, len(q))
+
+    def closed(self, q: Array) -> BoolArray:
+        """Return whether loops close at positions along a record, without a jump from one to the next."""
+        moved = self.rates(self.machine.dependent, q, np.ones_like(q))
+        good: BoolArray = np.asarray(np.isfinite(moved).all(axis=1))
+        if self._followed:
+            q_dep = self._followed.at(q)
+            good[1:] &= (np.abs(np.diff(q_dep, axis=0)) < JUMP).all(axis=1)
+        return good
+
+    def felt_by(self, row: int) -> list[int]:
+        """Return the independent variables (0-based in q) that a joint moves with."""
+        coordinates = self._bound.coordinates
+        of_row = coordinates.S_x[row] if row in self.machine.owners else coordinates.S[row]
+        return [k for k, j in enumerate(self.machine.moving) if j in of_row]
+
     def _torques(self, q: Array, qd: Array, qdd: Array, one: str = "") -> Array:
         return self._run(self._rigid, (q, qd, qdd), {name: float(name == one) for name in self._units.values()})
 
     def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
         """Return the entries of the first result of a program at stacked states, (samples, entries)."""
-        symbols: dict[str, Any] = {**self._values, **parameters}
-        for argument, array in zip(program.inputs, state, strict=True):
+        arguments = [argument for argument in program.inputs if argument.name != "q_dep"]
+        symbols: dict[str, Any] = {**self._values, **parameters, **self._dependent(state[0])}
+        for argument, array in zip(arguments, state, strict=True):
             symbols |= zip(argument.symbols, array.T, strict=True)
-        entries = program.outputs[0].entries
-        value = evaluate(entries, symbols, arithmetic(float))
-        return np.stack([np.broadcast_to(np.asarray(value(x), dtype=float), len(state[0])) for x in entries], axis=1)
+        return _evaluated(program.outputs[0].entries, symbols, len(state[0]))
+
+    def _dependent(self, q: Array) -> dict[str, Any]:
+        """Dependent variables without closed form, followed from the start of their loops."""
+        names = self._bound.arguments()["q_dep"]
+        return dict(zip(names, self._followed.at(q).T, strict=True)) if self._followed else {}
 
     def _inertial(self) -> list[RegressorColumn]:
-        moving = {j: k for k, j in enumerate(self.machine.moving)}
         columns = []
         for j, joint in enumerate(self.machine.joints, start=1):
             values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
-            owner = moving[_carrier(self.machine, j)] if _carrier(self.machine, j) else 0
-            columns += [self._column(name, j, owner, PARAMETER_UNITS[name], value) for name, value in values.items()]
+            columns += [self._column(name, j, PARAMETER_UNITS[name], value) for name, value in values.items()]
         return columns
 
-    def _of_joint(self, k: int) -> list[RegressorColumn]:
-        joint, j = self._joints[k], self.machine.moving[k]
-        force, x = joint.force_unit, joint.unit
-        rotor = self._column("IA", j, k, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.reflected_inertia))
-        viscous = self._column("FV", j, k, f"{force} s/{x}", self._cell(joint.friction.viscous))
-        coulomb = self._column("FS", j, k, force, self._cell(joint.friction.coulomb))
+    def _of_joint(self, j: int) -> list[RegressorColumn]:
+        joint, force, x = self.machine.joint(j), self.machine.joint(j).force_unit, self.machine.joint(j).unit
+        rotor = self._column("IA", j, "kg" if joint.sigma == 1 else "kg m2", self._cell(joint.reflected_inertia))
+        viscous = self._column("FV", j, f"{force} s/{x}", self._cell(joint.friction.viscous))
+        coulomb = self._column("FS", j, force, self._cell(joint.friction.coulomb))
+        if joint.kind is Kind.MOTOR:
+            return [rotor, viscous, coulomb]
+        if joint.kind is Kind.PASSIVE and j in self.machine.moving:
+            return [viscous, coulomb]
+        law = joint.friction
+        cells = ((rotor, joint.rotor_inertia), (viscous, law.viscous), (coulomb, law.coulomb))
+        given = [column for column, formula in cells if not formula.is_zero]
         if joint.kind is not Kind.ELASTIC:
-            return [rotor, viscous, coulomb] if joint.kind is Kind.MOTOR else [viscous, coulomb]
-        return [
-            *([] if joint.rotor_inertia.is_zero else [rotor]),
-            *([] if joint.friction.coulomb.is_zero else [coulomb]),
-            *self._of_spring(joint, j, k, force, x),
-        ]
+            return given
+        return [*(column for column in given if column is not viscous), *self._of_spring(joint, j, force, x)]
 
-    def _of_spring(self, joint: Joint, j: int, k: int, force: str, x: str) -> list[RegressorColumn]:
+    def _of_spring(self, joint: Joint, j: int, force: str, x: str) -> list[RegressorColumn]:
         """Return k, d and k q0; viscous friction of the joint is part of d."""
         stiffness, neutral = self._cell(joint.spring.stiffness), self._cell(joint.spring.neutral)
         damping = self._cell(joint.spring.damping) + self._cell(joint.friction.viscous)
         return [
-            self._column("K", j, k, f"{force}/{x}", stiffness),
-            self._column("DA", j, k, f"{force} s/{x}", damping),
-            self._column("KQ", j, k, force, stiffness * neutral),
+            self._column("K", j, f"{force}/{x}", stiffness),
+            self._column("DA", j, f"{force} s/{x}", damping),
+            self._column("KQ", j, force, stiffness * neutral),
         ]
 
-    def _column(self, quantity: str, row: int, joint: int, unit: str, value: float) -> RegressorColumn:
-        return RegressorColumn(self._labels(row, quantity), quantity, row, joint, unit, value)
+    def _column(self, quantity: str, row: int, unit: str, value: float) -> RegressorColumn:
+        moved = _carrier(self.machine, row) or self.machine.moving[0]
+        return RegressorColumn(self._labels(row, quantity), quantity, row, self.machine.joint(moved).name, unit, value)
 
     def _cell(self, formula: Formula) -> float:
         return _value(formula, self._values)
@@ -154,15 +217,25 @@ class ByEquations(ByLinearity):
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
         super().__init__(machine, values)
-        self._traced = trace(without_wrenches(_rigid(machine)), "regressor")
-        labels = self._traced.results["Y"].column_labels
-        self._place = {label: c for c, label in enumerate(labels)}
+        unit = machine_of_units(machine)
+        self._traced = trace(unit, "regressor")
+        places = {label: c for c, label in enumerate(self._traced.results["Y"].column_labels)}
+        known = {(p.joint, p.entry): p.label for p in linear_parameters(Bound(unit))}
+        self._place = {key: places[label] for key, label in known.items() if label in places}
 
-    def _inertial_part(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+    def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
+        """Return columns of Y, (samples, n, chosen)."""
         flat = self._run(self._traced.program, (q, qd, qdd), {})
-        Y = np.concatenate([flat.reshape(*q.shape, len(self._place)), np.zeros((*q.shape, 1))], axis=2)
-        units = [self._units.get((self.columns[c].row, self.columns[c].quantity), "") for c in chosen]
-        return Y[:, :, [self._place.get(unit, -1) for unit in units]]
+        Y = np.concatenate([flat.reshape(*q.shape, -1), np.zeros((*q.shape, 1))], axis=2)
+        keys = [(self.columns[c].row, self.columns[c].quantity) for c in chosen]
+        return Y[:, :, [self._place.get(key, -1) for key in keys]]
+
+
+def _evaluated(entries: Sequence[Any], symbols: Mapping[str, Any], samples: int) -> Array:
+    with np.errstate(invalid="ignore"):
+        value = evaluate(entries, symbols, arithmetic(float))
+        found = [np.broadcast_to(np.asarray(value(x), dtype=float), samples) for x in entries]
+    return np.stack(found, axis=1) if found else np.zeros((samples, 0))
 
 
 OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
@@ -178,9 +251,12 @@ OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
 def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> ByLinearity:
     """Return Y of a machine; `values` replace those of its parameters.
 
-    Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value.
+    Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value, a spring
+    whose stiffness varies with positions, a motor that loops move.
     """
     refuse_floating(machine, "identification")
+    _refuse_moved_motors(machine)
+    refuse_varying_stiffness(machine)
     given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
         loads = (*joint.wrench.force, *joint.wrench.moment)
@@ -188,11 +264,24 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     base = machine.base
     motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
     _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], given)
-    return (ByEquations if "regressor" in MODELS and _has_inertia(machine) else ByLinearity)(machine, given)
+    return (ByEquations if machine.moving else ByLinearity)(_with_values(machine, given), given)
 
 
-def _has_inertia(machine: Machine) -> bool:
-    return any(has_body(joint.body) for joint in machine.joints)
+def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
+    """Return the machine with these values of its parameters, for loops close at those of the geometry."""
+    given = {name: Formula.parse(x) for name, x in values.items()}
+    return replace(machine, parameters=tuple(replace(p, value=given.get(p.name, p.value)) for p in machine.parameters))
+
+
+def _refuse_moved_motors(machine: Machine) -> None:
+    moved = [
+        joint.name for j, joint in enumerate(machine.joints, start=1) if j in machine.motors and j in machine.dependent
+    ]
+    if moved:
+        what = f"{', '.join(moved)} depend on other joints, and rows of tau = Y X are of independent ones: in [loops], "
+        raise machine.error(
+            "identification", what + "name passive joints in dependent, so that all motors are independent"
+        )
 
 
 def _geometry(joint: Joint) -> tuple[Formula, ...]:
@@ -200,15 +289,10 @@ def _geometry(joint: Joint) -> tuple[Formula, ...]:
 
 
 def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], given: Mapping[str, float]) -> None:
-    missing = sorted({name for formula in formulas for name in formula.names} - given.keys())
+    missing = sorted({name for formula in formulas for name in formula.names} - given.keys() - machine.variables.keys())
     if missing:
         what = f"{', '.join(missing)} without value: identification finds inertias, friction and springs, not geometry"
         raise machine.error(place, f"{what}; give it a value")
-
-
-def has_body(body: Body) -> bool:
-    """Return whether the table gives the body any inertia; a body without has no columns."""
-    return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
 
 
 def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:
@@ -247,38 +331,6 @@ def _carrier(machine: Machine, j: int) -> int:
     while j and machine.joint(j).sigma == 2:
         j = machine.joint(j).antecedent
     return j
-
-
-def _units(machine: Machine) -> dict[tuple[int, str], str]:
-    """Return by row and quantity a name, free in the machine, for each inertial parameter of bodies with inertia."""
-    taken, bodies = ParameterLabels(machine).taken, [j for j, x in enumerate(machine.joints, 1) if has_body(x.body)]
-    prefix = next(prefix for k in count(1) if not any(name.startswith(prefix := "X" * k + "_") for name in taken))
-    return {(j, name): f"{prefix}{name}{j}" for j in bodies for name in INERTIAL}
-
-
-def _rigid(machine: Machine) -> Machine:
-    """Return the machine with every joint a motor without friction, every body's parameters named."""
-    units = _units(machine)
-    joints = tuple(_unit_joint(j, joint, units) for j, joint in enumerate(machine.joints, start=1))
-    return replace(machine, joints=joints, parameters=(*machine.parameters, *map(Parameter, units.values())))
-
-
-def without_wrenches(machine: Machine) -> Machine:
-    """Return the machine without external wrenches."""
-    return replace(machine, joints=tuple(replace(joint, wrench=Wrench()) for joint in machine.joints))
-
-
-def _unit_joint(j: int, joint: Joint, units: Mapping[tuple[int, str], str]) -> Joint:
-    zero = Formula.parse(0)
-    bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero, ratio=zero)
-    if joint.sigma != 2:
-        bare = replace(bare, kind=Kind.MOTOR)
-    if not has_body(joint.body):
-        return bare
-    named = {name: Formula.parse(units[j, name]) for name in INERTIAL}
-    mx, my, mz = (named[name] for name in MOMENTS)
-    xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
-    return replace(bare, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
 
 
 def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:

@@ -9,6 +9,8 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.numerics.closed_positions import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.simulation.explicit import step
@@ -61,14 +63,16 @@ def simulate(
     """Return motion and torques of a machine under control, sampled at `sampling` Hz for `duration` s.
 
     Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
-    qdd of the motors; `start` is the position at rest (0 unless given, motors on the reference).
+    qdd of the motors; `start` is the position at rest (0, or where loops start, unless given; motors on the
+    reference). Raises `InputError` for loops without closed form and for motors that loops move.
     """
+    _refuse(machine)
     model = numpy_model(machine)
     p = model.parameters(**values)
     motors = list(machine.motor_entries)
     n, h = len(machine.moving), 1 / (sampling * substeps)
     y = np.zeros((2, n))
-    y[0] = 0.0 if start is None else start
+    y[0] = start_of(machine).q if start is None else start
     y[:, motors] = reference(0.0)[:2]
 
     def torque(t: float, q: Array, qd: Array) -> Array:
@@ -91,6 +95,13 @@ def simulate(
         y = step(RK4, rate, t, y, h)
     q_all, qd_all, tau = (block[first:] for block in recorded)
     return Measurements(np.arange(len(q_all)) / sampling, q_all, tau, qd=qd_all, source=f"simulated {machine.name}")
+
+
+def _refuse(machine: Machine) -> None:
+    if Bound(machine).takes_dependent:
+        raise machine.error("simulation", "its loops have no closed form, and nothing here assembles them at each step")
+    if set(machine.motors) & set(machine.dependent):
+        raise machine.error("simulation", "motors that loops move have no controller here: make them independent")
 
 
 def measure(true: Measurements, sensors: Sensors, seed: int = 0) -> Measurements:

@@ -30,7 +30,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
@@ -98,7 +98,7 @@ def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> di
 
 
 def _regressor(bound: Bound, asked: Joints) -> Results:
-    _refuse_varying_stiffness(bound)
+    refuse_varying_stiffness(bound.machine)
     parameters = linear_parameters(bound)
     found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     columns: dict[tuple[int, str], Column] = {}
@@ -130,9 +130,8 @@ def _of_joint(bound: Bound, j: int, entry: str) -> Column:
     return projection(rows, {j: JOINT_COLUMNS[entry](bound, j)})
 
 
-def _refuse_varying_stiffness(bound: Bound) -> None:
+def refuse_varying_stiffness(machine: Machine) -> None:
     """Refuse springs whose force is not linear in parameters: their stiffness depends on positions."""
-    machine = bound.machine
     for j in machine.elastic:
         stiffness = machine.joint(j).spring.stiffness
         names = ", ".join(sorted(stiffness.names & machine.variables.keys()))
@@ -176,7 +175,7 @@ def _check_any(bound: Bound, columns: Sequence[object]) -> None:
 
 
 def _energy_regressor(bound: Bound, _: Joints) -> Results:
-    _refuse_varying_stiffness(bound)
+    refuse_varying_stiffness(bound.machine)
     parameters = linear_parameters(bound)
     wanted = _wanted(parameters, INERTIAL)
     found = {(j, name): x for j, name, x in energies(bound.mechanism, bound.rates(), bound.gravity, wanted)}

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.equations.coordinates import Rows, projection
@@ -115,24 +114,28 @@ def _in_motion(
 def _of_coupled(machine: Machine, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> RandomMotion:
     """Positions q = F(u), rates S ud and accelerations S udd + gam, by the equations bound to the machine."""
     bound = Bound(machine)
-    number = _numbers(bound, states, rng, values)
+    symbols = _symbols(bound, closed_states(bound, states, rng, values))
+    number = evaluate(list(_leaves(bound)), {**values, **symbols}, arithmetic(float))
     S = {j: {k: number(x) for k, x in row.items()} for j, row in bound.coordinates.S.items()}
     qd, qdd = (dict(enumerate(map(number, x))) for x in (bound.rates(), bound.given_accelerations()))
     mechanism = _on_moving_base(bound.mechanism.map(number), ZeroPosition(machine), rng, states)
     return _in_motion(mechanism, qd, qdd, S, machine.moving, states)
 
 
-def _numbers(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> Callable[[Any], Any]:
-    """Return the numbers of the expressions of a bound machine at random states."""
-    leaves = list(_leaves(bound))
+def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> dict[str, Array]:
+    """Return q, qd, qdd (states, n) and q_dep (states, d) where it is an argument: loops closed, not nearly singular.
+
+    Positions are about the start, on its branch. Raises `InputError` where too few are found.
+    """
     for halving in range(HALVINGS):
         drawn = DRAWN * 2**halving * states
-        symbols = _drawn(bound, drawn, 0.5**halving, rng, values)
+        blocks = _drawn(bound, drawn, 0.5**halving, rng, values)
+        leaves = [*_coupling(bound), *(x for columns in _matrices(bound) for column in columns for x in column)]
         with np.errstate(all="ignore"):
-            value = evaluate(leaves, {**values, **symbols}, arithmetic(float))
+            value = evaluate(leaves, {**values, **_symbols(bound, blocks)}, arithmetic(float))
             good = np.flatnonzero(_regular(bound, partial(_at_all, value, drawn)))
         if len(good) >= states:
-            return partial(_at_some, value, good[:states])
+            return {name: block[good[:states]] for name, block in blocks.items()}
     what = "no random positions at which they close, but the start: their parameters cannot be grouped by numbers"
     raise bound.machine.error(", ".join(f"loop {loop.name}" for loop in bound.machine.loops) or "joints", what)
 
@@ -141,27 +144,21 @@ def _at_all(value: Callable[[Any], Any], states: int, x: Any) -> Array:
     return np.broadcast_to(value(x), states)
 
 
-def _at_some(value: Callable[[Any], Any], kept: NDArray[np.intp], x: Any) -> Any:
-    """Return the numbers of an expression at the states that are kept; one for all where it is constant."""
-    found = value(x)
-    return found[kept] if np.ndim(found) else found
-
-
 def _drawn(
     bound: Bound, states: int, reach: float, rng: np.random.Generator, values: Mapping[str, float]
-) -> dict[str, Any]:
-    """Values of the arguments at random states about the start, the first one there."""
+) -> dict[str, Array]:
+    """Arguments at random states about the start, the first one there."""
     machine, n = bound.machine, len(bound.machine.moving)
     far = np.array([reach * (SLIDE if joint.sigma == 1 else math.pi) for joint in machine.moving_joints])
     q = start_of(machine).q + far * rng.uniform(-1, 1, (states, n))
     q[:1] = start_of(machine).q
-    blocks = {
-        "q": q,
-        "qd": rng.uniform(-VELOCITY, VELOCITY, (states, n)),
-        "qdd": rng.uniform(-ACCELERATION, ACCELERATION, (states, n)),
-    }
-    if bound.takes_dependent:
-        blocks["q_dep"] = Followed(machine, values).at(q)
+    qd = rng.uniform(-VELOCITY, VELOCITY, (states, n))
+    qdd = rng.uniform(-ACCELERATION, ACCELERATION, (states, n))
+    dependent = {"q_dep": Followed(machine, values).at(q)} if bound.takes_dependent else {}
+    return {"q": q, "qd": qd, "qdd": qdd, **dependent}
+
+
+def _symbols(bound: Bound, blocks: Mapping[str, Array]) -> dict[str, Array]:
     names = bound.arguments()
     return {name: column for key, block in blocks.items() for name, column in zip(names[key], block.T, strict=True)}
 
@@ -171,7 +168,6 @@ def _leaves(bound: Bound) -> Iterator[Any]:
     bound.mechanism.map(lambda x: found.append(x) or x)  # type: ignore[func-returns-value]
     yield from found
     yield from _coupling(bound)
-    yield from (x for columns in _matrices(bound) for column in columns for x in column)
     yield from bound.rates()
     yield from bound.given_accelerations()
 

@@ -88,8 +88,8 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
     """Return (quantity, joint name) of a header; None for other columns."""
     if name.lower() in ("t", "time"):
         return "t", ""
-    known = {str(j.variable): j for j in machine.joints if j.sigma != 2}
-    known |= {j.name: j for j in machine.joints if j.sigma != 2}
+    moving = [machine.joint(j) for j in machine.articulated]
+    known = {j.variable: j for j in moving if j.variable is not None} | {j.name: j for j in moving}
     if name in known and known[name].variable == name:
         return "q", known[name].name
     parts = _QUANTITY.fullmatch(name)

@@ -67,6 +67,7 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
     warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED_QUANTITIES]
     joints = machine.moving_joints
     motors = machine.motor_joints
+    warnings += _following(named, machine)
     _refuse_missing(named, joints, motors, source)
     rates = {}
     for quantity in ("qd", "qdd"):
@@ -81,6 +82,13 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
         t, _stacked(named, "q", joints), _stacked(named, "tau", motors, len(t)), **rates,
         source=source, warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _following(named: Iterable[tuple[str, str]], machine: Machine) -> list[str]:
+    """Return warnings about columns of joints that follow others, which are computed."""
+    independent = {joint.name for joint in machine.moving_joints}
+    following = [header_of(key) for key in named if key[0] in ("q", "qd", "qdd") and key[1] not in independent]
+    return [f"column {header} is skipped: the joint follows others" for header in following]
 
 
 def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = frozenset()) -> Measurements:
