@@ -13,7 +13,8 @@ from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.load_coordinates import chains, load_positions
-from symoro_elastic.numerics.reference import Numbers, StateReference, distance, dot
+from symoro_elastic.numerics.linear_systems import Numbers, distance, dot
+from symoro_elastic.numerics.reference import StateReference
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating

@@ -19,21 +19,18 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.models.model import CheckedBy
+from symoro_elastic.numerics import coupled_reference
+from symoro_elastic.numerics.coupled_disagreement import coupled_disagreement
+from symoro_elastic.numerics.coupled_reference import CoupledNumbers, CoupledPrograms
+from symoro_elastic.numerics.linear_systems import NumberMatrix, Numbers, distance, dot, inverse, product, solve
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
-REFERENCE_ZERO = 1e-30  # what is smaller is rounding of the reference
 
-Numbers = list[Any]
-NumberMatrix = list[Numbers]
 StateArguments = Mapping[str, Array]
-
-
-class Singular(ArithmeticError):
-    """The linear system of a model has no solution at this state."""
 
 
 class Reference:
@@ -50,6 +47,7 @@ class Reference:
         self.exact = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
+        self.coupled = CoupledPrograms(machine) if machine.is_coupled else None
 
     def at(self, state: StateArguments) -> StateReference:
         """Return the models at a state."""
@@ -81,6 +79,8 @@ class Reference:
 
     def disagreement(self, state: StateArguments, seed: int = 0) -> float:
         """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
+        if self.coupled:
+            return coupled_disagreement(self, state, seed)
         point, source = self.at(state), random.Random(seed)
         x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
         wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
@@ -98,6 +98,7 @@ class StateReference:
     arithmetic: Arithmetic[Any]
     source: random.Random | None = None
     forces: bool = False
+    digits: int = DIGITS
 
     def model(self, traced: TracedModel) -> dict[str, Numbers]:
         """Return results of a model, entry by entry. Raises `Singular`."""
@@ -122,9 +123,9 @@ class StateReference:
         value = evaluate((x for o in program.outputs for x in o.entries), symbols, self.arithmetic)
         return {output.name: [value(x) for x in output.entries] for output in program.outputs}
 
-    def cell(self, formula: Formula) -> Any:
-        """Return the value of a cell of the table."""
-        return formula.evaluate(self.names, self._functions, self.arithmetic.number)
+    def cell(self, formula: Formula, variables: Mapping[str, Any] | None = None) -> Any:
+        """Return the value of a cell of the table, which may hold these variables."""
+        return formula.evaluate({**self.names, **(variables or {})}, self._functions, self.arithmetic.number)
 
     @cached_property
     def names(self) -> dict[str, Any]:
@@ -153,10 +154,24 @@ class StateReference:
         return self.numbers("qd")
 
     @cached_property
+    def coupled(self) -> CoupledNumbers:
+        """Own variables of a machine whose joints are coupled, and how they follow from q."""
+        if self.reference.coupled is None:
+            raise ValueError(f"{self.reference.machine.name} has no coupled joints")
+        return self.reference.coupled.at(self)
+
+    @cached_property
+    def variables(self) -> dict[str, Any]:
+        """Values of all own variables by name."""
+        machine = self.reference.machine
+        by_joint = self.coupled.x if machine.is_coupled else dict(zip(machine.moving, self.q, strict=True))
+        return {str(machine.joint(j).variable): x for j, x in by_joint.items()}
+
+    @cached_property
     def A(self) -> NumberMatrix:
         """The inertia matrix [8]."""
         n = self.of_base + len(self.q)
-        entries = self._result(self.run(self.reference.inertia, {"q": self.q})["A"])
+        entries = self._result(self.run(self.reference.inertia, self.arguments(self.reference.inertia))["A"])
         return [entries[row * n : (row + 1) * n] for row in range(n)]
 
     @cached_property
@@ -184,7 +199,7 @@ class StateReference:
     def _input(self, x: float) -> Any:
         """Return an input of the generated code, one ulp off where the state is a near one."""
         exact = Fraction(float(x))
-        return multiprecision(DIGITS).number(_one_ulp_off(exact, self.source) if self.source else exact)
+        return multiprecision(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
         """Return entries of the joints with these numbers; 0 stands for those of a floating base, in turn."""
@@ -210,6 +225,8 @@ class StateReference:
         ]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
+        if self.reference.coupled:
+            return self._solved(traced, [None] * len(self.q), coupled_reference.exerted(self))
         Gamma, tau = self._exerted(), iter(self.numbers("tau"))
         for k, joint in enumerate(self.reference.machine.moving_joints):
             if joint.kind is Kind.MOTOR:
@@ -217,6 +234,8 @@ class StateReference:
         return self._solved(traced, [None] * len(Gamma), Gamma)
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
+        if self.reference.coupled:
+            return coupled_reference.driven(self, traced)
         given = iter(self.numbers("qdd_motor"))
         known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self.reference.machine.moving_joints]
         return self._solved(traced, known, self._exerted())
@@ -246,26 +265,30 @@ class StateReference:
 
     def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
         """Return 0Tj = 0Ti iTj [2]."""
-        zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
-        placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
-        variables = dict(zip(self.reference.machine.moving, self.q, strict=True))
-        for j, joint in enumerate(self.reference.machine.joints, start=1):
-            placed.append(product(placed[joint.antecedent], self._placement(joint, variables.get(j, zero))))
-        seen = []
+        placed, seen = self.placements(self.variables), []
         for frame in traced.results["T"].frames:
             there = product(placed[frame.number], self._shifted(frame.at)) if frame.at else placed[frame.number]
             seen.append(product(inverse(placed[frame.seen_from or 0]), there))
         return {"T": [x for placement in seen for row in placement for x in row]}
+
+    def placements(self, variables: Mapping[str, Any]) -> list[NumberMatrix]:
+        """Return 0Tj of the base and all rows of the table, with these values of the own variables, by name."""
+        zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
+        placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
+        for joint in self.reference.machine.joints:
+            placed.append(product(placed[joint.antecedent], self._placement(joint, variables)))
+        return placed
 
     def _shifted(self, at: Sequence[Formula]) -> NumberMatrix:
         """Return Trans(x), Trans(y), Trans(z)."""
         unit = [[int(m == n) for n in range(3)] for m in range(3)]
         return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
-    def _placement(self, joint: Joint, q: Any) -> NumberMatrix:
+    def _placement(self, joint: Joint, variables: Mapping[str, Any]) -> NumberMatrix:
         """Return Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
-        theta = self.cell(joint.theta) + (q if joint.sigma == 0 else 0)
-        r = self.cell(joint.r) + (q if joint.sigma == 1 else 0)
+        q = variables.get(str(joint.variable), 0)
+        theta = self.cell(joint.theta, variables) + (q if joint.sigma == 0 else 0)
+        r = self.cell(joint.r, variables) + (q if joint.sigma == 1 else 0)
         before = product(self._about_z(self.cell(joint.gamma), self.cell(joint.b)), self._about_x(joint))
         return product(before, self._about_z(theta, r))
 
@@ -295,47 +318,3 @@ def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[A
 
 def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:
     return x * (1 + source.choice((-1, 1)) * ULP)
-
-
-def dot(row: Sequence[Any], column: Sequence[Any]) -> Any:
-    """Return the sum of products."""
-    return sum(x * y for x, y in zip(row, column, strict=True))
-
-
-def product(first: NumberMatrix, second: NumberMatrix) -> NumberMatrix:
-    """Return the matrix product."""
-    columns = list(zip(*second, strict=True))
-    return [[dot(row, column) for column in columns] for row in first]
-
-
-def inverse(placement: NumberMatrix) -> NumberMatrix:
-    """Return the inverse of a 4x4 placement: A^T, -A^T P."""
-    rotation = [[placement[n][m] for n in range(3)] for m in range(3)]
-    position = [placement[m][3] for m in range(3)]
-    return [*([*row, -dot(row, position)] for row in rotation), placement[3]]
-
-
-def solve(matrix: NumberMatrix, right: Numbers) -> Numbers:
-    """Solve a linear system by Gaussian elimination with partial pivoting; raises `Singular`."""
-    rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
-    n = len(rows)
-    for k in range(n):
-        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        if rows[k][k] == 0:
-            raise Singular("the inertia matrix is singular here")
-        for row in rows[k + 1 :]:
-            factor = row[k] / rows[k][k]
-            if factor:
-                row[k + 1 :] = [x - factor * y for x, y in zip(row[k + 1 :], rows[k][k + 1 :], strict=True)]
-    solution: Numbers = []
-    for k in reversed(range(n)):
-        solution.insert(0, (rows[k][n] - dot(rows[k][k + 1 : n], solution)) / rows[k][k])
-    return solution
-
-
-def distance(computed: Sequence[Any], wanted: Sequence[Any]) -> float:
-    """Return the largest difference over the largest wanted entry, or over 1 where all of these are zero."""
-    difference = max((abs(x - y) for x, y in zip(computed, wanted, strict=True)), default=0)
-    scale = max((abs(y) for y in wanted), default=0)
-    return float(difference / (scale if scale > REFERENCE_ZERO else 1))

@@ -10,6 +10,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.numerics.assembled_states import assembled_states, in_loops, start_of
 from symoro_elastic.numerics.base_states import base_states
 from symoro_elastic.numerics.reference_motions import reference_motions
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
@@ -37,8 +38,8 @@ WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
-    SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base
-    and are empty where there is none. `motion` (N, 13, m) holds reference motions: y, yd ... by their names.
+    SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base, q_dep to
+    loops, and are empty where there is none. `motion` (N, 13, m) holds reference motions: y, yd ... by their names.
     """
 
     q: Array
@@ -54,6 +55,7 @@ class States:
     V0d: Array = field(default_factory=_none)
     f0: Array = field(default_factory=_none)
     motion: Array = field(default_factory=_none)
+    q_dep: Array = field(default_factory=_none)
 
     def __getattr__(self, name: str) -> Array:
         """y or one of its derivatives (N, m)."""
@@ -66,7 +68,8 @@ class States:
     def arguments(self) -> tuple[str, ...]:
         """Names of the arrays that have values."""
         on_base = tuple(row.name for row in ON_BASE) if self.V0.shape[1] else ()
-        return (*ARGUMENTS, *on_base, *(("motion",) if self.motion.size else ()))
+        of_loops = ("q_dep",) if self.q_dep.shape[1] else ()
+        return (*ARGUMENTS, *of_loops, *on_base, *(("motion",) if self.motion.size else ()))
 
     def __len__(self) -> int:
         return len(self.titles)
@@ -109,12 +112,14 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     """Angles within pi, slides within 0.5 m, velocities within 2, torques within 20, accelerations within 5.
 
     Elastic joints are within 0.5 of their neutral position in every other state, and otherwise
-    within the deflection of 1 kN or 1 kN m.
+    within the deflection of 1 kN or 1 kN m. Joints of loops are near their start, where the loops close.
     """
-    variables = _variables(machine, values or parameter_values(machine, seed))
+    values = values or parameter_values(machine, seed)
+    variables, motors = _variables(machine, values), len(machine.motors)
     rng = np.random.default_rng([seed, 1])
-    drawn = [("moderate", _moderate(variables, rng, wide=k % 2 == 0)) for k in range(count)]
-    states = _with_motions(_stacked(drawn, variables), variables, np.random.default_rng([seed, 5]))
+    drawn = [("moderate", _moderate(variables, motors, rng, wide=k % 2 == 0)) for k in range(count)]
+    states = _assembled(machine, _stacked(drawn, len(variables), motors), values, seed)
+    states = _with_motions(states, variables, np.random.default_rng([seed, 5]))
     return _with_base(machine, states, np.random.default_rng([seed, 3]))
 
 
@@ -123,18 +128,28 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
 
     Rest; quarter turns, and one ulp off them; angles to 1e8 rad and slides to 10 m; velocities
     from 1e-6 to 1e6; torques and accelerations to 1e8; these together; everything zero. Elastic
-    joints stay within the deflection of 1 MN or 1 MN m.
+    joints stay within the deflection of 1 MN or 1 MN m. Joints of loops stay near their start, where the loops close.
     """
-    variables = _variables(machine, values or parameter_values(machine, seed))
+    values = values or parameter_values(machine, seed)
+    variables, motors = _variables(machine, values), len(machine.motors)
     rng = np.random.default_rng([seed, 2])
     found = []
     for k in range(count):
         title, change = EXTREMES[k % len(EXTREMES)]
-        state = _moderate(variables, rng, wide=k % 2 == 0)
+        state = _moderate(variables, motors, rng, wide=k % 2 == 0)
         change(state, variables, rng)
         found.append((title, state))
-    states = _with_motions(_stacked(found, variables), variables, np.random.default_rng([seed, 6]))
+    states = _assembled(machine, _stacked(found, len(variables), motors), values, seed)
+    states = _with_motions(states, variables, np.random.default_rng([seed, 6]))
     return _with_base(machine, states, np.random.default_rng([seed, 4]))
+
+
+def _assembled(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
+    """The states, the joints of loops at assembled positions near their start."""
+    if not machine.loops:
+        return states
+    q, q_dep = assembled_states(machine, len(states), seed, values)
+    return replace(states, q=np.where(in_loops(machine), q, states.q), q_dep=q_dep)
 
 
 def _with_base(machine: Machine, states: States, rng: Rng) -> States:
@@ -152,16 +167,17 @@ def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> S
     return replace(states, motion=reference_motions(q, qd, qdd, states.titles, rng))
 
 
-def _stacked(states: Sequence[tuple[str, _State]], variables: Sequence[_Variable]) -> States:
+def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
     def stack(name: str) -> Array:
-        size = sum(v.motor for v in variables) if QUANTITIES[name].shape == "m" else len(variables)
+        size = motors if QUANTITIES[name].shape == "m" else variables
         return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
 
     return States(**{name: stack(name) for name in ARGUMENTS}, titles=tuple(title for title, _ in states))
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
-    return [_variable(joint, values) for joint in machine.moving_joints]
+    at_start = values | (start_of(machine) if machine.is_coupled else {})
+    return [_variable(joint, at_start) for joint in machine.moving_joints]
 
 
 def _variable(joint: Joint, values: ParameterValues) -> _Variable:
@@ -174,8 +190,7 @@ def _variable(joint: Joint, values: ParameterValues) -> _Variable:
     return _Variable(revolute, False, neutral, extent, EXTREME_LOAD * compliance)
 
 
-def _moderate(variables: Sequence[_Variable], rng: Rng, wide: bool) -> _State:
-    motors = sum(v.motor for v in variables)
+def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: bool) -> _State:
     extents = [max(v.extent, 0.5) if wide else v.extent for v in variables]
     return _State(
         [v.centre + extent * float(rng.uniform(-1, 1)) for v, extent in zip(variables, extents, strict=True)],

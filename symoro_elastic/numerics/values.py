@@ -12,6 +12,8 @@ import numpy as np
 from symoro_elastic.machine.columns import Dimension, cells
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.plan import plan_of
 
 ParameterValues = dict[str, float]
 Draw = Callable[[np.random.Generator], float]
@@ -87,7 +89,7 @@ def given_values(machine: Machine) -> ParameterValues:
 
 
 def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:
-    values = given_values(machine)
+    values = given_values(machine) | _assembled(machine)
     for joint in machine.joints:
         _settle_cells(values, joint, rng)
         _settle_body(values, joint.body, rng)
@@ -97,6 +99,15 @@ def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:
     for parameter in machine.parameters:
         values.setdefault(parameter.name, ORDER_ONE(rng))
     return {parameter.name: values[parameter.name] for parameter in machine.parameters}
+
+
+def _assembled(machine: Machine) -> ParameterValues:
+    """Values of the parameters that place the frames of a machine with loops: those with which its loops close."""
+    if not machine.loops:
+        return {}
+    values = plan_of(machine, Bound).assembly.values
+    placing = (formula for joint in machine.joints for cell, formula in cells(joint) if cell.column.section == "joints")
+    return {name: values[name] for formula in placing for name in formula.names if name in values}
 
 
 def _settle(values: ParameterValues, formula: Formula, value: float) -> None:

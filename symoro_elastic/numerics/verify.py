@@ -27,6 +27,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel
 from symoro_elastic.models.model import CheckedBy
+from symoro_elastic.numerics.coupled_disagreement import branch_error
 from symoro_elastic.numerics.feed_forward_residual import residual, torques
 from symoro_elastic.numerics.implementations import (
     Implementation,
@@ -36,7 +37,8 @@ from symoro_elastic.numerics.implementations import (
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.reference import REFERENCE_ZERO, Numbers, Reference, Singular, StateReference, distance
+from symoro_elastic.numerics.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance
+from symoro_elastic.numerics.reference import Reference, StateReference
 from symoro_elastic.numerics.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.progress import Progress, no_progress
@@ -300,7 +302,9 @@ def _error(computed: Array, wanted: Numbers) -> float:
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """Return the error of A and H against recursive Newton-Euler, and of traced models against solved ones."""
-    worst = reference.disagreement(states.at(0))
+    worst = max(
+        reference.disagreement(states.at(0)), *(branch_error(reference, states.at(k)) for k in range(len(states)))
+    )
     following = [model for model in traced if model.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION]
     points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
     worst = max([worst, *(residual(point, model) for model in following for point in points)])

@@ -1,0 +1,211 @@
+"""A and H of coupled machines against recursive Newton-Euler on the tree, its joints moved by differences of positions.
+
+Nothing of the traced couplings is used: positions of the tree close the loops by 4x4 matrices, in 100 digits, along a
+course with given velocities and accelerations of the independent variables. Differences give rates and accelerations
+of all joints, dq/du and dx/du; the tree with all its joints free then needs forces that S^T brings to the variables.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.loops import Closing
+from symoro_elastic.machine.machine import Friction, Given, Joint, Kind, Machine, Spring
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.numerics.linear_systems import Numbers, distance, dot, solve
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
+
+if TYPE_CHECKING:
+    from symoro_elastic.numerics.reference import Reference, StateArguments, StateReference
+
+DIGITS, STEP = 100, Fraction(1, 10**25)
+"""Differences over such steps have 50 digits."""
+NEWTON_STEPS = 6
+BRANCH = 1e-9
+"""How far variables of closed form may be from those that continuation finds: 1e-11, rounded."""
+
+
+def coupled_disagreement(reference: Reference, state: StateArguments, seed: int = 0) -> float:
+    """Return A x + H minus the forces that the tree needs at random accelerations x, relative."""
+    point, source = replace(reference.at(state), arithmetic=multiprecision(DIGITS), digits=DIGITS), random.Random(seed)
+    machine, number = reference.machine, point.arithmetic.number
+    x = [number(Fraction(source.uniform(-1, 1))) for _ in range(point.of_base + len(machine.moving))]
+    course = _Course(point, x[point.of_base :])
+    closed = course.at_start
+    q_dep = [closed.x[str(machine.joint(j).variable)] for j in machine.dependent]
+    given = {"V0d": x[: point.of_base], "q_dep": q_dep}
+    n = len(x)
+    A = point.run(reference.inertia, point.arguments(reference.inertia, given))["A"]
+    H = point.run(reference.bias, point.arguments(reference.bias, given))["H"]
+    wanted = [dot(A[k * n : (k + 1) * n], x) + H[k] for k in range(n)]
+    off = distance([*point.variables.values()], [closed.x[name] for name in point.variables])
+    closed_form = reference.coupled is not None and not reference.coupled.bound.takes_dependent
+    return max(distance(course.forces(given), wanted), off if closed_form else 0.0)
+
+
+def branch_error(reference: Reference, state: StateArguments) -> float:
+    """Return 1 where closed forms give dependent variables on another branch than the state has them, else 0."""
+    machine, coupled = reference.machine, reference.coupled
+    if coupled is None or not machine.loops:
+        return 0.0
+    symbols: dict[str, float] = {"pi": math.pi, **reference.values}
+    symbols |= {name: float(value.value()) for name, value in reference.exact.items()}
+    for argument in ("q", "q_dep"):
+        symbols |= zip(coupled.entries[argument], map(float, state[argument]), strict=True)
+    value = evaluate([coupled.bound.variables[j] for j in machine.dependent], symbols, FLOATS)
+    found = [(j, float(value(coupled.bound.variables[j]))) for j in machine.dependent]
+    turns = {j: 2 * math.pi if machine.joint(j).sigma == 0 else math.inf for j in machine.dependent}
+    away = [math.remainder(x - float(y), turns[j]) for (j, x), y in zip(found, state["q_dep"], strict=True)]
+    return float(any(abs(x) > BRANCH for x in away))
+
+
+@dataclass(frozen=True)
+class _Position:
+    """Own variables and those of cut joints by name, and values of the joints of the tree by number."""
+
+    x: dict[str, Any]
+    q: dict[int, Any]
+
+
+class _Course:
+    """Positions along u + ud t + udd t^2/2 from a state, and beside its start."""
+
+    def __init__(self, point: StateReference, udd: Numbers) -> None:
+        self.point, self.machine, self.udd = point, point.reference.machine, udd
+        self.h = point.arithmetic.number(STEP)
+        self.names = [str(self.machine.joint(j).variable) for j in self.machine.moving]
+        dependent = [str(self.machine.joint(j).variable) for j in self.machine.dependent]
+        self.cuts = [str(self.machine.joint(one.cut).variable) for one in self.machine.loops if self._turns(one.cut)]
+        self.sought = [*dependent, *self.cuts]
+
+    def _turns(self, cut: int) -> bool:
+        return self.machine.joint(cut).variable is not None
+
+    @cached_property
+    def at_start(self) -> _Position:
+        """The position of the state, its loops closed."""
+        found = {**self.point.variables, **self._cut_variables()}
+        for _ in range(NEWTON_STEPS):
+            found = self._nearer(found, self._jacobian(found))
+        return self._position(found)
+
+    def _cut_variables(self) -> dict[str, Any]:
+        """Values of the cut joints: where e stands, seen from m, with the cut joint at zero."""
+        found: dict[str, Any] = {}
+        placed = self.point.placements(
+            {**self.point.variables, **dict.fromkeys(self.cuts, self.point.arithmetic.number(0))}
+        )
+        for loop in self.machine.loops:
+            joint = self.machine.joint(loop.cut)
+            e, m = placed[loop.cut], placed[loop.meets]
+            if joint.sigma == 1:
+                found[str(joint.variable)] = sum((m[k][3] - e[k][3]) * e[k][2] for k in range(3))
+            elif joint.variable is not None:
+                cosine, sine = (sum(e[k][n] * m[k][0] for k in range(3)) for n in (0, 1))
+                found[str(joint.variable)] = self.point.arithmetic.number(Fraction(math.atan2(sine, cosine)))
+        return found
+
+    def _gaps(self, variables: Mapping[str, Any]) -> Numbers:
+        """Entries of 0T_e - 0T_m, positions only where points meet."""
+        if not self.machine.loops:
+            return []
+        placed = self.point.placements(variables)
+        return [
+            placed[loop.cut][row][column] - placed[loop.meets][row][column]
+            for loop in self.machine.loops
+            for row in range(3)
+            for column in ((3,) if loop.closes is Closing.POINT else range(4))
+        ]
+
+    def _jacobian(self, at: Mapping[str, Any]) -> list[Numbers]:
+        """Columns of derivatives of the gaps by what is sought."""
+        columns = []
+        for name in self.sought:
+            after, before = (self._gaps({**at, name: at[name] + way * self.h}) for way in (1, -1))
+            columns.append([(a - b) / (2 * self.h) for a, b in zip(after, before, strict=True)])
+        return columns
+
+    def _nearer(self, at: Mapping[str, Any], columns: list[Numbers]) -> dict[str, Any]:
+        """The variables after a step of Newton's method, of least squares."""
+        if not columns:
+            return dict(at)
+        gaps = self._gaps(at)
+        normal = [[dot(a, b) for b in columns] for a in columns]
+        steps = solve(normal, [dot(a, gaps) for a in columns])
+        return {**at, **{name: at[name] - step for name, step in zip(self.sought, steps, strict=True)}}
+
+    def _position(self, variables: Mapping[str, Any]) -> _Position:
+        machine, cell = self.machine, self.point.cell
+        q = {
+            j: cell(machine.joint(j).selected, variables) + variables.get(str(machine.joint(j).variable), 0)
+            for j in machine.articulated
+        }
+        own = [str(machine.joint(j).variable) for j in machine.owners]
+        return _Position({name: variables[name] for name in (*own, *self.cuts)}, q)
+
+    @cached_property
+    def _columns(self) -> list[Numbers]:
+        return self._jacobian(self.at_start.x)
+
+    def _beside(self, moves: Mapping[str, Any]) -> _Position:
+        """The position with independent variables changed by this much."""
+        found = {**self.at_start.x, **{name: self.at_start.x[name] + move for name, move in moves.items()}}
+        for _ in range(NEWTON_STEPS):
+            found = self._nearer(found, self._columns)
+        return self._position(found)
+
+    def forces(self, given: Mapping[str, Numbers]) -> Numbers:
+        """Forces on the base and on the independent variables that the course needs, friction included."""
+        h, start = self.h, self.at_start
+        after, before = (
+            self._beside(
+                {n: t * v + t * t * a / 2 for n, v, a in zip(self.names, self.point.qd, self.udd, strict=True)}
+            )
+            for t in (h, -h)
+        )
+        qd = {j: (after.q[j] - before.q[j]) / (2 * h) for j in start.q}
+        qdd = {j: (after.q[j] - 2 * start.q[j] + before.q[j]) / (h * h) for j in start.q}
+        xd = {name: (after.x[name] - before.x[name]) / (2 * h) for name in start.x}
+        tree = trace(_free_tree(self.machine), "inverse_dynamics").program
+        arguments = {**given, "q": [*start.q.values()], "qd": [*qd.values()], "qdd_motor": [*qdd.values()]}
+        results = self.point.run(tree, self.point.arguments(tree, arguments))
+        Gamma = dict(zip(start.q, results["tau"], strict=True))
+        return [*results.get("f0", ()), *(self._on(name, Gamma, qd, xd) for name in self.names)]
+
+    def _on(self, name: str, Gamma: Mapping[int, Any], qd: Mapping[int, Any], xd: Mapping[str, Any]) -> Any:
+        """The force on one independent variable."""
+        after, before = (self._beside({name: way * self.h}) for way in (1, -1))
+        total = sum(x * (after.q[j] - before.q[j]) for j, x in Gamma.items())
+        for j in self.machine.articulated:
+            joint = self.machine.joint(j)
+            own = str(joint.variable)
+            if joint.variable is None:
+                total += self._friction(joint, qd[j]) * (after.q[j] - before.q[j])
+            else:
+                total += self._friction(joint, xd[own]) * (after.x[own] - before.x[own])
+        return total / (2 * self.h)
+
+    def _friction(self, joint: Joint, rate: Any) -> Any:
+        way = (rate > 0) - (rate < 0)
+        return self.point.cell(joint.friction.viscous) * rate + self.point.cell(joint.friction.coulomb) * way
+
+
+def _free_tree(machine: Machine) -> Machine:
+    """The tree with a motor on each of its joints, and no other force there; cut joints are fixed frames."""
+    floating = machine.floating and replace(machine.floating, known=Given.ACCELERATION)
+    joints = tuple(_free(j, joint) for j, joint in enumerate(machine.joints, start=1))
+    return replace(machine, joints=joints, loops=(), floating=floating)
+
+
+def _free(j: int, joint: Joint) -> Joint:
+    if joint.sigma == 2 or joint.kind is Kind.CUT:
+        return replace(joint, kind=Kind.FIXED, sigma=2, variable=None)
+    free = replace(joint, kind=Kind.MOTOR, variable=f"free_joint_{j}", spring=Spring(), friction=Friction())
+    return free.with_selected(ZERO)
