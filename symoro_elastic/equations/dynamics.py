@@ -28,9 +28,8 @@ from symoro_elastic.equations.elimination import (
 )
 from symoro_elastic.equations.floating_base import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.equations.kinematics import (
-    AngularMotion,
     Scalars,
-    angular_motion,
+    angular_motion_of,
     angular_velocities,
     coriolis,
     velocity_terms,
@@ -148,7 +147,7 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
             continue
         qdd = rule.qdd if rule else 0
         gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
-        s.wd[j], s.U[j] = angular_motion(link, s.w[i], AngularMotion(s.wd[i], s.U[i]), s.w[j], qdd)
+        s.wd[j], s.U[j] = angular_motion_of(j, link, s.w, s.wd, s.U, qdd)
         s.vd[j] = _origin_acceleration(link, s.vd[i], s.U[i], s.U[j]) + (gamma + gain)  # (6)
         s.bias[j], s.remainder[j] = Twist(s.vd[j], ZERO), Twist(ZERO, s.wd[j])
         s.F[j] = newton_euler(link.body, s.w[j], s.wd[j], s.vd[j], s.U[j])  # (12)

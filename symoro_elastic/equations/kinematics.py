@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.equations.mechanism import Link, Mechanism
@@ -99,7 +99,11 @@ def angular_velocities(mechanism: Mechanism, qd: Scalars) -> list[Vector]:
     """Angular velocity w_j of every link [3], rad/s in frame j."""
     w = [mechanism.velocity.angular]
     for j, link in mechanism.from_base():
-        w.append(link.transform.to_child(w[link.antecedent]) + (qd[j] * link.axis).angular)  # (3)
+        alike = link.parallel
+        own = (qd[j] * link.axis).angular
+        w.append(
+            alike.components(w[alike.number]) if alike else link.transform.to_child(w[link.antecedent]) + own
+        )  # (3)
     return w
 
 
@@ -129,6 +133,16 @@ class AngularMotion(NamedTuple):
 
     wd: Vector
     U: Matrix
+
+
+def angular_motion_of(
+    j: int, link: Link, w: Sequence[Vector], wd: Mapping[int, Vector], U: Mapping[int, Matrix], qdd: Scalar
+) -> AngularMotion:
+    """Angular motion of link j from those of links before it: its antecedent's, or that of a link parallel to it."""
+    i, alike = link.antecedent, link.parallel
+    if alike and alike.number in U:
+        return AngularMotion(alike.components(wd[alike.number]), alike.entries(U[alike.number]))
+    return angular_motion(link, w[i], AngularMotion(wd[i], U[i]), w[j], qdd)
 
 
 def angular_motion(link: Link, w_i: Vector, motion_i: AngularMotion, w_j: Vector, qdd: Scalar) -> AngularMotion:

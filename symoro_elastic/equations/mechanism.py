@@ -11,6 +11,7 @@ from symoro_elastic.equations.spatial import (
     NO_WRENCH,
     AxialTransform,
     Axis,
+    Matrix,
     RigidInertia,
     Rotation,
     Scalar,
@@ -20,9 +21,26 @@ from symoro_elastic.equations.spatial import (
     Twist,
     Vector,
     Wrench,
+    rotated_matrix,
 )
 
 S = TypeVar("S", bound=SpatialVector)
+
+
+@dataclass(frozen=True)
+class Parallel:
+    """Another link, of a smaller number, whose axes `turn` takes to those of a link, whatever the machine does."""
+
+    number: int
+    turn: AxialTransform
+
+    def components(self, v: Vector) -> Vector:
+        """Components along the axes of the link of a vector given in those of the other."""
+        return self.turn.rotate_back(v)
+
+    def entries(self, U: Matrix) -> Matrix:
+        """The same of a matrix."""
+        return rotated_matrix(self.turn._replace(sine=-self.turn.sine), U)
 
 
 @dataclass(frozen=True)
@@ -38,6 +56,7 @@ class Link:
     body: RigidInertia = RigidInertia()
     rotor_inertia: Scalar = 0
     wrench: Wrench = NO_WRENCH
+    parallel: Parallel | None = None
 
     @property
     def joint_rotation(self) -> Rotation:
@@ -55,7 +74,7 @@ class Link:
         rotation = self.joint_rotation
         wrench = rotation.T * self.wrench
         body = self.body.to_antecedent(Transform((rotation.step,)))
-        return replace(self, transform=self.before, body=body, wrench=wrench)
+        return replace(self, transform=self.before, body=body, wrench=wrench, parallel=None)
 
 
 @dataclass(frozen=True)

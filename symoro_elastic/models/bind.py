@@ -34,6 +34,7 @@ from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
 from symoro_elastic.models.loops.closed_forms import mapped, own_variable, planar
 from symoro_elastic.models.loops.plan import Form, LoopPlan, plan_of
+from symoro_elastic.models.parallel_links import with_parallel_links
 from symoro_elastic.models.rules import Motion
 from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.scalar import Scalar
@@ -73,6 +74,8 @@ class Bound(Cells):
         self.mechanism = self._mechanism()
         for loop in self.loops:
             self._close(loop)
+        if self.machine.is_coupled:
+            self.mechanism = with_parallel_links(self, self.mechanism)
         self.coordinates = Coordinates(self, self.loops)
 
     def _rows_on_base(self) -> Iterable[Quantity]:
@@ -278,7 +281,8 @@ class Bound(Cells):
         """
         if not self.machine.is_coupled:
             return self.mechanism
-        return with_tips_in_frames_before(self.mechanism, self.machine.articulated)
+        single = [j for j in self.machine.articulated if self.mechanism.link(j).parallel is None]
+        return with_tips_in_frames_before(self.mechanism, single)
 
     @property
     def held(self) -> Mechanism:

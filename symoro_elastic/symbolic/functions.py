@@ -60,6 +60,16 @@ def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
     return 0 if over == 0 and under == 1 else graph.node(ATAN2, over, under)
 
 
+def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | None:
+    """Terms of an angle that are no constants, with their factors, and its half turns; None for other constants."""
+    terms, radians = _linear_terms(operand(angle))
+    halves = _half_turns(radians)
+    if halves is None:
+        return None
+    halves += sum((factor for base, factor in terms if base.operation == PI), Fraction(0))
+    return {base: factor for base, factor in terms if base.operation != PI}, halves
+
+
 def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fraction]:
     terms: dict[Expression, Fraction] = {}
     radians = Fraction(0)

@@ -73,7 +73,8 @@ def branches_of(
     """
     number = {j: k for k, j in enumerate(sorted(links), start=1)}
     chain = tuple(
-        replace(mechanism.link(j), antecedent=number.get(mechanism.link(j).antecedent, 0)) for j in sorted(links)
+        replace(mechanism.link(j), antecedent=number.get(mechanism.link(j).antecedent, 0), parallel=None)
+        for j in sorted(links)
     )
     part = Mechanism(chain)
     seen = frame_set(part, number[cut.m] if view is None else number.get(view, 0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import weakref
 from collections.abc import Callable, Sequence
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 INDEPENDENT = 1e-8
 """Of a row of W, relative, beyond which it is no combination of others."""
-SAMPLES, DRAWS, REACH = 4, 40, 0.3
+SAMPLES, DRAWS, REACH, GUESSES, ROUGH = 4, 40, 0.3, 12, 0.2
 EIGHT_ULPS = 1e-12
 
 
@@ -127,15 +128,55 @@ def _with_own(plans: Sequence[LoopPlan]) -> list[LoopPlan]:
 
 def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
     rough = _mapped_start(machine, assembly)
+    _refuse_doubt(machine, assembly, rough)
     found, error = assembly.assembled(rough, machine.dependent)
     if not error < CLOSED:
         found, error = assembly.assembled(rough, machine.owners)
+        error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.moving) else math.inf
     if not error < CLOSED:
+        found, _ = assembly.assembled(rough, machine.dependent)
         errors = np.abs(assembly.numbers(found)[0])
         worst = assembly.equations[int(np.argmax(errors))]
         what = f"no position near start: {np.max(errors):.2g} {'m' if worst.row < 3 else 'rad'} stay open"
-        raise machine.error(f"loop {worst.loop}", f"{what} after {STEPS} steps of Newton's method")
+        what += f" after {STEPS} steps of Newton's method"
+        started = any(loop.start for loop in machine.loops if loop.name == worst.loop)
+        raise machine.error(f"loop {worst.loop}", what if started else f"{what}: write start = {{ ... }}")
     return found
+
+
+def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position) -> None:
+    """Refuse a loop that may be closed in several positions and has no start; parallelograms have one."""
+    for loop in machine.loops:
+        dependent = machine.dependent_in(loop)
+        if loop.start or not dependent or mapped(assembly.bound, loop, dependent) is not None:
+            continue
+        found = _other_positions(machine, assembly, rough, dependent)
+        if len(found) > 1:
+            joint = machine.joint(dependent[0])
+            values = " or ".join(f"{x[dependent[0]]:.2f}" for x in found)
+            count = {2: "two"}.get(len(found), str(len(found)))
+            what = f"{count} positions ({joint.variable} = {values}): write start = {{ ... }}"
+            raise machine.error(f"loop {loop.name}", what)
+
+
+def _other_positions(machine: Machine, assembly: Assembly, rough: Position, dependent: Sequence[int]) -> list[Position]:
+    """Positions of the dependent joints in which the loops close, found from random guesses."""
+    source = random.Random(SEED)
+    found: list[Position] = []
+    for _ in range(GUESSES):
+        guess = rough | {j: source.uniform(-math.pi, math.pi) for j in machine.dependent}
+        position, error = assembly.assembled(guess, machine.dependent)
+        if error < CLOSED and not any(_same(machine, position, other, dependent) for other in found):
+            found.append(position)
+    return sorted(found, key=lambda x: -x[dependent[0]])
+
+
+def _same(machine: Machine, one: Position, other: Position, joints: Sequence[int]) -> bool:
+    """Whether joints stand alike, up to full turns."""
+    return all(
+        abs(math.remainder(one[j] - other[j], 2 * math.pi) if machine.joint(j).sigma == 0 else one[j] - other[j]) < 1e-4
+        for j in joints
+    )
 
 
 def _mapped_start(machine: Machine, assembly: Assembly) -> Position:

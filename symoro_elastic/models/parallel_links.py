@@ -1,0 +1,89 @@
+"""Links that turn alike: their axes differ by quarter turns about z, whatever the machine does.
+
+The bodies at opposite sides of a parallelogram do. What one of them has for an angular motion holds for the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from symoro_elastic.equations.mechanism import Mechanism, Parallel
+from symoro_elastic.equations.spatial import AxialTransform, Axis, Z, is_zero
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.functions import turns_of
+
+if TYPE_CHECKING:
+    from symoro_elastic.models.bind import Bound
+
+QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Directions of z that lead to a link, and its angle about the last: terms that vary, and half turns."""
+
+    along: Any
+    terms: frozenset[Any]
+    halves: Fraction
+
+
+BASE = Orientation((), frozenset(), Fraction(0))
+
+
+def with_parallel_links(bound: Bound, mechanism: Mechanism) -> Mechanism:
+    """The mechanism with the parallel link, of a smaller number, of each link on a turning joint that has one."""
+    oriented: list[Orientation | None] = [BASE]
+    links = list(mechanism.links)
+    for j in range(1, len(bound.machine.joints) + 1):
+        oriented.append(here := _orientation(bound, j, oriented))
+        if here is None or links[j - 1].axis is not Axis.REVOLUTE:
+            continue
+        for i, other in enumerate(oriented[1:j], start=1):
+            if other is None or (other.along, other.terms) != (here.along, here.terms):
+                continue
+            quarters = (here.halves - other.halves) * 2
+            if quarters.denominator == 1 and links[i - 1].axis is Axis.REVOLUTE:
+                turn = AxialTransform(Z, *QUARTERS[int(quarters) % 4], 0)
+                links[j - 1] = replace(links[j - 1], parallel=Parallel(i, turn))
+                break
+    return replace(mechanism, links=tuple(links))
+
+
+def _orientation(bound: Bound, j: int, oriented: list[Orientation | None]) -> Orientation | None:
+    """None where an angle is no sum of variables and quarter turns."""
+    joint = bound.machine.joint(j)
+    before = oriented[joint.antecedent]
+    gamma, alpha = _turn(bound.cell(joint.gamma)), _turn(bound.cell(joint.alpha))
+    placed = j in bound.placed
+    theta = (frozenset([(("joint", j), Fraction(1))]), Fraction(0)) if placed else _turn(_angle(bound, j))
+    if before is None or gamma is None or alpha is None or theta is None:
+        return None
+    here = _added((before.terms, before.halves), gamma)
+    if not alpha[0] and alpha[1] % 2 == 0:
+        return Orientation(before.along, *_added(here, theta))
+    return Orientation((before.along, here, alpha), *theta)
+
+
+def _angle(bound: Bound, j: int) -> Scalar:
+    joint = bound.machine.joint(j)
+    turns = joint.sigma == 0 and j in bound.machine.articulated
+    return bound.angle(j) if turns else bound.cell(joint.theta)
+
+
+Turn = tuple[frozenset[Any], Fraction]
+
+
+def _turn(angle: Scalar) -> Turn | None:
+    if is_zero(angle):
+        return frozenset(), Fraction(0)
+    found = turns_of(angle)
+    return None if found is None else (frozenset(found[0].items()), found[1])
+
+
+def _added(first: Turn, second: Turn) -> Turn:
+    terms: dict[Any, Fraction] = dict(first[0])
+    for term, factor in second[0]:
+        terms[term] = terms.get(term, Fraction(0)) + factor
+    return frozenset((term, factor) for term, factor in terms.items() if factor), first[1] + second[1]
