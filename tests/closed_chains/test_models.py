@@ -216,10 +216,10 @@ def test_a_parallelogram_closed_by_a_loop_passes_its_flat_position(distance: flo
 
 @pytest.mark.parametrize(("name", "k"), CONSTRAINED)
 def test_constraint_forces(name: str, k: int) -> None:
-    """On the motion of the direct model; of motors on one freedom, with the torques of the inverse model."""
+    """On the motion of the direct model, motors on one freedom with the torques of the inverse model."""
     found, tau, qdd = driven(name, k)
-    results = computed(name, k, "constraint_forces", qdd=qdd, tau=tau.astype(float))
-    wrenches, on_coupled = found.constraint_forces(tau)
+    results = computed(name, k, "constraint_forces", qdd=qdd, tau=tau)
+    wrenches, on_coupled = found.constraint_forces(qdd, tau)
     if wrenches:
         assert_near(name, results["mu"], wrenches)
     if on_coupled:
@@ -230,17 +230,17 @@ def test_constraint_forces(name: str, k: int) -> None:
 def test_reaction_wrenches(name: str, k: int) -> None:
     found, tau, qdd = driven(name, k)
     rows = _rows(found)
-    wanted = found.reaction_wrenches(tau)
-    results = computed(name, k, "reaction_wrenches", qdd=qdd, tau=tau.astype(float))
+    wanted = found.reaction_wrenches(qdd, tau)
+    results = computed(name, k, "reaction_wrenches", qdd=qdd, tau=tau)
     assert_near(name, results["f"][rows], [wanted[j] for j in rows])
 
 
 def driven(name: str, k: int) -> tuple[Multipliers, Array, Array]:
-    """The reference, torques of its motors as the inverse model gives them, and qdd under these."""
+    """The reference, torques of its motors as the inverse model gives them, and qdd under these, in doubles."""
     found = reference(name, k)
     accelerations = found.direct(situations(name)[k].tau)
     tau, _ = found.inverse([accelerations[found.chain.own.index(motor)] for motor in found.chain.motors])
-    return found, tau, independent(found, accelerations).astype(float)
+    return found, tau.astype(float), independent(found, accelerations).astype(float)
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -140,14 +140,21 @@ class Multipliers:
         ydd, _, torques = self._solve(self._passive_forces(), [entries[k] for k in kept], wanted)
         return self.chain.shared(rows, torques), ydd[len(self.z) :]
 
+    def _driven(self, udd: Sequence[Any], tau: Sequence[Any]) -> tuple[Array, Array]:
+        """(ydd, lam) where u has these accelerations, whatever acts on it; tau holds on motors that depend."""
+        entries = [entry - len(self.z) for entry in self.u_entries]
+        forces = self._passive_forces() + self.chain.spread_motors(tau)
+        ydd, multipliers, _ = self._solve(forces, entries, [mpf(x) for x in udd])
+        return ydd, multipliers
+
     @in_many_digits
-    def constraint_forces(self, tau: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
-        """(mu, lam) under the torques of the motors.
+    def constraint_forces(self, udd: Sequence[Any], tau: Sequence[Any]) -> tuple[list[list[Any]], list[Any]]:
+        """(mu, lam) in a motion, under these torques of motors that depend.
 
         mu: of each loop the wrench of m's body on e's body where they meet, in axes of m; 0 on rows left out.
         lam: force on each coupled joint that keeps it to its formula.
         """
-        _, multipliers, _ = self._solve(self._passive_forces() + self.chain.spread_motors(tau))
+        _, multipliers = self._driven(udd, tau)
         joints = [self.chain.machine.joints[j] for j in self.chain.articulated]
         on_joints = zip(joints, multipliers[: len(joints)], strict=True)
         lam = [force for joint, force in on_joints if joint.kind is Kind.COUPLED]
@@ -162,15 +169,15 @@ class Multipliers:
         return wrenches, lam
 
     @in_many_digits
-    def reaction_wrenches(self, tau: Sequence[Any]) -> list[list[Any]]:
+    def reaction_wrenches(self, udd: Sequence[Any], tau: Sequence[Any]) -> list[list[Any]]:
         """f_j of every row [35]: all that is carried to body j, loops' wrenches taken as external on both bodies."""
-        ydd, _, _ = self._solve(self._passive_forces() + self.chain.spread_motors(tau))
+        ydd, _ = self._driven(udd, tau)
         frames = multiprecision._frames(self.tree, list(self.z), list(self.zd), list(ydd[: len(self.z)]))
         needed = []
         for row, frame in zip(self.tree.joints, frames, strict=True):
             force, moment = multiprecision._needed_wrench(row, frame, self.tree.base)
             needed.append((force, moment + multiprecision._cross(frame.p, force)))
-        for loop, mu in zip(self.chain.machine.loops, self.constraint_forces(tau)[0], strict=True):
+        for loop, mu in zip(self.chain.machine.loops, self.constraint_forces(udd, tau)[0], strict=True):
             m, e = loop.meets - 1, loop.cut - 1
             force, moment = (frames[m].rotation @ np.array(part, dtype=object) for part in (mu[:3], mu[3:]))
             moment = moment + multiprecision._cross(frames[m].p, force)
