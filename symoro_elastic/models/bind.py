@@ -180,25 +180,33 @@ class Bound(Cells):
         """Sum of the torques on the own variable of joint j: motor, spring and damper, less friction."""
         return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
 
+    def own_forces(self) -> dict[int, Scalar]:
+        """Sum of what is exerted on each own variable, and what a stiffness that it changes does on it."""
+        return self._with_stiffness_changes({j: self.exerted(j) for j in self.machine.owners})
+
     def exerted_forces(self) -> dict[int, Scalar]:
         """What is exerted on the independent variables (L3)."""
-        return self._on_independent({j: self.exerted(j) for j in self.machine.owners})
+        return self._on_independent(self.own_forces())
 
     def passive_forces(self) -> dict[int, Scalar]:
         """The same without the motors."""
         found = {j: self.passive_torque(j) - self.friction(j) for j in self.machine.owners}
-        return self._on_independent(found)
+        return self._on_independent(self._with_stiffness_changes(found))
 
     def friction_forces(self) -> dict[int, Scalar]:
         """Friction on the independent variables, opposing motion."""
         own = {j: self.friction(j) for j in self.machine.owners}
         return self._projected(own, {j: self.friction(j) for j in self._coupled})
 
-    def _on_independent(self, own: dict[int, Scalar]) -> dict[int, Scalar]:
+    def _with_stiffness_changes(self, own: dict[int, Scalar]) -> dict[int, Scalar]:
+        """Forces with -k' deflection^2 / 2 of springs whose stiffness k changes with own variables."""
         for j in self.machine.elastic:
             _, deflection = self.spring(j)
             for v, change in Coupling(self, self.machine.joint(j).spring.stiffness).partials.items():
                 own[v] = own[v] - change * deflection * deflection / 2
+        return own
+
+    def _on_independent(self, own: Mapping[int, Scalar]) -> dict[int, Scalar]:
         return self._projected(own, {j: -self.friction(j) for j in self._coupled})
 
     def _projected(self, own: Mapping[int, Scalar], of_joints: Mapping[int, Scalar]) -> dict[int, Scalar]:

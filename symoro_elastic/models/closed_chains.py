@@ -11,7 +11,7 @@ from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.closing_forces import loop_forces, needed_forces
+from symoro_elastic.models.closing_forces import coupling_forces, loop_forces
 from symoro_elastic.models.loops.assembly import loop_branches
 from symoro_elastic.models.loops.plan import Form, LoopPlan
 from symoro_elastic.models.model import Joints, Model, Result, Results
@@ -104,14 +104,16 @@ def _constraint_forces(bound: Bound, _: Joints) -> Results:
     found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
     name_dynamics(bound, found, "[15]", "[61]")
     results: Results = {}
+    wrenches = loop_forces(bound, found)
     if bound.machine.loops:
-        wrenches = loop_forces(bound, found)
         entries = tuple(x for loop in bound.machine.loops for x in wrenches[loop.name].entries)
         results["mu"] = Result(None, entries, (len(bound.machine.loops), 6))
-    coupled = tuple(j for j in bound.machine.articulated if j not in bound.machine.owners)
-    if coupled:
-        needed = needed_forces(bound, found)
-        results["lam"] = Result(coupled, tuple(needed[j] for j in coupled))
+    forces = coupling_forces(bound, found, wrenches)
+    if forces:
+        results["lam"] = Result(tuple(forces), tuple(forces.values()))
+    if not results:
+        what = "every joint has a variable of its own, so that nothing is constrained: leave the model out"
+        raise bound.machine.error("constraint_forces", what)
     return results
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import Dynamics, dynamics
@@ -10,7 +10,7 @@ from symoro_elastic.equations.kinematics import frames
 from symoro_elastic.equations.loops.closing import closing_columns
 from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import Vector, Wrench, cross
+from symoro_elastic.equations.spatial import Axis, Vector, Wrench, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.assembly import cut_joint, loop_branches
 from symoro_elastic.models.loops.plan import LoopPlan
@@ -26,10 +26,10 @@ def with_loop_forces(bound: Bound) -> Mechanism:
     for loop in bound.machine.loops:
         cut, wrench = cut_joint(bound.machine, loop), loop_forces(bound, found)[loop.name]
         e = frames(bound.mechanism, cut.m)[cut.e]
-        on_e = Wrench(e.rotation.T * wrench.force, e.rotation.T * wrench.moment)
-        on_m = Wrench(wrench.force, wrench.moment + cross(e.origin, wrench.force))
+        moment = wrench.moment if cut.axis is not Axis.PRISMATIC else wrench.moment - cross(e.origin, wrench.force)
+        on_e = Wrench(e.rotation.T * wrench.force, e.rotation.T * moment)
         links[cut.e - 1] = replace(links[cut.e - 1], wrench=links[cut.e - 1].wrench - on_e)
-        links[cut.m - 1] = replace(links[cut.m - 1], wrench=links[cut.m - 1].wrench + on_m)
+        links[cut.m - 1] = replace(links[cut.m - 1], wrench=links[cut.m - 1].wrench + wrench)
     return replace(bound.mechanism, links=tuple(links))
 
 
@@ -41,11 +41,23 @@ def needed_forces(bound: Bound, found: Dynamics) -> dict[int, Scalar]:
     return forces
 
 
+def coupling_forces(bound: Bound, found: Dynamics, wrenches: Mapping[str, Wrench]) -> dict[int, Scalar]:
+    """Force on each joint without a variable of its own, by its coupling; what loops do on it is no part of it."""
+    needed = needed_forces(bound, found)
+    forces = {j: needed[j] for j in bound.machine.articulated if j not in bound.machine.owners}
+    for loop in bound.machine.loops:
+        for j, column in closing_columns(loop_branches(bound, loop)).items():
+            if j in forces:
+                forces[j] = forces[j] - wrenches[loop.name].dot(column)
+    return forces
+
+
 def loop_forces(bound: Bound, found: Dynamics) -> dict[str, Wrench]:
     """Wrench of the body of the frame met on the body of each cut joint, by the name of the loop (L33)."""
     coordinates = bound.coordinates
     needed = needed_forces(bound, found)
-    rho = {j: needed.get(j, 0) - bound.exerted(j) for j in bound.machine.dependent}
+    exerted = bound.own_forces()
+    rho = {j: needed.get(j, 0) - exerted[j] for j in bound.machine.dependent}
     for j in bound.machine.dependent:
         for i, coupling in coordinates.couplings.items():
             rho[j] = rho[j] + coupling.partials.get(j, 0) * needed[i]

@@ -97,7 +97,8 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
     for j, _ in bound.mechanism.from_base():
         here = Section(FORWARD_2, j, last)
         _name_six(bound.names, found.f.get(j, NO_WRENCH), f"f{j}", here)
-        bound.names.give(found.qdd.get(j, 0), f"qdd{j}", here)
+        if j in bound.coordinates.S and bound.coordinates.S[j] == {j: 1}:
+            bound.names.give(found.qdd.get(j, 0), f"qdd{j}", here)
         bound.names.give(found.Gamma.get(j, 0), f"Gamma{j}", here)
         if j in found.beta:
             _name_acceleration(bound.names, found, j, here)

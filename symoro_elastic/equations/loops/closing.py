@@ -60,8 +60,8 @@ class Branches:
 
     @property
     def reach(self) -> Vector:
-        """The origin of e, as m sees it: where a slide cut has its point; zero for all others, when closed."""
-        return self.seen.frames[self.number[self.cut.e]].origin
+        """From the origin of e to that of m, along a slide that is cut; zero for all others, when closed."""
+        return -self.seen.frames[self.number[self.cut.e]].origin
 
 
 def branches_of(
@@ -92,9 +92,9 @@ def closing_columns(loop: Branches) -> dict[int, Twist]:
     columns = {}
     for j, k in loop.number.items():
         if k in to_cut:
-            columns[j] = to_cut[k]
+            columns[j] = _at_reach(loop, to_cut[k])
         elif k in to_end:
-            columns[j] = -_at_reach(loop, to_end[k])
+            columns[j] = -to_end[k]
     return columns
 
 
@@ -109,10 +109,9 @@ def closing_acceleration(loop: Branches, qd: Mapping[int, Scalar], qdd: Mapping[
     (v, w), (vd, wd) = V[e], Vd[e]
     (v_m, w_m), (vd_m, wd_m) = V[m], Vd[m]
     if loop.cut.axis is Axis.PRISMATIC:
-        v_m = v_m + cross(w_m, loop.reach)
-        vd_m = vd_m + hat_plus_hat_squared(w_m, wd_m) * loop.reach
-        slide = (v_m - v).z * EZ
-        return Twist(vd + cross(w, slide + slide) - vd_m, wd - wd_m)
+        slide = (v_m - v - cross(w, loop.reach)).z * EZ
+        vd = vd + hat_plus_hat_squared(w, wd) * loop.reach + cross(w, slide + slide)
+        return Twist(vd - vd_m, wd - wd_m)
     if loop.cut.axis is Axis.REVOLUTE and not loop.cut.at_point:
         wd = wd + cross(w, (w_m - w).z * EZ)
     return Twist(vd - vd_m, wd - wd_m)
@@ -124,8 +123,8 @@ def closing_error(loop: Branches) -> Twist:
     if loop.cut.axis is Axis.REVOLUTE:
         return Twist(origin, cross(EZ, rotation.T.z))
     x, y, z = rotation.T.x, rotation.T.y, rotation.T.z
-    twice = Vector(y.z - z.y, z.x - x.z, x.y - y.x)
-    return Twist(origin, Fraction(1, 2) * twice)
+    angle = Fraction(1, 2) * Vector(y.z - z.y, z.x - x.z, x.y - y.x)
+    return _at_reach(loop, Twist(origin, angle))
 
 
 def _over(seen: FrameSet, pivot: int, m: int, e: int) -> Vector:
@@ -152,7 +151,7 @@ def _anchors(seen: FrameSet, k: int) -> list[int]:
 
 
 def _at_reach(loop: Branches, column: Twist) -> Twist:
-    """The twist of m's body, at the point of a slide."""
+    """The twist of e's body where the origin of m is: beyond a slide that is cut."""
     if loop.cut.axis is not Axis.PRISMATIC:
         return column
     return Twist(column.linear + cross(column.angular, loop.reach), column.angular)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -319,16 +319,28 @@ def _form(
     turns = sum(joint.axis is Axis.REVOLUTE for joint in loop.unknown)
     if len(loop.unknown) != 1 and (len(loop.unknown) != 3 or not turns or not _is_planar(bound, one, assembly)):
         return Form.ASSEMBLED, {}
-    signs: dict[int, int] = {joint.joint: 1 for joint in loop.unknown}
-    for sign in (1, -1):
-        found = planar(bound, one.loop, one.dependent, dict.fromkeys(signs, sign))
-        forms = {**found.turns, **found.slides}
-        signs |= {j: sign for j in one.dependent if agrees(assembly, j, forms[j], positions)}
-    found = planar(bound, one.loop, one.dependent, signs)
-    forms = {**found.turns, **found.slides}
-    if not all(agrees(assembly, j, forms[j], positions) for j in one.dependent):
+    signs = _signs(assembly, one, [joint.joint for joint in loop.unknown], positions)
+    if signs is None:
         return Form.ASSEMBLED, {}
     return FORMS[turns] if len(loop.unknown) == 3 else Form.ONE, signs
+
+
+def _signs(
+    assembly: Assembly, one: LoopPlan, unknown: Sequence[int], positions: Sequence[Position]
+) -> dict[int, int] | None:
+    """Signs of the root with which the closed form gives the assembled positions; None where there are none."""
+
+    def agreeing(signs: Mapping[int, int]) -> list[int]:
+        found = planar(assembly.bound, one.loop, one.dependent, signs)
+        forms = {**found.turns, **found.slides}
+        return [j for j in one.dependent if agrees(assembly, j, forms[j], positions)]
+
+    by_sign = {sign: agreeing(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
+    for sign, joints in by_sign.items():
+        if len(joints) == len(one.dependent):
+            return dict.fromkeys(unknown, sign)
+    mixed = {j: -1 if j in by_sign[-1] else 1 for j in unknown}
+    return mixed if len(agreeing(mixed)) == len(one.dependent) else None
 
 
 def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:
