@@ -34,7 +34,7 @@ class Reference:
         """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
         from symoro_elastic.vibration import reference_trajectory
         from symoro_elastic.vibration.course import usual_duration
-        from symoro_elastic.vibration.feed_forward import orders
+        from symoro_elastic.vibration.feed_forward import orders, starts
 
         smooth = max(orders(machine).values(), default=0) + 1
         if self.motion:
@@ -42,7 +42,8 @@ class Reference:
         strokes = self.strokes or {"": reference_trajectory.STROKE}
         duration = usual_duration(machine, self.positions) if self.duration is None else self.duration
         degree = smooth if self.degree is None else self.degree
-        return reference_trajectory.move(machine, self.positions, strokes, duration, degree, self.rate)
+        start = {**starts(machine), **self.positions}
+        return reference_trajectory.move(machine, start, strokes, duration, degree, self.rate)
 
 
 @click.command("feed-forward")
@@ -74,7 +75,7 @@ class Reference:
     metavar="MOTOR=X",
     multiple=True,
     callback=parsed_by(numbers),
-    help="Start of the move, rad or m (default: 0).",
+    help="Start of the move, rad or m (default: 0, or the start of a loop).",
 )
 @click.option(
     "--degree",
@@ -102,6 +103,7 @@ def feed_forward(
 
     Motor torques of MACHINE, those of the full elastic model: the load, beyond the springs, follows the reference
     trajectory. They need its derivatives: two, and two more for each spring in a row. Springs may have damping.
+    Behind a gear or a screw the trajectory of a motor is that of the last joint of its drive.
     Springs that are not behind a motor on its axis are left out; the command says what that costs.
     """
     from symoro_elastic.machine.named_cells import with_values

@@ -16,6 +16,7 @@ from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
+from symoro_elastic.vibration.independent_motors import refuse_dependent_motors
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.reference_trajectory import STROKE
 from symoro_elastic.vibration.tracking import pair
@@ -92,6 +93,7 @@ def compare(
     its file (`read_course`), unless given that of `move` with `stroke` and `duration`. `ratios` are gear ratios of
     rotors (`with_ratios`). Raises `InputError`.
     """
+    refuse_dependent_motors(machine)
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
     less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
     motors = [joint.name for joint in machine.motor_joints]

@@ -39,6 +39,7 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
+from symoro_elastic.vibration.independent_motors import refuse_dependent_motors, with_independent_motors
 
 DUALS = differentiating(FLOATS)
 LARGEST_INPUT = 1e9
@@ -67,7 +68,8 @@ class EquationsOfMotion:
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Raises `InputError` for parameters without a value, or with one and unknown."""
         refuse_floating(machine, "linear models")
-        _refuse_dependent_motors(machine)
+        machine = with_independent_motors(machine)
+        refuse_dependent_motors(machine)
         self.given, self.points = machine, points
         self.machine = with_named_cells(_without_coulomb(machine))
         self.joints = self.machine.moving_joints
@@ -277,14 +279,6 @@ class EquationsOfMotion:
 
 def _seeded(x: Array, slopes: Array) -> list[Dual]:
     return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
-
-
-def _refuse_dependent_motors(machine: Machine) -> None:
-    """Raise `InputError` for motors on joints that follow from loops."""
-    following = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
-    if following:
-        what = "linear models are not offered where a motor is on a dependent joint: choose others (dependent = [...])"
-        raise machine.error(f"joint {', '.join(following)}", what)
 
 
 def _refuse_assembled(bound: Bound) -> None:

@@ -17,11 +17,13 @@ from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, motion_symbol, over_time
 from symoro_elastic.models.feed_forward_checks import damping_of
+from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.time_series.writing import columns_of, write_columns
@@ -41,7 +43,8 @@ class FeedForward:
     """Feed-forward of all motors: t (N,) s, tau (N, m) of the motors, q and qd (N, n) of all moving joints.
 
     `reference` is the motion of what they drive, `orders` its derivatives that each motor needs; SI units, radians.
-    `left_out` are springs that do not follow.
+    `lead` (N, m) is how far each motor is ahead of where it would be without deflections; `units` are those of what
+    the motors drive, rad or m. `left_out` are springs that do not follow.
     """
 
     machine: Machine
@@ -50,6 +53,8 @@ class FeedForward:
     q: Array
     qd: Array
     tau: Array
+    lead: Array
+    units: tuple[str, ...]
     left_out: LeftOut | None = None
 
     @property
@@ -121,7 +126,7 @@ def feed_forward(
         (tau,) = _values([damping_of(bound, j) / bound.cell(bound.machine.joint(j).spring.stiffness)], symbols, 1)[0]
         deflection = lagging(reference.t, _values(undamped, symbols, len(reference.t)), float(tau))
         symbols |= {deflection_symbol(j, k): x for k, x in enumerate(deflection)}
-    return _assembled(machine, valued, reference, needed, solved, symbols, omitted)
+    return _assembled(machine, valued, reference, needed, solved, symbols, omitted, bound)
 
 
 def _assembled(
@@ -132,6 +137,7 @@ def _assembled(
     solved: OverTime,
     symbols: Mapping[str, Any],
     omitted: list[str],
+    bound: Bound,
 ) -> FeedForward:
     """Return torques and motion of all joints; those left out are at rest."""
     N, motion = len(reference.t), EquationsOfMotion(valued)
@@ -139,7 +145,36 @@ def _assembled(
     columns = [valued.moving.index(j) for j in solved.q]
     q[:, columns], qd[:, columns] = (_values(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
     tau = _values([solved.tau[j] for j in valued.motors], symbols, N).T
-    return FeedForward(machine, reference, needed, q, qd, tau, cost(valued, omitted, reference.t, q, qd))
+    parameters = {p.name: symbols[p.name] for p in bound.machine.parameters}
+    motors = {j: q[:, valued.moving.index(j)] for j in valued.motors}
+    lead = _lead(bound, parameters, motors, {j: reference.y[valued.joint(j).name][0] for j in valued.motors})
+    units = tuple(valued.joint(chain.joints[-1]).unit for chain in chains(bound))
+    left_out = cost(valued, omitted, reference.t, q, qd)
+    return FeedForward(machine, reference, needed, q, qd, tau, lead, units, left_out)
+
+
+def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y: Mapping[int, Array]) -> Array:
+    """Return (N, m) how far motors at q (N,) are ahead of the motion y (N,) of their loads, without deflections."""
+    positions = load_positions(bound, chains(bound))
+    variables = {name: q.get(j, 0.0) for name, j in bound.machine.variables.items()}
+    columns = []
+    for j, z in positions.items():
+        gear = Differentiation([z]).by(bound.q[j]).of(z)
+        placed, turned = _values([z, gear], {**parameters, **variables}, len(y[j]))
+        columns.append((placed - y[j]) / turned)
+    return np.stack(columns, axis=1)
+
+
+def starts(machine: Machine) -> dict[str, float]:
+    """Return by motor where its load is at the start of the machine's loops, rad or m; 0 where no loop has one."""
+    if not machine.loops:
+        return {}
+    motion = EquationsOfMotion(machine)
+    bound = Bound(held(machine, left_out_springs(machine)))
+    variables = dict(zip((str(joint.variable) for joint in motion.joints), motion.position_of_loops(), strict=True))
+    positions = load_positions(bound, chains(bound))
+    found = _values(list(positions.values()), {**motion.parameters, **variables}, 1)
+    return {machine.joint(j).name: float(x) for j, (x,) in zip(positions, found, strict=True)}
 
 
 def _values(roots: Sequence[Scalar], symbols: Mapping[str, Any], samples: int) -> Array:
@@ -192,7 +227,7 @@ def _with_dry_friction(machine: Machine) -> list[str]:
 
 def figures(command: FeedForward) -> dict[str, Any]:
     """Return by motor: order needed and given, largest and rms torque, velocity, lead of the motor; notes."""
-    q, qd = command.at_motors(command.q), command.at_motors(command.qd)
+    qd = command.at_motors(command.qd)
     motors = {}
     for m, name in enumerate(command.motors):
         tau = command.tau[:, m]
@@ -202,7 +237,7 @@ def figures(command: FeedForward) -> dict[str, Any]:
             "torque": float(np.abs(tau).max()),
             "torque_rms": float(np.sqrt(np.mean(tau**2))),
             "velocity": float(np.abs(qd[:, m]).max()),
-            "lead": float(np.abs(q[:, m] - command.reference.y[name][0]).max()),
+            "lead": float(np.abs(command.lead[:, m]).max()),
         }
     return {
         "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),

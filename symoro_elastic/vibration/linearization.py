@@ -19,6 +19,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.vibration.independent_motors import with_independent_motors
 from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.signals import (
     FrameSignal,
@@ -162,7 +163,7 @@ def motion_of(
 
     A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
     """
-    machine = with_base_coordinates(machine)
+    machine = with_independent_motors(with_base_coordinates(machine))
     return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
 
 

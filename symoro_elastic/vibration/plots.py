@@ -188,16 +188,16 @@ def following(command: FeedForward) -> Any:
     """Return a column for each motor: reference trajectory, lead of the motor where springs give it one, torque."""
     joints = command.machine.motor_joints
     y = np.stack([command.reference.y[joint.name][0] for joint in joints], axis=1)
-    lead = command.at_motors(command.q) - y
-    curves = [("reference", y), ("motor ahead", lead), ("torque", command.tau)]
-    if not lead.any():
+    curves = [("reference", y), ("motor ahead", command.lead), ("torque", command.tau)]
+    if not command.lead.any():
         del curves[1]
     figure = new_figure(2.0 + 3.0 * len(joints), 2.0 * len(curves))
     axes = figure.subplots(len(curves), len(joints), sharex=True, squeeze=False)
     for m, (column, joint) in enumerate(zip(axes.T, joints, strict=True)):
         for axis, (label, curve) in zip(column, curves, strict=True):
             axis.plot(command.t, curve[:, m], linewidth=0.9)
-            axis.set_ylabel(f"{label}, {joint.force_unit if label == 'torque' else joint.unit}")
+            units = {"reference": command.units[m], "motor ahead": joint.unit, "torque": joint.force_unit}
+            axis.set_ylabel(f"{label}, {units[label]}")
             axis.grid(True, linewidth=0.3)
         column[0].set_title(joint.name)
         column[-1].set_xlabel("t, s")
