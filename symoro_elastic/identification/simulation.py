@@ -64,15 +64,13 @@ def simulate(
 
     Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
     qdd of the motors; `start` is the position at rest (0, or where loops start, unless given; motors on the
-    reference). Raises `InputError` for loops without closed form and for motors that loops move.
+    reference). Raises `InputError` for loops without closed form, and motors that loops move.
     """
     _refuse(machine)
-    model = numpy_model(machine)
+    model, motors = numpy_model(machine), list(machine.motor_entries)
     p = model.parameters(**values)
-    motors = list(machine.motor_entries)
     n, h = len(machine.moving), 1 / (sampling * substeps)
-    y = np.zeros((2, n))
-    y[0] = start_of(machine).q if start is None else start
+    y = np.stack([start_of(machine).q if start is None else np.broadcast_to(start, n), np.zeros(n)])
     y[:, motors] = reference(0.0)[:2]
 
     def torque(t: float, q: Array, qd: Array) -> Array:
@@ -93,8 +91,8 @@ def simulate(
             if k % (100 * substeps) == 0:
                 progress(k // substeps, samples)
         y = step(RK4, rate, t, y, h)
-    q_all, qd_all, tau = (block[first:] for block in recorded)
-    return Measurements(np.arange(len(q_all)) / sampling, q_all, tau, qd=qd_all, source=f"simulated {machine.name}")
+    q, qd, tau = (block[first:] for block in recorded)
+    return Measurements(np.arange(len(q)) / sampling, q, tau, qd=qd, source=f"simulated {machine.name}")
 
 
 def _refuse(machine: Machine) -> None:
