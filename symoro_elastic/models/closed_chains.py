@@ -112,6 +112,9 @@ def _constraint_forces(bound: Bound, _: Joints) -> Results:
     if coupled:
         needed = needed_forces(bound, found)
         results["lam"] = Result(coupled, tuple(needed[j] for j in coupled))
+    if not results:
+        what = "there is no loop, and every joint has a variable of its own, which nothing constrains: leave it out"
+        raise bound.machine.error("constraint_forces", what)
     return results
 
 
