@@ -22,10 +22,11 @@ KEYWORD = "it is a keyword of C, C++ or Python"
 def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
     """The package of these models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine)
+    coupled = machine.is_coupled
     return Package(
         name=machine.name,
         scene=scene,
-        axes=tuple(Axis(joint.name, joint.kind, f"{joint.variable}, {joint.unit}") for joint in machine.moving_joints),
+        axes=_axes(machine, machine.moving),
         motors=machine.motor_entries,
         elastic=machine.elastic_entries,
         frames=tuple(joint.name for joint in machine.joints),
@@ -39,7 +40,15 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
         antecedents=tuple(joint.antecedent for joint in machine.joints),
         source=PurePath(machine.source).name,
         options=_options(machine, folded, scene),
+        dependent=_axes(machine, machine.dependent) if coupled else None,
+        driven=_axes(machine, machine.motors) if coupled else None,
     )
+
+
+def _axes(machine: Machine, joints: Sequence[int]) -> tuple[Axis, ...]:
+    """Joints by number, with their own variables."""
+    rows = map(machine.joint, joints)
+    return tuple(Axis(joint.name, joint.kind, f"{joint.variable}, {joint.unit}") for joint in rows)
 
 
 def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, ...]:

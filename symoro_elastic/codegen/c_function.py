@@ -21,8 +21,8 @@ from symoro_elastic.symbolic.program import Statement, by_section
 
 SINCOS = ("sine", "cosine")
 SPILL = "spill"
-PER_JOINT, PER_MOTOR = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor")
-"""Arrays with an entry for each joint that moves, or each motor."""
+PER_JOINT, PER_MOTOR, PER_DEPENDENT = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor"), ("q_dep", "q_dep_out")
+"""Arrays with an entry for each joint whose variable is independent, each motor, each joint that follows by loops."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,10 @@ class CFunction:
 
     def _declare_arrays(self) -> None:
         package, function, state = self.package, self.function, self.precision.state
-        joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motors): f"{self.macro}_MOTORS"}
+        joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motor_names): f"{self.macro}_MOTORS"}
+        dependent = {len(package.dependent or ()): f"{self.macro}_DEPENDENT"}
         named = dict.fromkeys(PER_JOINT, joints) | dict.fromkeys(PER_MOTOR, motors)
+        named |= dict.fromkeys(PER_DEPENDENT, dependent)
         named |= {"p": {len(package.parameters): f"{self.macro}_PARAMETERS"}}
         self.indices = {p.symbol: f"{self.macro}_P_{p.name}" for p in package.parameters}
         *self.inputs, self.p = (

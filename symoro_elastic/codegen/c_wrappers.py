@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from symoro_elastic.codegen.local_names import of_own_results
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import Precision
 
@@ -14,7 +15,8 @@ def wrapped(package: Package, function: Function, precision: Precision, after_p:
 
     `call` is that of the state in row k of each array but p, with `after_p` behind p; `all_states` is that of a batch.
     """
-    inputs, results = package.inputs(function), {r.name: math.prod(r.shape) for r in function.results}
+    own = of_own_results(function).results
+    inputs, results = package.inputs(function), {r.name: math.prod(r.shape) for r in own}
     pointers = [*(f"const {precision.state} *{name}" for name in inputs), *(f"{precision.state} *{r}" for r in results)]
     return {
         "name": precision.function(package.name, function.name),

@@ -25,6 +25,9 @@ def shared(package: Package) -> dict[str, Any]:
         "summary": package.scene,
         "joints": package.axes,
         "motors": package.motors,
+        "motor_names": package.motor_names,
+        "has_motors_in_q": package.has_motors_in_q,
+        "dependent": package.dependent,
         "elastic": package.elastic,
         "frames": package.frames,
     }

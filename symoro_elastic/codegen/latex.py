@@ -192,8 +192,8 @@ def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> li
         return [user_symbol(label) for label in result.columns]
     if result.quantity.columns_follow_rows:
         return [numbers.get(name, f"0,{k}") for k, name in enumerate(result.rows, start=1)]
-    joints = {"n": range(len(package.axes)), "m": package.motors}.get(result.quantity.axes[-1], ())
-    return [numbers[package.axes[k].name] for k in joints] if len(result.shape) > 1 else []
+    names = {"n": [axis.name for axis in package.axes], "m": package.motor_names}.get(result.quantity.axes[-1], ())
+    return [numbers[name] for name in names] if len(result.shape) > 1 else []
 
 
 def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.symbolic.renaming import renamed
 
 
@@ -33,6 +33,29 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
         parameters=tuple(replace(p, local=names.get(p.symbol, p.symbol)) for p in package.parameters),
         functions=tuple(replace(f, program=renamed(f.program, names)) for f in package.functions),
     )
+
+
+def with_own_results(package: Package) -> Package:
+    """Return the package with names of results that no argument of the function has: `q_dep_out` for q_dep.
+
+    In C both are parameters of one function.
+    """
+    return replace(package, functions=tuple(map(of_own_results, package.functions)))
+
+
+def of_own_results(function: Function) -> Function:
+    """Return the function with names of results that none of its arguments has."""
+    shared = {a.name for a in function.arguments} & {r.name for r in function.results}
+    if not shared:
+        return function
+    names = {name: f"{name}_out" for name in shared}
+    outputs = tuple(replace(o, name=names.get(o.name, o.name)) for o in function.program.outputs)
+    results = tuple(_renamed(r, names.get(r.name, r.name)) for r in function.results)
+    return replace(function, results=results, program=replace(function.program, outputs=outputs))
+
+
+def _renamed(result: Result, name: str) -> Result:
+    return replace(result, quantity=replace(result.quantity, name=name))
 
 
 def _symbols(package: Package) -> Iterator[str]:

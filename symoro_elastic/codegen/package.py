@@ -119,7 +119,8 @@ class Package:
 
     `joint_names` are the rows of its table, then points that are asked for; `antecedents` are the numbers (from 1) of
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
-    shaped the code.
+    shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
+    None for a tree, whose motors all own entries of q: `motors` are their indices.
     """
 
     name: str
@@ -134,6 +135,18 @@ class Package:
     antecedents: tuple[int, ...] = ()
     source: str = ""
     options: tuple[str, ...] = ()
+    dependent: tuple[Axis, ...] | None = None
+    driven: tuple[Axis, ...] | None = None
+
+    @property
+    def motor_names(self) -> tuple[str, ...]:
+        """Names of the joints of all motors: the entries of tau."""
+        return tuple(axis.name for axis in self.driven or map(self.axes.__getitem__, self.motors))
+
+    @property
+    def has_motors_in_q(self) -> bool:
+        """Whether every motor owns an entry of q."""
+        return len(self.motors) == len(self.motor_names)
 
     def inputs(self, function: Function) -> dict[str, int]:
         """Entries of the inputs of a function by name, in order; `p` is the last, also when no parameter is left."""

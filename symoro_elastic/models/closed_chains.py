@@ -112,7 +112,7 @@ def _constraint_forces(bound: Bound, _: Joints) -> Results:
     if forces:
         results["lam"] = Result(tuple(forces), tuple(forces.values()))
     if not results:
-        what = "every joint has a variable of its own, so that nothing is constrained: leave the model out"
+        what = "there is no loop, and every joint has a variable of its own, which nothing constrains: leave it out"
         raise bound.machine.error("constraint_forces", what)
     return results
 

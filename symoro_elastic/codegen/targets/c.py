@@ -11,7 +11,7 @@ from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
 from symoro_elastic.codegen.c_text import FunctionText, function_text
 from symoro_elastic.codegen.described import Files
-from symoro_elastic.codegen.local_names import with_local_names
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Axis, Package, ParameterValue
 from symoro_elastic.codegen.pair_arithmetic import with_needed
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
@@ -54,7 +54,8 @@ class SourceText:
     banner: str
     summary: str
     axes: tuple[Axis, ...]
-    motors: int
+    dependent: tuple[Axis, ...] | None
+    motor_names: tuple[str, ...]
     frames: int
     parameters: tuple[ParameterValue, ...]
     defaults: tuple[str, ...]
@@ -94,7 +95,7 @@ def _sincos(function: str) -> tuple[str, ...]:
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return `<name>.h` and `<name>.c`, the precision in their names unless it is double."""
-    text = source_text(with_local_names(package, OWN), precision)
+    text = source_text(with_local_names(with_own_results(package), OWN), precision)
     return {
         f"{text.name}.h": fitted(render("c/model.h.j2", **vars(text))),
         f"{text.name}.c": fitted(render("c/model.c.j2", **vars(text))),
@@ -115,7 +116,8 @@ def source_text(package: Package, precision: Precision) -> SourceText:
         banner=banner(package, precision),
         summary=package.scene,
         axes=package.axes,
-        motors=len(package.motors),
+        dependent=package.dependent,
+        motor_names=package.motor_names,
         frames=len(package.frames),
         parameters=package.parameters,
         defaults=tuple(_default(p, precision, k == last) for k, p in enumerate(package.parameters)),

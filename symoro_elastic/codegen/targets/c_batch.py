@@ -10,7 +10,7 @@ from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
 from symoro_elastic.codegen.c_text import Routine, working
 from symoro_elastic.codegen.described import Files
-from symoro_elastic.codegen.local_names import with_local_names
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.target import words
@@ -80,7 +80,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
 
 def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`."""
-    package = with_local_names(package, OWN | C_WORDS)
+    package = with_local_names(with_own_results(package), OWN | C_WORDS)
     form, name = vector_form(package, precision), package.name + precision.suffix
     functions = [CFunction(package, f, precision, form) for f in package.functions if f.arguments]
     texts = tuple(map(_function, functions))

@@ -30,7 +30,11 @@ BUILTINS = words(
     TypeError KeyError
     """
 )
-OWN = words("JOINTS MOTORS ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters p c math np numpy nan inf")
+OWN = words(
+    """
+    JOINTS DEPENDENT MOTORS MOTOR_NAMES ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters p c math np numpy nan inf
+    """
+)
 """Identifiers of the templates."""
 
 
