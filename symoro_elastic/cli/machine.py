@@ -14,8 +14,8 @@ from symoro_elastic.cli.reading import read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
-    from symoro_elastic.machine.machine import Machine
     from symoro_elastic.models.joint_axes import PlacedMachine
+    from symoro_elastic.report.closed_chains import ClosedChain
 
 
 @click.command()
@@ -34,14 +34,15 @@ if TYPE_CHECKING:
 def show(machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
-    Prints where each joint is and how it moves, seen from frame 0. Names the joints, if any, whose inertia is
-    singular at every position.
+    Prints where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
+    Names the joints, if any, whose inertia is singular at every position.
     """
     from symoro_elastic.grouping import base_parameters
     from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.models.joint_axes import placed_machine
     from symoro_elastic.pipeline import found_degeneracies
+    from symoro_elastic.report.closed_chains import closed_chain
 
     found = read(machine)
     if values:
@@ -49,26 +50,32 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
     placed = placed_machine(kept, positions)
+    chain = closed_chain(kept, placed)
+    for warning in chain.warnings:
+        click.echo(f"warning: {warning}", err=True)
     degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(found, asked)]
     base = base_parameters(kept)
     if as_json:
-        print_json(_as_json(kept, placed, base, degenerate))
+        print_json(_as_json(chain, placed, base, degenerate))
     else:
-        _print(kept, placed, base, degenerate)
+        _print(chain, placed, base, degenerate)
 
 
 def _as_json(
-    machine: Machine, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
+    chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
 ) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
+    from symoro_elastic.report.closed_chains import closed_chain_json
     from symoro_elastic.report.tables import axes_json, position_json
 
+    machine = chain.machine
     by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
     return {
         "name": machine.name,
         "joints": [joint.name for joint in machine.moving_joints],
         "motors": by_kind[Kind.MOTOR],
         "elastic": by_kind[Kind.ELASTIC],
+        **closed_chain_json(chain),
         "position": position_json(placed),
         "axes": axes_json(placed),
         "parameters": [p.name for p in machine.parameters],
@@ -81,9 +88,11 @@ def _as_json(
     }
 
 
-def _print(machine: Machine, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.report.closed_chains import closed_chain_lines
     from symoro_elastic.report.tables import axes_table, machine_table
 
+    machine = chain.machine
     print_table(machine_table(machine), machine.name, keys=2)
     print_table(axes_table(placed), "origins and axes in frame 0", keys=2)
     for parameter in machine.parameters:
@@ -91,6 +100,8 @@ def _print(machine: Machine, placed: PlacedMachine, base: BaseParameters, degene
     if machine.floating:
         orientation, known = machine.floating.orientation, machine.floating.known
         click.echo(f"floating base: {orientation} and {known} given, M = {machine.floating.body.mass}")
+    for line in closed_chain_lines(chain):
+        click.echo(line)
     click.echo(f"\nbase inertial parameters: {base.check}")
     for name, formula in {**base.parts, **base.formulas}.items():
         click.echo(f"  {name} = {formula}")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from symoro_elastic.equations.kinematics import frames
 from symoro_elastic.errors import InputError
@@ -15,6 +15,7 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
@@ -34,24 +35,27 @@ class PlacedJoint:
 
 @dataclass(frozen=True)
 class PlacedMachine:
-    """Joints at one position: `q` by name, rad or m."""
+    """Joints at one position: `q` by name, rad or m; of coupled joints it is what their cells hold."""
 
     q: dict[str, float]
     joints: tuple[PlacedJoint, ...]
 
 
 def placed_machine(machine: Machine, at: Mapping[str, float]) -> PlacedMachine:
-    """Return the joints of a machine at a position, springs at their neutral positions and others at zero unless given.
+    """Return the joints of a machine at a position, those that loops give closed.
 
-    `at` are positions by joint or joint variable. Raises `InputError` for a joint that does not move.
+    `at` are positions by joint or joint variable. Where it gives none, springs are at their neutral positions, joints
+    of loops at the start of the loop, others at zero. Raises `InputError` for a joint that does not move by itself,
+    and where the loops do not close.
     """
     values = parameter_values(machine)
-    position = _neutral(machine, values) | _given(machine, at)
-    known = {name: Formula.parse(x) for name, x in position.items() if not math.isnan(x)}
-    bound = Bound(restricted(machine, Scene(locked=known)))
+    free = _neutral(machine, values) | _started(machine) | _given(machine, at)
+    own = free | (_closed(machine, values, free) if machine.loops else {})
+    known = {name: Formula.parse(x) for name, x in own.items() if not math.isnan(x)}
+    bound = Bound(restricted(replace(machine, loops=()), Scene(locked=known)))
     found = frames(bound.mechanism)[1:]
     leaves = [x for frame in found for x in (*frame.origin, *frame.z)]
-    names = (*(parameter.name for parameter in machine.parameters), *(str(j.variable) for j in machine.moving_joints))
+    names = (*(parameter.name for parameter in machine.parameters), *machine.variables)
     value = evaluate(leaves, dict.fromkeys(names, math.nan) | values, FLOATS)
 
     def numbers(vector: tuple[Scalar, ...]) -> Point:
@@ -59,19 +63,67 @@ def placed_machine(machine: Machine, at: Mapping[str, float]) -> PlacedMachine:
         return x, y, z
 
     joints = zip(machine.joints, found, strict=True)
-    return PlacedMachine(position, tuple(PlacedJoint(j, numbers(f.origin), numbers(f.z)) for j, f in joints))
+    placed = tuple(PlacedJoint(j, numbers(f.origin), numbers(f.z)) for j, f in joints)
+    return PlacedMachine({**own, **_coupled(machine, values, own)}, placed)
+
+
+def _started(machine: Machine) -> dict[str, float]:
+    """Independent joints of loops that have a start, at the assembled one."""
+    if not machine.loops:
+        return {}
+    start = plan_of(machine, Bound).positions[0]
+    given = {name for loop in machine.loops for name in loop.start}
+    return {joint.name: start[j] for j, joint in _numbered(machine, machine.moving) if joint.variable in given}
+
+
+def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, float]) -> dict[str, float]:
+    """Dependent joints at a position of the independent ones, by closed forms or by continuation from the start."""
+    plan, dependent = plan_of(machine, Bound), dict(_numbered(machine, machine.dependent))
+    names = [parameter.name for parameter in machine.parameters]
+    if plan.needs_assembly:
+        if not values.keys() >= {*names} or any(map(math.isnan, free.values())):
+            return {joint.name: math.nan for joint in dependent.values()}
+        target = {j: free[joint.name] for j, joint in _numbered(machine, machine.moving)}
+        found = plan.assembly.moved(plan.positions[0], target, machine.dependent)
+        if found is None:
+            raise _open(machine)
+        return {joint.name: found[j] for j, joint in dependent.items()}
+    known = {str(joint.variable): free[joint.name] for joint in machine.moving_joints}
+    forms = Bound(machine).variables
+    try:
+        value = evaluate([forms[j] for j in dependent], dict.fromkeys(names, math.nan) | values | known, FLOATS)
+        return {joint.name: float(value(forms[j])) for j, joint in dependent.items()}
+    except (ArithmeticError, ValueError):
+        raise _open(machine) from None
+
+
+def _open(machine: Machine) -> InputError:
+    loops = ", ".join(loop.name for loop in machine.loops)
+    what = f"{loops} cannot close at this position: stay nearer to start, or give other joints of the loop too"
+    return InputError(machine.label, "--at", what)
+
+
+def _coupled(machine: Machine, values: Mapping[str, float], own: Mapping[str, float]) -> dict[str, float]:
+    """What the cells of coupled joints hold."""
+    known = {**values, **{str(joint.variable): own[joint.name] for _, joint in _numbered(machine, machine.owners)}}
+    rows = [joint for j, joint in _numbered(machine, machine.articulated) if j not in machine.owners]
+    return {joint.name: _value(joint.selected, known) for joint in rows}
+
+
+def _numbered(machine: Machine, joints: Iterable[int]) -> Iterator[tuple[int, Joint]]:
+    return ((j, machine.joint(j)) for j in joints)
+
+
+def _value(formula: Formula, values: Mapping[str, float]) -> float:
+    try:
+        return formula.value(values) if formula.names <= values.keys() else math.nan
+    except FormulaError:
+        return math.nan
 
 
 def _neutral(machine: Machine, values: Mapping[str, float]) -> dict[str, float]:
     """Neutral positions of springs, zero of other joints."""
-    found = {}
-    for joint in machine.moving_joints:
-        neutral = joint.spring.neutral
-        try:
-            found[joint.name] = neutral.value(values) if neutral.names <= values.keys() else math.nan
-        except FormulaError:
-            found[joint.name] = math.nan
-    return found
+    return {joint.name: _value(joint.spring.neutral, values) for joint in machine.moving_joints}
 
 
 def _given(machine: Machine, at: Mapping[str, float]) -> dict[str, float]:
@@ -79,7 +131,16 @@ def _given(machine: Machine, at: Mapping[str, float]) -> dict[str, float]:
     names |= {joint.name: joint.name for joint in machine.moving_joints}
     for name, x in at.items():
         if name not in names:
-            raise InputError(machine.label, "--at", f"no joint {quoted(name)} moves{did_you_mean(name, names)}")
+            raise InputError(machine.label, "--at", _not_free(machine, name) + did_you_mean(name, names))
         if not abs(x) <= LARGEST:
             raise InputError(machine.label, "--at", f"{name}={x:g} is out of range: give a number up to {LARGEST:g}")
     return {names[name]: x for name, x in at.items()}
+
+
+def _not_free(machine: Machine, name: str) -> str:
+    """Why a name is that of no independent variable."""
+    for j, joint in _numbered(machine, machine.articulated):
+        if name in (joint.name, joint.variable) and j not in machine.moving:
+            others = ", ".join(str(other.variable) for other in machine.moving_joints)
+            return f"{quoted(name)} follows from other variables: give some of {others}"
+    return f"no joint {quoted(name)} moves"

@@ -157,7 +157,7 @@ def _cleared(x: float, size: float) -> float:
 
 
 def _number(x: float) -> str:
-    return "-" if math.isnan(x) else f"{x:.6g}"
+    return "-" if math.isnan(x) else f"{x + 0.0:.6g}"
 
 
 def _finite(x: float) -> float | None:
