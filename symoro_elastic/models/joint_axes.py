@@ -88,10 +88,10 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
         if found is None:
             raise _open(machine)
         return {joint.name: found[j] for j, joint in dependent.items()}
-    known = {str(joint.variable): free[joint.name] for joint in machine.moving_joints}
+    known: dict[str, float] = {str(joint.variable): free[joint.name] for joint in machine.moving_joints}
     forms = Bound(machine).variables
     try:
-        value = evaluate([forms[j] for j in dependent], dict.fromkeys(names, math.nan) | values | known, FLOATS)
+        value = evaluate([forms[j] for j in dependent], dict.fromkeys(names, math.nan) | dict(values) | known, FLOATS)
         return {joint.name: float(value(forms[j])) for j, joint in dependent.items()}
     except (ArithmeticError, ValueError):
         raise _open(machine) from None

@@ -17,7 +17,7 @@ from symoro_elastic.equations.spatial import Axis, is_zero
 from symoro_elastic.machine.loops import Loop, branches
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position, loop_branches
-from symoro_elastic.models.loops.closed_forms import agrees, loop_circuit, mapped, planar
+from symoro_elastic.models.loops.closed_forms import Angles, agrees, loop_circuit, mapped, planar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 if TYPE_CHECKING:
@@ -132,6 +132,10 @@ def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
     found, error = assembly.assembled(rough, machine.dependent)
     if not error < CLOSED:
         found, error = assembly.assembled(rough, machine.owners)
+        if error < CLOSED:
+            kept = _independent_rows(assembly, [found])
+            _refuse_wrong_number(machine, assembly, kept)
+            _refuse_singular(machine, assembly, kept, [found])
         error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.moving) else math.inf
     if not error < CLOSED:
         found, _ = assembly.assembled(rough, machine.dependent)
@@ -146,9 +150,10 @@ def _assembled_start(machine: Machine, assembly: Assembly) -> Position:
 
 def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position) -> None:
     """Refuse a loop that may be closed in several positions and has no start; parallelograms have one."""
+    parallelograms = _parallelograms(machine, assembly)
     for loop in machine.loops:
         dependent = machine.dependent_in(loop)
-        if loop.start or not dependent or mapped(assembly.bound, loop, dependent) is not None:
+        if loop.start or not dependent or loop.name in parallelograms:
             continue
         found = _other_positions(machine, assembly, rough, dependent)
         if len(found) > 1:
@@ -157,6 +162,24 @@ def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position) -> None
             count = {2: "two"}.get(len(found), str(len(found)))
             what = f"{count} positions ({joint.variable} = {values}): write start = {{ ... }}"
             raise machine.error(f"loop {loop.name}", what)
+
+
+def _parallelograms(machine: Machine, assembly: Assembly) -> dict[str, Angles]:
+    """Angles of the dependent joints of each parallelogram, those first through which others run."""
+    found: dict[str, Angles] = {}
+    waiting = list(machine.loops)
+    while waiting:
+        taken = {j for angles in found.values() for j in angles}
+        for loop in waiting:
+            own = [j for j in machine.dependent_in(loop) if j not in taken]
+            angles = mapped(assembly.bound, loop, own)
+            if angles is not None:
+                found[loop.name] = angles
+                waiting.remove(loop)
+                break
+        else:
+            break
+    return found
 
 
 def _other_positions(machine: Machine, assembly: Assembly, rough: Position, dependent: Sequence[int]) -> list[Position]:
@@ -182,11 +205,12 @@ def _same(machine: Machine, one: Position, other: Position, joints: Sequence[int
 def _mapped_start(machine: Machine, assembly: Assembly) -> Position:
     """The start that the file gives; parallelograms without one stand apart from their flat position."""
     position = assembly.start()
-    for loop in machine.loops:
-        angles = None if loop.start else mapped(assembly.bound, loop, machine.dependent_in(loop))
-        if angles is None:
+    unstarted = {loop.name for loop in machine.loops if not loop.start}
+    for name, angles in _parallelograms(machine, assembly).items():
+        if name not in unstarted:
             continue
-        position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
+        if len(unstarted) == len(machine.loops):
+            position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
         symbols = {str(machine.joint(j).variable): x for j, x in position.items()}
         offsets = {j: assembly.bound.offset(j) for j in angles}
         value = evaluate([*angles.values(), *offsets.values()], assembly.values | symbols, FLOATS)
