@@ -13,8 +13,10 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.vibration.assembled_loops import refuse_assembled
 from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
 from symoro_elastic.vibration.independent_motors import refuse_dependent_motors
 from symoro_elastic.vibration.modes import Modes
@@ -94,6 +96,7 @@ def compare(
     rotors (`with_ratios`). Raises `InputError`.
     """
     refuse_dependent_motors(machine)
+    refuse_assembled(Bound(machine))
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
     less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
     motors = [joint.name for joint in machine.motor_joints]

@@ -33,12 +33,12 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.cells import Points
-from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
+from symoro_elastic.vibration.assembled_loops import AssembledLoops
 from symoro_elastic.vibration.independent_motors import refuse_dependent_motors, with_independent_motors
 
 DUALS = differentiating(FLOATS)
@@ -76,8 +76,8 @@ class EquationsOfMotion:
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
-        _refuse_assembled(self.bound)
         self.parameters = _values(self.machine, values or {})
+        self.assembled = AssembledLoops(self.bound, self.parameters)
 
     @property
     def source(self) -> str:
@@ -198,7 +198,7 @@ class EquationsOfMotion:
     def work_slopes(self, state: State, left: Array) -> Mapping[str, Any]:
         """Return the derivatives of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
         symbols = self._symbols(state.q, state.qd, state.qdd)
-        return gradient(self.residual, list(left), symbols, FLOATS)
+        return self.assembled.total(gradient(self.residual, list(left), symbols, FLOATS), symbols, FLOATS)
 
     def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
         """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each.
@@ -209,7 +209,8 @@ class EquationsOfMotion:
             [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
             for block, changes in ((state.q, dq), (state.qdd, dqdd))
         )
-        by_symbol = gradient(self.residual, list(left), self._symbols(q, state.qd, qdd), DUALS)
+        symbols = self._symbols(q, state.qd, qdd)
+        by_symbol = self.assembled.total(gradient(self.residual, list(left), symbols, DUALS), symbols, DUALS)
         none = np.zeros(left.shape[1])
         changed = {name: x.tangent + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
         by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
@@ -274,19 +275,12 @@ class EquationsOfMotion:
         for by_joint, numbers in ((self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd)):
             for symbol, x in zip(by_joint.values(), numbers, strict=True):
                 symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
+        self.assembled.add_to(symbols, [symbols[symbol.operands[0]] for symbol in self.bound.q.values()])
         return symbols
 
 
 def _seeded(x: Array, slopes: Array) -> list[Dual]:
     return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
-
-
-def _refuse_assembled(bound: Bound) -> None:
-    """Raise `InputError` for loops without closed form."""
-    loops = [one.loop.name for one in bound.loops if one.form is Form.ASSEMBLED]
-    if loops:
-        what = "linear models are not offered where a loop has no closed form: ask for the model linearization"
-        raise bound.machine.error(f"loop {', '.join(loops)}", what)
 
 
 def _without_coulomb(machine: Machine) -> Machine:

@@ -11,9 +11,10 @@ import pytest
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Machine, Wrench
+from symoro_elastic.machine.machine import Friction, Machine, Parameter, Wrench
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.vibration.comparison import compare
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium, given_state
@@ -22,6 +23,7 @@ from symoro_elastic.vibration.modes import Modes, modes
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.sensitivity import sensitivity
 from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations
+from tests.references.virtual_work import small_motions
 
 GEARED_PENDULUM = """
 name = "geared_pendulum"
@@ -47,6 +49,35 @@ def at_rest(described: Machine, held: bool = True) -> Linearization:
 
 def vibrations(described: Machine, held: bool = True) -> Modes:
     return modes(at_rest(described, held))
+
+
+def test_loops_without_closed_form_are_assembled() -> None:
+    """M, D, K about a motion are those of d'Alembert's principle, whose loops are closed in 70 digits."""
+    situation, joints = situations("spatial_four_bar")[0], machine("spatial_four_bar").joints
+    viscous = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in joints)
+    described = replace(machine("spatial_four_bar"), joints=viscous)
+    motion = EquationsOfMotion(described)
+    named = (dict(zip(motion.names, numbers, strict=True)) for numbers in (situation.state.u, situation.state.ud))
+    torques = {joint.name: x for joint, x in zip(described.motor_joints, situation.tau, strict=True)}
+    linear = linearize(motion, given_state(motion, *named, torques))
+    wanted = small_motions(described, situation.state, situation.tau)
+    for ours, matrix in zip((linear.M, linear.D, linear.K), wanted, strict=True):
+        exact = np.array(matrix, dtype=float)
+        np.testing.assert_allclose(ours, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
+
+
+def test_sensitivity_to_a_length_of_an_assembled_loop() -> None:
+    joints = list(machine("spatial_four_bar").joints)
+    row = next(j for j, joint in enumerate(joints) if joint.name == "cross")
+    length = Parameter("length", joints[row].d)
+    joints[row] = replace(joints[row], d=Formula.parse(length.name))
+    described = replace(machine("spatial_four_bar"), joints=tuple(joints), parameters=(length,))
+    assert_differences(described, "length")
+
+
+def test_compare_needs_closed_forms() -> None:
+    with pytest.raises(InputError, match="loop linkage: not offered where a loop has no closed form"):
+        compare(machine("spatial_four_bar"))
 
 
 @pytest.mark.parametrize("name", WITH_RESULTS)
@@ -124,13 +155,18 @@ def test_the_share_of_a_rotor_is_of_the_whole_energy() -> None:
 
 @pytest.mark.parametrize(("name", "parameter"), [("five_bar", "L1"), ("press", "R"), ("screw", "pitch")])
 def test_sensitivities_are_differences(name: str, parameter: str) -> None:
-    """Lengths of a loop move its dependent joints too; differences of step 1e-5 lose five digits."""
-    found = vibrations(machine(name))
+    """Lengths of a loop move its dependent joints too."""
+    assert_differences(machine(name), parameter)
+
+
+def assert_differences(described: Machine, parameter: str) -> None:
+    """Differences of step 1e-5 lose five digits, and are off by the square of it."""
+    found = vibrations(described)
     slopes = sensitivity(found, [parameter]).slopes[0]
-    value, step = EquationsOfMotion(machine(name)).parameters[parameter], 1e-5
+    value, step = EquationsOfMotion(described).parameters[parameter], 1e-5
 
     def frequencies(x: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        motion = EquationsOfMotion(machine(name), {parameter: x})
+        motion = EquationsOfMotion(described, {parameter: x})
         motors = [joint.name for joint in motion.machine.motor_joints]
         return modes(with_motors(linearize(motion, equilibrium(motion), (), ()), motors)).frequencies
 
@@ -169,7 +205,7 @@ def test_motors_on_dependent_joints_become_independent() -> None:
     ("name", "values", "at", "what"),
     [
         ("gantry_rigid", {}, {}, "joint carriage_2: not offered where a motor is on a dependent joint"),
-        ("spatial_four_bar", {}, {}, "loop linkage: linear models are not offered where a loop has no closed form"),
+        ("spatial_four_bar", {}, {"motor": 0.6, "crank": 1e4}, "loop linkage: it does not close at motor=0.6"),
         ("five_bar", {}, {"rod_1": 0.1}, "rod_1 follows from a loop: name an independent joint"),
         ("five_bar", {"L2": 0.4}, {"motor_1": 3.1, "motor_2": 0.0}, "loop diamond: it does not close at motor_1=3.1"),
     ],

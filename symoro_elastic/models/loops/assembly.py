@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
 
 SEED = 20263
-STEPS, CLOSED, LONGEST_STEP = 50, 1e-11, 0.5
+STEPS, CLOSED, LONGEST_STEP, FINEST = 50, 1e-11, 0.5, 64
 Position = dict[int, float]
 """Values of the own variables by number of their joint, rad or m."""
 Values = Mapping[str, float]
@@ -125,14 +125,22 @@ class Assembly:
         return found, float(np.max(np.abs(self.numbers(found)[0]), initial=0))
 
     def moved(self, position: Position, target: Mapping[int, float], dependent: Sequence[int]) -> Position | None:
-        """An assembled position at other independent variables, reached by continuation; None where it ends."""
+        """An assembled position at other independent variables, reached by continuation; None where it ends.
+
+        Steps are halved where dependent variables go far in one, which is near a singular position, or a jump.
+        """
         free = [j for j in target if j not in dependent]
         longest = max((abs(target[j] - position[j]) for j in free), default=0.0)
-        steps = max(1, int(np.ceil(longest / 0.1)))
-        found = position
-        for step in range(1, steps + 1):
-            here = {j: position[j] + (target[j] - position[j]) * step / steps for j in free}
-            found, error = self.assembled({**found, **here}, dependent)
-            if not error < CLOSED:
+        step, done, found = 1 / max(1, int(np.ceil(longest / 0.1))), 0.0, position
+        least = step / FINEST
+        while done < 1:
+            ahead = min(1.0, done + step)
+            here = {j: position[j] + (target[j] - position[j]) * ahead for j in free}
+            near, error = self.assembled({**found, **here}, dependent)
+            if error < CLOSED and all(abs(near[j] - found[j]) < LONGEST_STEP for j in dependent):
+                found, done = near, ahead
+            elif step > least:
+                step /= 2
+            else:
                 return None
         return found

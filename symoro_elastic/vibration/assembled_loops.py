@@ -1,0 +1,114 @@
+"""Dependent variables of loops that have no closed form: their values and derivatives at positions of a machine.
+
+Values are followed from the start of the loops in small steps, so that they stay on their branch. Derivatives by an
+independent variable or a parameter are W_d^-1 times that of the closing errors (L10), (L18).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.equations.loops.closing import closing_error
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.derivative_columns import moved_with
+from symoro_elastic.models.loops.assembly import Assembly, loop_branches
+from symoro_elastic.models.loops.plan import Form, plan_of
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate
+from symoro_elastic.symbolic.duals import Dual
+from symoro_elastic.symbolic.expression import Expression, Level, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
+
+FARTHEST = 100.0
+"""Rad or m that a position may be from the last one."""
+
+
+def refuse_assembled(bound: Bound) -> None:
+    """Raise `InputError` for loops without closed form."""
+    loops = [one.loop.name for one in bound.loops if one.form is Form.ASSEMBLED]
+    if loops:
+        what = "not offered where a loop has no closed form: choose other dependent joints, or lock one"
+        raise bound.machine.error(f"loop {', '.join(loops)}", what)
+
+
+class AssembledLoops:
+    """The dependent variables without closed form of a bound machine, at values of its parameters."""
+
+    def __init__(self, bound: Bound, parameters: Mapping[str, float]) -> None:
+        self.bound, self.parameters = bound, parameters
+        self.joints = [j for one in bound.loops if one.form is Form.ASSEMBLED for j in one.dependent]
+        self.names = {j: str(bound.machine.joint(j).variable) for j in self.joints}
+
+    def add_to(self, symbols: dict[str, Any], q: Sequence[Any]) -> None:
+        """Add the variables to values of symbols, duals where the independent ones `q` are."""
+        if not self.joints:
+            return
+        values = self._values(np.array([x.value if x.__class__ is Dual else x for x in q], dtype=float))
+        symbols |= values
+        tangents = {
+            symbol.operands[0]: x.tangent
+            for symbol, x in zip(self.bound.q.values(), q, strict=True)
+            if x.__class__ is Dual
+        }
+        if not tangents:
+            return
+        still = {name: x.value if x.__class__ is Dual else x for name, x in symbols.items()}
+        slopes = self._evaluated(list(tangents), still, FLOATS)
+        for name, x in values.items():
+            symbols[name] = Dual(x, sum(slopes[by][name] * tangent for by, tangent in tangents.items()))
+
+    def total(
+        self, partial: Mapping[str, Any], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]
+    ) -> dict[str, Any]:
+        """Total derivatives by symbol from partial ones: dependent variables move along (L42)."""
+        found = dict(partial)
+        moved = {name: found.pop(name) for name in self.names.values() if name in found}
+        for by, slopes in self._evaluated(list(self.slopes), symbols, arithmetic).items() if moved else ():
+            for name, weight in moved.items():
+                added = slopes[name] * weight
+                found[by] = found[by] + added if by in found else added
+        return found
+
+    def _evaluated(self, by: Sequence[str], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]) -> dict[str, Any]:
+        value = evaluate((x for name in by for x in self.slopes[name].values()), symbols, arithmetic)
+        return {name: {d: value(x) for d, x in self.slopes[name].items()} for name in by}
+
+    @cached_property
+    def slopes(self) -> dict[str, dict[str, Scalar]]:
+        """Derivatives of the variables, by the name of what they are taken by and then by their own."""
+        moved = {q: moved_with(self.bound, "dq", j, q) for j, q in self.bound.q.items()}
+        moved |= {p: moved_with(self.bound, "dp", 0, p) for p in self._lengths()}
+        return {
+            by.operands[0]: {x.operands[0]: slope for x, slope in entries.items() if x is not by}
+            for by, entries in moved.items()
+        }
+
+    def _lengths(self) -> list[Expression]:
+        """Parameters that loops depend on."""
+        branches = (loop_branches(self.bound, one.loop) for one in self.bound.loops)
+        nodes = reachable(x for branch in branches for x in closing_error(branch).entries)
+        return [x for x in nodes if x.operation == SYMBOL and x.level is Level.PARAMETER]
+
+    def _values(self, q: np.ndarray[Any, Any]) -> dict[str, float]:
+        """Return the variables at q (n,); NaN where the loops do not close, or too far away."""
+        machine = self.bound.machine
+        target = dict(zip(machine.moving, q.tolist(), strict=True))
+        far = max((abs(x - self._position[j]) for j, x in target.items()), default=0.0)
+        found = self._assembly.moved(self._position, target, machine.dependent) if far < FARTHEST else None
+        if found is None:
+            return dict.fromkeys(self.names.values(), np.nan)
+        self._position = found
+        return {name: found[j] for j, name in self.names.items()}
+
+    @cached_property
+    def _assembly(self) -> Assembly:
+        return Assembly(self.bound.machine, Bound, self.parameters)
+
+    @cached_property
+    def _position(self) -> dict[int, float]:
+        start = plan_of(self.bound.machine, Bound).positions[0]
+        return self._assembly.assembled(start, self.bound.machine.dependent)[0]
