@@ -32,6 +32,7 @@ from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.closed_positions import Followed, start_of
 from symoro_elastic.numerics.random_motion import closed_states
 from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import Program
 
 PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
@@ -160,11 +161,16 @@ class ByLinearity:
 
     def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
         """Return the entries of the first result of a program at stacked states, (samples, entries)."""
+        symbols = {**self._symbols(program, state), **parameters}
+        return _evaluated(program.outputs[0].entries, symbols, len(state[0]))
+
+    def _symbols(self, program: Program, state: Sequence[Array]) -> dict[str, Any]:
+        """Values of the parameters, and of the arguments of a program at stacked states."""
         arguments = [argument for argument in program.inputs if argument.name != "q_dep"]
-        symbols: dict[str, Any] = {**self._values, **parameters, **self._dependent(state[0])}
+        symbols: dict[str, Any] = {**self._values, **self._dependent(state[0])}
         for argument, array in zip(arguments, state, strict=True):
             symbols |= zip(argument.symbols, array.T, strict=True)
-        return _evaluated(program.outputs[0].entries, symbols, len(state[0]))
+        return symbols
 
     def _dependent(self, q: Array) -> dict[str, Any]:
         """Dependent variables without closed form, followed from the start of their loops."""
@@ -225,10 +231,15 @@ class ByEquations(ByLinearity):
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         """Return columns of Y, (samples, n, chosen)."""
-        flat = self._run(self._traced.program, (q, qd, qdd), {})
-        Y = np.concatenate([flat.reshape(*q.shape, -1), np.zeros((*q.shape, 1))], axis=2)
-        keys = [(self.columns[c].row, self.columns[c].quantity) for c in chosen]
-        return Y[:, :, [self._place.get(key, -1) for key in keys]]
+        rows, entries = len(self.machine.moving), self._traced.program.outputs[0].entries
+        width = len(entries) // rows
+        places = [self._place.get((self.columns[c].row, self.columns[c].quantity), -1) for c in chosen]
+        wanted = [(i, k, entries[i * width + c]) for i in range(rows) for k, c in enumerate(places) if c >= 0]
+        wanted = [(i, k, x) for i, k, x in wanted if isinstance(x, Expression) or x != 0]
+        Y = np.zeros((*q.shape, len(chosen)))
+        found = _evaluated([x for _, _, x in wanted], self._symbols(self._traced.program, (q, qd, qdd)), len(q))
+        Y[:, [i for i, _, _ in wanted], [k for _, k, _ in wanted]] = found
+        return Y
 
 
 def _evaluated(entries: Sequence[Any], symbols: Mapping[str, Any], samples: int) -> Array:

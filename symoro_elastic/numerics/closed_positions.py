@@ -11,10 +11,12 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.values import ParameterValues, parameter_values
 from symoro_elastic.symbolic.arithmetic import evaluate
 
 CLOSED, SETTLED = 1e-13, 1e-12
@@ -31,6 +33,15 @@ class Start:
 
     q: Array
     q_dep: Array
+
+
+def drawn_values(machine: Machine, seed: int = 0) -> ParameterValues:
+    """Return values of all parameters, drawn where none is given; those of the geometry are such that loops close."""
+    values = parameter_values(machine, seed)
+    if not machine.loops:
+        return values
+    closed, geometry = plan_of(machine, Bound).assembly.values, ZeroPosition(machine).geometry
+    return values | {name: closed[name] for name in geometry}
 
 
 def start_of(machine: Machine) -> Start:

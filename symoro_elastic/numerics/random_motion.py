@@ -19,8 +19,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import Followed, start_of
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.closed_positions import Followed, drawn_values, start_of
 from symoro_elastic.symbolic.arithmetic import evaluate
 
 SLIDE, VELOCITY, ACCELERATION, OF_BASE = 0.5, 3.0, 5.0, 5.0
@@ -62,7 +61,7 @@ def random_motion(
     A base that moves does so at random too, whatever its values. Parameters without value are drawn. Loops are closed,
     at positions about their start.
     """
-    values = parameter_values(machine, seed) if values is None else values
+    values = drawn_values(machine, seed) if values is None else values
     rng = np.random.default_rng([seed, 3])
     return (_of_coupled if machine.is_coupled else _of_tree)(machine, states, rng, values)
 

@@ -21,9 +21,9 @@ from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
 from symoro_elastic.equations.spatial import Axis, hat_plus_hat_squared, is_zero
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import Grouping, Label, Relations
+from symoro_elastic.numerics.closed_positions import drawn_values
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns
 from symoro_elastic.numerics.random_motion import RandomMotion, random_motion
-from symoro_elastic.numerics.values import parameter_values
 
 RANK_TOLERANCE = 1e-9
 """Columns are zero or dependent where what is left of them is smaller."""
@@ -148,7 +148,7 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
 
     Parameters without value are drawn at random.
     """
-    values = parameter_values(machine, seed)
+    values = drawn_values(machine, seed)
     motion = random_motion(machine, enough_states(machine), seed, values)
     stacked = stacked_regressor(motion)
     count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)

@@ -95,6 +95,15 @@ def test_without_values_of_the_geometry_the_rules_of_the_tree_are_used() -> None
     assert {parameter.name for parameter in regrouped.parameters} >= {"D2", "D3", "D4", "D8", "RL4"}
 
 
+def test_lengths_without_values_are_drawn_so_that_loops_close() -> None:
+    """Three parallelograms in series, of any lengths; a pair of ratios of a press."""
+    for name, unknown, count in (("palletizer", "LHKGM", 29), ("press", ("N", "Nf"), 12)):
+        described = machine(name)
+        given = (replace(p, value=None) if p.name in unknown else p for p in described.parameters)
+        without = replace(described, parameters=tuple(given))
+        assert cross_check(without, grouped(without)).rank == count
+
+
 def test_ratios_and_shares_of_motors_stay_right() -> None:
     """Ia of a rotor on its own side times its ratio squared becomes a base parameter; shares stay."""
     described = machine("gantry")
