@@ -1,8 +1,8 @@
 """Expressions as functions of time: coefficients x_k of x(t) = sum of x_k t^k, so that x_k is x^(k) / k!.
 
 One pass over the nodes of a graph takes the coefficients of its variables to those of everything they
-make: a product is a convolution, a quotient and a square root solve one, sine and cosine follow from
-their differential equation. Coefficients of the order k need k operations, not 2^k as derivatives of
+make: a product is a convolution, a quotient and a square root solve one, sine, cosine and the angle of a
+point follow from their differential equations. Coefficients of the order k need k operations, not 2^k as derivatives of
 derivatives do.
 """
 
@@ -14,7 +14,19 @@ from typing import TypeAlias
 
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, operand, quotient, reachable
-from symoro_elastic.symbolic.operations import ADD, COS, DIVIDE, MULTIPLY, NEGATE, SIGN, SIN, SQRT, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    ATAN2,
+    COS,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    SYMBOL,
+)
 
 VariableCoefficient: TypeAlias = Callable[[int], Scalar]
 """Coefficient k of a variable."""
@@ -26,8 +38,7 @@ Coefficients: TypeAlias = Sequence[Operand]
 class TimeSeries:
     """Coefficients of expressions, given those of their variables; what no variable moves is constant.
 
-    The sign of a velocity is taken to be constant; angles of points (atan2) are not followed. Shared nodes are
-    followed once, as far as they are needed.
+    The sign of a velocity is taken to be constant. Shared nodes are followed once, as far as they are needed.
     """
 
     def __init__(self, variables: Mapping[str, VariableCoefficient]) -> None:
@@ -118,6 +129,15 @@ def _root(graph: Graph, k: int, known: Coefficients, x: Coefficient) -> Operand:
     return quotient(left, 2 * known[0])
 
 
+def _angle(graph: Graph, k: int, known: Coefficients, y: Coefficient, x: Coefficient) -> Operand:
+    """(x x + y y) z' = x y' - y x'."""
+    if k == 0:
+        return graph.node(ATAN2, y(0), x(0))
+    turned = _total(i * (x(k - i) * y(i) - y(k - i) * x(i)) for i in range(1, k + 1))
+    left = turned - _total(i * known[i] * (_square(k - i, x) + _square(k - i, y)) for i in range(1, k))
+    return quotient(left, k * (_square(0, x) + _square(0, y)))
+
+
 RECURRENCES: Mapping[str, Callable[..., Operand]] = {
     ADD: lambda graph, k, known, x, y: x(k) + y(k),
     SUBTRACT: lambda graph, k, known, x, y: x(k) - y(k),
@@ -125,6 +145,7 @@ RECURRENCES: Mapping[str, Callable[..., Operand]] = {
     MULTIPLY: _product,
     DIVIDE: _quotient,
     SQRT: _root,
+    ATAN2: _angle,
     SIGN: lambda graph, k, known, x: 0 if k else graph.node(SIGN, x(0)),
 }
 """Coefficient k of an operation from those before it and those of its operands; sine and cosine follow together."""

@@ -359,6 +359,7 @@ def test_time_series() -> None:
     x, y = graph.symbol("x"), graph.symbol("y")
     root = graph.node(SQRT, x * x + 2)
     made = (graph.node(COS, 2 * x) - x / root) * graph.node(SIN, -y * y) + 1 / (y - root) - 3 * y * graph.node(SIGN, x)
+    made = made + graph.node(ATAN2, y - 2, x * y)
     with workdps(50):
         series = TimeSeries({"x": lambda k: graph.symbol(f"x{k}"), "y": lambda k: graph.symbol(f"y{k}")})
         found = series.of(made, 5)
@@ -369,7 +370,8 @@ def test_time_series() -> None:
         def function(t: Any) -> Any:
             x, y = mp.exp(t + mpf("0.2")), mp.atan(t + mpf("0.3"))
             root = mp.sqrt(x * x + 2)
-            return (mp.cos(2 * x) - x / root) * mp.sin(-y * y) + 1 / (y - root) - 3 * y * mp.sign(x)
+            made = (mp.cos(2 * x) - x / root) * mp.sin(-y * y) + 1 / (y - root) - 3 * y * mp.sign(x)
+            return made + mp.atan2(y - 2, x * y)
 
         for got, wanted in zip(found, mp.taylor(function, 0, 5), strict=True):
             assert abs(value(got) - wanted) < mpf("1e-25")
