@@ -291,7 +291,7 @@ def _refuse_moved_motors(machine: Machine) -> None:
     if moved:
         what = f"{', '.join(moved)} depend on other joints, and rows of tau = Y X are of independent ones: in [loops], "
         raise machine.error(
-            "identification", what + "name passive joints in dependent, so that all motors are independent"
+            "identification", what + "name other joints in dependent, so that all motors are independent"
         )
 
 

@@ -121,6 +121,9 @@ class Grouping:
 def grouped(machine: Machine) -> Grouping:
     """Group the inertial parameters of a machine; on a base that moves, for every motion of the base.
 
+    With couplings and loops these are the groups of the tree of its joints, all of which are right there too; what
+    couplings and loops group besides is found by numbers (`grouping`).
+
     Raises `InputError` for cells without value, and where the sums are too long to be written.
     """
     refuse_floating(machine, "base inertial parameters")

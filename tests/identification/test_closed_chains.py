@@ -27,6 +27,7 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.time_series.measurements import Measurements, from_columns
 from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_regressors import inputs_of
+from tests.references.closed_chains import State
 from tests.references.random_machines import planar_2r
 from tests.references.virtual_work import VirtualWork
 
@@ -111,6 +112,19 @@ def test_columns_times_values_are_the_forces_of_virtual_work(name: str) -> None:
         wanted = reference.residual(inputs["qdd"], [0.0] * len(described.motors)).astype(float)
         (found,) = torques(described, *(np.array([inputs[x]], dtype=float) for x in ("q", "qd", "qdd")))
         np.testing.assert_allclose(found, wanted, atol=1e-11 * np.abs(wanted).max())
+
+
+def test_a_spring_may_be_on_a_dependent_joint() -> None:
+    """A gantry whose two motors are independent, so that the beam between them gives way."""
+    given, situation = machine("gantry"), situations("gantry")[0]
+    at = VirtualWork(given, situation.state).at
+    described = replace(given, loops=(replace(given.loops[0], dependent=("beam", "pivot", "guide")),))
+    u = [float(at[str(joint.variable)]) for joint in described.moving_joints]
+    ud, udd = [0.1, -0.2, 0.3, 0.12], [1.0, -0.5, 0.3, 0.7]
+    reference = VirtualWork(described, State(u, ud, {name: float(x) for name, x in at.items()}))
+    wanted = reference.residual(udd, [0.0] * 4).astype(float)
+    (found,) = torques(described, *(np.array([x]) for x in (u, ud, udd)))
+    np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
 def torques(described: Machine, q: Array, qd: Array, qdd: Array) -> Array:
