@@ -117,6 +117,8 @@ ROWS = (
                  "share of the rotor in this inertia"),
     Intermediate("qdf", "", r"\ddot{q}", "*", "@", r"\Gamma^{*}_{j}\,H_{j}^{-1}", (30, 34), ACCELERATION,
                  "acceleration of joint j where its antecedent has none"),
+    Intermediate("U", "six", "U", "", "@,#", "", (), FORCE / ACCELERATION,
+                 "wrench at the antecedent of coupled joints for a unit of acceleration of variable j"),
     Intermediate("UH", "six", r"\overline{U_{@,#}H_{@}^{-1}}", "", "",
                  r"{}^{j}\mathbf{J}^{*}_{j}\,{}^{j}\mathbf{a}_{j}\,H_{j}^{-1}",
                  (29, 51), FORCE / FORCE,

@@ -278,7 +278,8 @@ def name(pruned: Pruned, scheduled: Scheduled) -> list[Statement]:
         result.append(
             Statement(label.name if label else _part_name(home[node.id], letters), node, negative, sections[rank])
         )
-    _refuse_repeated(statement.name for statement in result)
+    symbols = (node.operands[0] for node in pruned.nodes if node.operation == SYMBOL)
+    _refuse_repeated([*symbols, *(statement.name for statement in result)])
     return result
 
 

@@ -197,8 +197,8 @@ def test_every_row_is_the_row_of_some_name() -> None:
     assert set(PREFIXES) - found().prefixes == set()
 
 
-OF_PARAMETERS = {"Y", "h", "X", "p", "singularity"}
-"""Their units are those of parameters, of products of lengths ..."""
+OF_PARAMETERS = {"Y", "h", "X", "p", "singularity", "residual"}
+"""Their units are those of parameters, of products of lengths, of lengths and angles together ..."""
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -1,0 +1,104 @@
+"""Generated code of machines with couplings and loops: names of entries, C that compiles and agrees with numpy."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symoro_elastic.codegen.compile import compile_package
+from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
+from symoro_elastic.codegen.targets import render_targets
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.numerics.implementations import c_code, import_package, numpy_code
+from symoro_elastic.numerics.states import moderate_states
+from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.traced import Traced, traced
+from tests.closed_chains.machines import FILES, machine
+from tests.references.random_machines import planar_2r
+
+MODELS = ("direct_dynamics", "inverse_dynamics", "dependent_coordinates", "coupling_matrix", "reaction_wrenches")
+COUPLED = [name for name in FILES if machine(name).is_coupled]
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only")
+
+
+def programs(whole: Machine) -> Traced:
+    assembled = trace(whole, "direct_dynamics").model.arguments[1] == "q_dep"
+    return traced(whole, Scene(models=(*MODELS, "assemble") if assembled else MODELS))
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_c_compiles_without_warnings_and_agrees_with_numpy(name: str, tmp_path: Path) -> None:
+    made = programs(machine(name))
+    files = render_targets(made.package, ("c", "c-batch"), tuple(PRECISIONS.values()))
+    for file, text in files.items():
+        (tmp_path / file).write_text(text)
+    for compiler in COMPILERS:
+        sources = [file for file in files if file.endswith(".c")]
+        done = subprocess.run([compiler, *STRICT, *sources], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[:2000]
+    values = parameter_values(made.machine)
+    p = np.array([values[one.name] for one in made.package.parameters], dtype=float)
+    states = moderate_states(made.machine, 2)
+    module = import_package(render_targets(made.package, ("numpy",)), tmp_path / "numpy")
+    library = compile_package(made.package, tmp_path / "c", flags=("-O0",), precision=DOUBLE)
+    for model in made.models:
+        wanted = numpy_code(module, p, stacked=True)(model, states)
+        for batch in (False, True):
+            for result, array in c_code(library, p, batch)(model, states).items():
+                scale = 1.0 if result == "residual" else np.abs(wanted[result]).max(initial=0.0) or 1.0
+                assert np.abs(array - wanted[result]).max(initial=0.0) < 1e-12 * scale, (model.model.name, result)
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_no_quantity_has_the_name_of_an_argument(name: str) -> None:
+    """numpy would take the second for the first in silence."""
+    for model in programs(machine(name)).models:
+        program = model.program
+        symbols = {symbol for argument in program.inputs for symbol in argument.symbols}
+        named = [one.name for one in (*program.once, *program.statements) if one.node.operation != SYMBOL]
+        assert symbols.isdisjoint(named) and len({*named}) == len(named)
+
+
+@pytest.mark.parametrize("name", ["delta", "four_bar", "gantry_rigid", "ball_screw"])
+def test_entries_have_names(name: str, tmp_path: Path) -> None:
+    whole = machine(name)
+    names = {j: joint.name for j, joint in enumerate(whole.joints, start=1)}
+    made = programs(whole)
+    module = import_package(render_targets(made.package, ("numpy",)), tmp_path)
+    assert tuple(names[j] for j in whole.moving) == module.JOINTS
+    assert tuple(names[j] for j in whole.dependent) == module.DEPENDENT
+    assert tuple(names[j] for j in whole.motors) == module.MOTOR_NAMES
+    if set(whole.motors) <= set(whole.moving):
+        assert tuple(module.JOINTS[k] for k in module.MOTORS) == module.MOTOR_NAMES
+    else:
+        assert not hasattr(module, "MOTORS")
+    assert module.OUTPUTS["dependent_coordinates"]["x"] == tuple(names[j] for j in whole.owners)
+    header = render_targets(made.package, ("c",))[f"{whole.name}.h"]
+    for macro, count in (("JOINTS", whole.moving), ("DEPENDENT", whole.dependent), ("MOTORS", whole.motors)):
+        assert f"#define {whole.name.upper()}_{macro} {len(count)}\n" in header
+    for k, j in enumerate(whole.dependent):
+        assert f" *   q_dep[{k}]  {names[j]}, {whole.joint(j).kind}, {whole.joint(j).variable}" in header
+    for k, j in enumerate(whole.motors):
+        assert f" *   tau[{k}]  {names[j]}\n" in header
+
+
+def test_assemble_has_a_result_of_its_own_name_in_c() -> None:
+    made = programs(machine("delta"))
+    header = " ".join(render_targets(made.package, ("c",))["delta.h"].split())
+    assert "const double q_dep[DELTA_DEPENDENT], const double p[" in header
+    assert "double q_dep_out[DELTA_DEPENDENT], double residual[1]);" in header
+
+
+def test_a_tree_names_neither(tmp_path: Path) -> None:
+    made = traced(planar_2r(), Scene(models=("direct_dynamics",)))
+    module = import_package(render_targets(made.package, ("numpy",)), tmp_path)
+    assert not hasattr(module, "DEPENDENT") and not hasattr(module, "MOTOR_NAMES") and hasattr(module, "MOTORS")
+    assert "DEPENDENT" not in "".join(render_targets(made.package, ("c",)).values())
