@@ -15,12 +15,15 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.models.loops.assembly import Position
+from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 LARGEST = 1e9
 """Of a position that is given, rad or m."""
+STEP, FARTHEST, JUMP = 0.01, 20.0, 0.3
+"""Of the way from the start of a loop whose dependent variables are followed, and what is none, rad or m."""
 Point = tuple[float, float, float]
 
 
@@ -83,18 +86,33 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
     if plan.needs_assembly:
         if not values.keys() >= {*names} or any(map(math.isnan, free.values())):
             return {joint.name: math.nan for joint in dependent.values()}
-        target = {j: free[joint.name] for j, joint in _numbered(machine, machine.moving)}
-        found = plan.assembly.moved(plan.positions[0], target, machine.dependent)
-        if found is None:
-            raise _open(machine)
+        found = _continued(machine, plan, {j: free[joint.name] for j, joint in _numbered(machine, machine.moving)})
         return {joint.name: found[j] for j, joint in dependent.items()}
     known: dict[str, float] = {str(joint.variable): free[joint.name] for joint in machine.moving_joints}
     forms = Bound(machine).variables
     try:
-        value = evaluate([forms[j] for j in dependent], dict.fromkeys(names, math.nan) | dict(values) | known, FLOATS)
+        value = evaluate([forms[j] for j in dependent], {**dict.fromkeys(names, math.nan), **values, **known}, FLOATS)
         return {joint.name: float(value(forms[j])) for j, joint in dependent.items()}
     except (ArithmeticError, ValueError):
         raise _open(machine) from None
+
+
+def _continued(machine: Machine, plan: Plan, target: Mapping[int, float]) -> Position:
+    """The assembled position at independent variables, by small steps from the start, which never change the branch."""
+    in_loops = {j for loop in machine.loops for j in machine.owners_in(loop) if j in target}
+    found: Position = {**plan.positions[0], **{j: x for j, x in target.items() if j not in in_loops}}
+    ways = {j: target[j] - found[j] for j in in_loops}
+    longest = max(map(abs, ways.values()), default=0.0)
+    if longest > FARTHEST:
+        raise _open(machine)
+    steps = math.ceil(longest / STEP)
+    for _ in range(steps):
+        here = {j: found[j] + way / steps for j, way in ways.items()}
+        moved = plan.assembly.moved(found, here, machine.dependent)
+        if moved is None or max(abs(moved[j] - found[j]) for j in machine.dependent) > JUMP:
+            raise _open(machine)
+        found = moved
+    return found
 
 
 def _open(machine: Machine) -> InputError:

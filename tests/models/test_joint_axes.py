@@ -9,12 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Joint, Kind, Parameter
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.report.tables import axes_table
+from tests.closed_chains.machines import FILES, machine, situations
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
+from tests.references.constraint_multipliers import Multipliers
 from tests.references.multiprecision import geometric_model
 from tests.references.random_machines import random_machine
 from tests.vibration.machines import machine_of, spring
@@ -69,3 +72,45 @@ def test_show_prints_axes_at_a_position() -> None:
 @pytest.mark.parametrize("given", ["motor_z=1", "tool=1", "motor_x=1e300", "motor_x=nan"])
 def test_positions_that_cannot_be_are_refused(given: str) -> None:
     assert "--at" in refused("show", TWO_AXIS, "--at", given)
+
+
+BEYOND = [("ring", 0), ("ring_with_slide", 0), ("ring_with_slide", 1)]
+"""States on branches that small steps from the start do not reach: these loops nearly fold on the way, or do."""
+PLACED = [(name, k) for name in FILES for k in range(2) if (name, k) not in BEYOND]
+
+
+@pytest.mark.parametrize(("name", "k"), PLACED)
+def test_joints_of_loops_are_where_a_reference_has_them(name: str, k: int) -> None:
+    """At positions that the reference assembles in 70 digits; the axis of a cut joint stands still as it turns."""
+    described, reference = machine(name), Multipliers(machine(name), situations(name)[k].state)
+    at = position(name, k)
+    found = placed_machine(described, at)
+    assert {name: found.q[name] for name in at} == at
+    for one, frame in zip(found.joints, reference.frames, strict=True):
+        T = np.array(frame.transform, dtype=float)
+        if one.joint.kind is not Kind.CUT or one.joint.sigma == 0:
+            np.testing.assert_allclose(one.origin, T[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(one.axis, T[:3, 2], atol=1e-9)
+    for j in described.owners:
+        joint = described.joint(j)
+        difference = found.q[joint.name] - float(reference.at[str(joint.variable)])
+        assert (math.remainder(difference, 2 * math.pi) if joint.sigma == 0 else difference) == pytest.approx(
+            0, abs=1e-9
+        )
+
+
+def test_the_next_branch_is_not_taken_for_that_of_the_start() -> None:
+    """The ring folds on the way; Newton's method would end on another branch."""
+    with pytest.raises(InputError, match="ring cannot close at this position"):
+        placed_machine(machine("ring"), position("ring", 0))
+
+
+def test_loops_are_closed_next_to_a_fold_too() -> None:
+    found = {x.joint.name: x for x in placed_machine(machine("ring_with_slide"), position("ring_with_slide", 0)).joints}
+    gap = np.subtract(found["slide"].origin, found["slide_end"].origin)
+    np.testing.assert_allclose(np.cross(gap, found["slide_end"].axis), 0, atol=1e-10)
+    np.testing.assert_allclose(found["slide"].axis, found["slide_end"].axis, atol=1e-10)
+
+
+def position(name: str, k: int) -> dict[str, float]:
+    return dict(zip((joint.name for joint in machine(name).moving_joints), situations(name)[k].state.u, strict=True))
