@@ -89,6 +89,15 @@ def model_of(machine: Machine, values: Values | None = None) -> tuple[Any, list[
     return built.model, built.order, built.numbers
 
 
+def carried_frame(machine: Machine, j: int) -> tuple[int, Any]:
+    """The joint of Pinocchio that carries frame j (numbers from 1), and where."""
+    return _carried(_build(machine, None), j)
+
+
+def _carried(built: _Built, j: int) -> tuple[int, Any]:
+    return built.carriers[j - 1], built.places[j - 1]
+
+
 @dataclass(frozen=True)
 class BaseState:
     """How a floating base is turned (to the world), its velocity and acceleration in its own axes, linear part first.
@@ -246,7 +255,7 @@ def constraint_dynamics(
     built = _build(machine, None)
     constraints = pin.StdVec_RigidConstraintModel()
     for pair in met:
-        (one, place), (other, end) = ((built.carriers[j - 1], built.places[j - 1]) for j in pair)
+        (one, place), (other, end) = (_carried(built, j) for j in pair)
         constraints.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, built.model, one, place, other, end))
     data = pin.StdVec_RigidConstraintData()
     data.extend([constraint.createData() for constraint in constraints])
