@@ -15,7 +15,7 @@ from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine, situations
-from tests.closed_chains.test_models import ASSEMBLED, assert_near, driven, independent, reference
+from tests.closed_chains.test_models import ASSEMBLED, assert_near, driven, independent
 from tests.generated_code import COMPILERS
 from tests.references.closed_chains import DIGITS, Array
 
