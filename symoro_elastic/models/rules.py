@@ -71,7 +71,7 @@ class Motion:
                 if j in self.known:
                     Gamma[j] = found.Gamma[j] + product({i: self._C[i].get(j, 0) for i in members.links}, found.Gamma)
         led = projection(self.S, {j: found.Gamma[j] for j in self._led})
-        return combination(((1, Gamma), (1, led)))
+        return dict.fromkeys(self.bound.machine.moving, 0) | combination(((1, Gamma), (1, led)))
 
     def _of_cluster(self, members: Members) -> dict[int, Rule | Cluster]:
         joints = [j for j in members.links if j in self.S]
