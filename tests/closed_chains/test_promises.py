@@ -20,7 +20,7 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Level, reachable
 from symoro_elastic.symbolic.program import count
 from tests.closed_chains.machines import FILES, machine, situations
-from tests.closed_chains.test_models import computed, package_of, reference
+from tests.closed_chains.test_models import assert_near, computed, package_of, reference
 from tests.counted_calls import calls_of
 from tests.references.closed_chains import Chain
 
@@ -125,6 +125,28 @@ def by_variable(name: str, k: int, results: Mapping[str, Any]) -> dict[tuple[str
 
 def moved(entries: Any, names: list[str], order: list[str]) -> list[float]:
     return [dict(zip(names, entries, strict=True))[name] for name in order]
+
+
+@pytest.mark.parametrize(
+    ("name", "dependent"),
+    [
+        ("four_bar", ("crank", "coupler")),
+        ("four_bar", ("crank", "rocker")),
+        ("sr400", ("b2", "b3")),
+        ("sr400", ("b3", "b7")),
+        ("sr400", ("b7", "b8")),
+    ],
+)
+def test_other_joints_of_a_loop_may_depend(name: str, dependent: tuple[str, str]) -> None:
+    """Motors too: accelerations of all independent variables in the same state, under the same torques."""
+    whole, known, situation = machine(name), reference(name, 0), situations(name)[0]
+    other = replace(whole, loops=(replace(whole.loops[0], dependent=dependent),))
+    chain, rates = Chain(other), dict(zip(known.chain.own, known.xd, strict=True))
+    q, qd = ([float(x[variable]) for variable in chain.independent] for x in (known.at, rates))
+    found = package_of(other, "direct_dynamics")[0].direct_dynamics(q, qd, situation.tau)
+    wanted = dict(zip(known.chain.own, known.direct(situation.tau), strict=True))
+    assert chain.motors == known.chain.motors
+    assert_near(name, found, [wanted[variable] for variable in chain.independent])
 
 
 # Stiff springs
