@@ -75,11 +75,12 @@ def _name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
 
 
 def _name_function(names: Names, x: Scalar, section: Section) -> None:
-    stack = [x]
+    stack, seen = [x], set[int]()
     while stack:
         node = stack.pop()
-        if not isinstance(node, Expression) or not node.operands:
+        if not isinstance(node, Expression) or not node.operands or node.id in seen:
             continue
+        seen.add(node.id)
         operand = node.operands[0]
         if node.operation in (SIN, COS, SIGN) and isinstance(operand, Expression) and operand.operation == SYMBOL:
             names.give(node, f"{node.operation}_{operand.operands[0]}", section)

@@ -34,6 +34,7 @@ def compiled(name: str) -> CompiledPackage:
         return compile_package(package, Path(folder), flags=("-O0",))
 
 
+@cache
 def wanted(name: str, k: int, model: str) -> dict[str, Any]:
     """Results by name, of the reference."""
     found, tau, qdd = driven(name, k)
@@ -47,7 +48,7 @@ def wanted(name: str, k: int, model: str) -> dict[str, Any]:
         return {"E": found.energies()}
     if model == "assemble":
         return {"q_dep": [found.at[variable] for variable in found.chain.dependent]}
-    wrenches, on_coupled = found.constraint_forces(qdd, tau)
+    wrenches, on_coupled = found.constraint_forces(list(qdd), list(tau))
     return ({"mu": wrenches} if wrenches else {}) | ({"lam": on_coupled} if on_coupled else {})
 
 

@@ -1,0 +1,163 @@
+"""What loops and couplings do not allow is said in one line by `generate`, which then writes nothing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.closed_chains.machines import FILES
+from tests.command_line import EXAMPLES, Ended, ended
+
+START = re.compile(r", start = \{[^}]*\}")
+FLOATS = """
+[base]
+floating = "quaternion"
+body = { mass = 5, center_of_mass = [0, 0, 0], inertia = [1, 2, 3] }
+"""
+TWO_ON_ONE_AXIS = """
+joints = [
+  { name = "crank", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" },
+  { name = "hub", antecedent = "crank", kind = "passive", sigma = 0, theta = "q2" },
+  { name = "coupler", antecedent = "hub", kind = "passive", sigma = 0, d = 0.2, theta = "q3" },
+  { name = "rocker", antecedent = 0, kind = "passive", sigma = 0, d = 0.55, theta = "q4" },
+  { name = "pin", antecedent = "coupler", kind = "cut", sigma = 0, d = 0.6, theta = "q5" },
+  { name = "pin_end", antecedent = "rocker", kind = "fixed", sigma = 2, d = 0.35 },
+]
+[loops.linkage]
+cut = "pin"
+meets = "pin_end"
+dependent = ["q1", "q2"]
+start = { q1 = 0.8, q2 = 0, q3 = -0.52, q4 = 1.08 }
+[bodies]
+coupler = { mass = 1, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.2] }
+rocker = { mass = 1, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.2] }
+hub = { mass = 1, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.2] }
+crank = { mass = 1, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.2] }
+"""
+
+Change = tuple[str | re.Pattern[str], str]
+
+
+def changed(name: str, *changes: Change) -> str:
+    text = FILES[name].read_text(encoding="utf-8")
+    for old, new in changes:
+        found = old.sub(new, text) if isinstance(old, re.Pattern) else text.replace(old, new)
+        assert found != text
+        text = found
+    return text
+
+
+def generated(folder: Path, text: str, *models: str) -> Ended:
+    """How `generate` of a machine file ends, with the models that are named, else the default ones."""
+    file = folder / "machine.toml"
+    file.write_text(text, encoding="utf-8")
+    asked = [x for model in models for x in ("--model", model)]
+    return ended("generate", file, "--out", folder / "out", *asked)
+
+
+def assert_refused(folder: Path, done: Ended, message: str) -> None:
+    """Warnings about the machine may come before."""
+    assert done.code == 2, done
+    assert done.out == ""
+    *warnings, error = done.err.splitlines()
+    assert all(line.startswith("warning: ") for line in warnings)
+    said = error.removeprefix(f"error: {folder / 'machine.toml'}: ")
+    assert said != error and re.fullmatch(message, said), error
+    assert [path.name for path in folder.iterdir()] == ["machine.toml"]
+
+
+REFUSED = {
+    "no position near start": (
+        changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }")),
+        (),
+        r"loop diamond: no position near start: 0\.\d+ m stay open after 50 steps of Newton's method",
+    ),
+    "no position, no start": (
+        changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }"), (START, "")),
+        (),
+        r"loop diamond: no position near start: 0\.\d+ m stay open after 50 steps of Newton's method: "
+        r"write start = \{ \.\.\. \}",
+    ),
+    "two positions": (
+        changed("four_bar", (START, "")),
+        (),
+        r"loop linkage: two positions \(q2 = -?\d\.\d\d or -?\d\.\d\d\): write start = \{ \.\.\. \}",
+    ),
+    "too many dependent joints": (
+        changed("sr400", ('dependent = ["th3", "th8"]', 'dependent = ["th3", "th7", "th8"]')),
+        (),
+        r"loop parallelogram: 2 equations for 3 dependent variables \(3 of 5 are fulfilled by the plane\): "
+        r"keep one of th3, th7, th8 independent",
+    ),
+    "too few dependent joints": (
+        changed("four_bar", ('meets = "pin_end",', 'meets = "pin_end", dependent = ["q2"],')),
+        (),
+        r"loop linkage: 2 equations for 1 dependent variables? \(3 of 5 are fulfilled by the plane\): "
+        r"name more joints in dependent",
+    ),
+    "dependent joints on one axis": (
+        TWO_ON_ONE_AXIS,
+        (),
+        r"loop linkage: q1 and q2 cannot both depend: their columns are parallel in every position; "
+        r'try \["q1", "q3"\]',
+    ),
+    "more motors than freedoms": (
+        changed("gantry_rigid", (re.compile(", sharing = [12]"), "")),
+        ("inverse_dynamics",),
+        r"inverse_dynamics: 4 motors drive 3 freedoms: only 3 combinations of torques are determined; "
+        r"give sharing, or make the beam elastic",
+    ),
+    "loops on a floating base": (
+        changed("four_bar", ("gravity =", "# gravity ="), (re.compile(r"\n\[wrenches\]"), FLOATS + "[wrenches]")),
+        (),
+        r"direct_dynamics: not offered on a floating base with loops: linkage; couplings are",
+    ),
+    "inverse geometry of a loop": (
+        changed("sr400"),
+        ("inverse_geometric_model",),
+        r"inverse_geometric_model: not offered where joints depend on others: loop parallelogram",
+    ),
+    "inverse geometry of coupled joints": (
+        changed("coaxial_geared"),
+        ("inverse_geometric_model",),
+        r"inverse_geometric_model: not offered where joints depend on others: joint shell",
+    ),
+    "assemble where loops have closed forms": (
+        changed("sr400"),
+        ("assemble",),
+        r"assemble: no loop needs it, for the dependent variables have closed forms: ask for dependent_coordinates",
+    ),
+    "constraint forces without constraints": (
+        changed("ball_screw"),
+        ("constraint_forces",),
+        r"constraint_forces: there is no loop, and every joint has a variable of its own, .*: leave it out",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_one_line_says_why_and_nothing_is_written(case: str, tmp_path: Path) -> None:
+    text, models, message = REFUSED[case]
+    assert_refused(tmp_path, generated(tmp_path, text, *models), message)
+
+
+@pytest.mark.parametrize("model", ["assemble", "constraint_forces", "coupling_matrix", "dependent_coordinates"])
+def test_models_of_closed_chains_are_refused_on_trees(model: str, tmp_path: Path) -> None:
+    text = (EXAMPLES / "planar_2r.toml").read_text(encoding="utf-8")
+    assert_refused(tmp_path, generated(tmp_path, text, model), rf"{model}: no .*")
+
+
+def test_the_joints_that_a_refusal_proposes_can_depend(tmp_path: Path) -> None:
+    text = TWO_ON_ONE_AXIS.replace('["q1", "q2"]', '["q1", "q3"]')
+    assert text != TWO_ON_ONE_AXIS
+    assert generated(tmp_path, text, "direct_dynamics").code == 0
+
+
+def test_motors_that_share_are_determined(tmp_path: Path) -> None:
+    """One share is enough; the direct model asks for none."""
+    alone = changed("gantry_rigid", (", sharing = 1", ""))
+    assert generated(tmp_path, alone, "inverse_dynamics").code == 0
+    without = changed("gantry_rigid", (re.compile(", sharing = [12]"), ""))
+    assert generated(tmp_path, without, "direct_dynamics", "direct_dynamics_by_inertia_matrix").code == 0
