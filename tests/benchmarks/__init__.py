@@ -2,6 +2,7 @@
 
     python -m tests.benchmarks.speed     time a call against Pinocchio C++, CasADi-generated C and MuJoCo
     python -m tests.benchmarks.derivatives    the same for the derivatives of the models, with operations
+    python -m tests.benchmarks.closed_chains    closed chains against Pinocchio C++: time, error, operations
     python -m tests.benchmarks.numpy_calls    the numpy code against the same lines on plain arrays
     python -m tests.benchmarks.counts    operations, and instructions by callgrind, against published figures
     python -m tests.benchmarks.growth    time to generate and to compile against the number of joints
