@@ -8,7 +8,7 @@ from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Function, Package, ParameterValue, Result
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
-from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.machine import Given, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
 from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.machine_constants import constants_of
@@ -42,6 +42,7 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
         options=_options(machine, folded, scene),
         dependent=_axes(machine, machine.dependent) if coupled else None,
         driven=_axes(machine, machine.motors) if coupled else None,
+        following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
     )
 
 

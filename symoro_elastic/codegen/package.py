@@ -120,7 +120,8 @@ class Package:
     `joint_names` are the rows of its table, then points that are asked for; `antecedents` are the numbers (from 1) of
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
     shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
-    None for a tree, whose motors all own entries of q: `motors` are their indices.
+    None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
+    without a variable of their own that move, by name.
     """
 
     name: str
@@ -137,6 +138,7 @@ class Package:
     options: tuple[str, ...] = ()
     dependent: tuple[Axis, ...] | None = None
     driven: tuple[Axis, ...] | None = None
+    following: tuple[tuple[str, str], ...] = ()
 
     @property
     def motor_names(self) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ CONVENTIONS = (
     "first: component k runs from 1 to 6. A raised letter marks a part of a quantity that is used more than once; "
     "what is overlined is one product, computed once."
 )
+OF_LOOPS = " Equations (L1) to (L42) are those of couplings and closed loops: docs/closed_chains.md."
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def _content(package: Package, function: Function, markup: Markup) -> dict[str, 
     return {
         "title": markup.text(f"{package.name}: {function.title}"),
         "summary": [markup.text(line) for line in _summary(package, function)],
-        "conventions": markup.text(CONVENTIONS),
+        "conventions": markup.text(CONVENTIONS + (OF_LOOPS if package.dependent is not None else "")),
         "joints": _joints(package, solved, chapters, markup),
         "symbols": _symbols(function, solved, markup),
         "parameters": _parameters(package, function, solved, markup),
@@ -135,7 +136,9 @@ def _joints(
     package: Package, solved: Solution, chapters: Sequence[dict[str, Any]], markup: Markup
 ) -> list[dict[str, Any]]:
     """Number, name, kind and variable of each joint, with links to its equations."""
-    axes = {axis.name: axis for axis in package.axes}
+    axes = {axis.name: axis for axis in (*package.axes, *(package.dependent or ()))}
+    kinds = dict(package.following) | {axis.name: axis.kind for axis in package.axes}
+    kinds |= {axis.name: f"{axis.kind}, given by a loop" for axis in package.dependent or ()}
     joints = []
     for number_, name in enumerate(package.joint_names, start=1):
         axis = axes.get(name)
@@ -145,7 +148,7 @@ def _joints(
             {
                 "number": number_,
                 "name": markup.text(name),
-                "kind": markup.text(axis.kind if axis else "fixed"),
+                "kind": markup.text(kinds.get(name, "fixed")),
                 "variable": markup.math(solved.notation[variable]) if axis else "",
                 "unit": unit,
                 "links": [
