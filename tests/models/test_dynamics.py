@@ -233,7 +233,7 @@ def test_inertia_left_after_a_joint_is_exactly_zero_along_it(prismatic: tuple[in
     """K a = U Ia / H: without rotors the row and column of K are the integer 0, and no statement names them."""
     machine = without_rotors(chain(4, prismatic=prismatic, elastic=(3,)))
     bound = Bound(machine)
-    found = dynamics(bound.mechanism, bound.rates(), bound.direct_rules())
+    found = dynamics(bound.mechanism, bound.rates(), bound.direct_motion().rules)
     names = named_quantities(machine)
     for j, joint in enumerate(machine.joints, start=1):
         K = found.eliminated[j].K
