@@ -23,6 +23,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
+from symoro_elastic.models.closed_chains import CLOSED_CHAINS
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
@@ -30,7 +31,9 @@ from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(
-    name for name, model in MODELS.items() if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD)
+    name
+    for name, model in MODELS.items()
+    if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS)
 )
 """The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
