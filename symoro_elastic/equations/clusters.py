@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from symoro_elastic.equations.coordinates import Rows, congruence, image, product
-from symoro_elastic.equations.factorization import Factorization, factorization, solution
+from symoro_elastic.equations.factorization import Factorization, factorization, product_or_one, solution
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import (
     AT_REST,
@@ -216,7 +216,7 @@ def _solved(
             U[k] = U[k] + x * r.Phi[j]
             rest[k] = rest[k] + x * needed
     rho = {k: cluster.Gamma[k] - rest[k] for k in free}
-    factors = factorization(sorted(free, reverse=True), H)
+    factors = factorization(sorted(free, reverse=True), H, product_or_one)
     reduced = {k: U[k] for k in free}
     for k, row in factors.L.items():
         for i, x in row.items():

@@ -78,7 +78,8 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
 def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tuple[Scalar, ...]]:
     """Columns of J S: twists of a frame by the rates of the independent variables (L2)."""
     rows = [projection(bound.coordinates.S, {j: x.entries[k] for j, x in columns.items()}) for k in range(6)]
-    return {j: tuple(row.get(j, 0) for row in rows) for j in bound.machine.moving if any(j in row for row in rows)}
+    from_tip = sorted({j for row in rows for j in row}, reverse=True)
+    return {j: tuple(row.get(j, 0) for row in rows) for j in from_tip}
 
 
 def _views(bound: Bound, asked: Frames) -> dict[int, FrameSet]:
