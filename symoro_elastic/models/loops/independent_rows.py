@@ -62,7 +62,10 @@ def refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], p
     names = " and ".join(str(joint.variable) for joint in together)
     parallel = "are parallel" if len(together) == 2 else "depend on each other"
     both = "both" if len(together) == 2 else "all"
-    what = f"{names} cannot {both} depend: their columns {parallel} in every position; try {_other(machine, matrices)}"
+    why = f"{both} depend: their columns {parallel} in every position"
+    if len(together) == 1:
+        why = "depend: the loop does not move it"
+    what = f"{names} cannot {why}; try {_other(machine, matrices)}"
     loops = [loop.name for loop in machine.loops if {*machine.dependent_in(loop)} & {*machine.dependent}]
     raise machine.error(f"loop {loops[0]}", what)
 
