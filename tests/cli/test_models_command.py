@@ -14,13 +14,14 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.quantities import MOTION
+from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import imported, rendered
 from tests.references.random_machines import planar_2r, two_children
 from tests.vibration.machines import drive
 from tests.vibration.test_singular_inertia import on_the_axis
 
-ANY = ("columns", "parameters", "solutions")
+ANY = ("columns", "parameters", "solutions", "joints")
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +38,11 @@ def lengths(shape: str, sizes: dict[str, int]) -> list[int | None]:
 def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
     """A motor and springs beside each other; a motor and its load where motions beyond springs are wanted."""
     machine = drive() if name == "feed_forward" else two_children(symbolic=True)
+    if MODELS[name].family == "closed chains":
+        machine = closed_chain("ring" if name == "assemble" else "geared_five_bar")
     n, m = len(machine.moving), sum(joint.kind == "motor" for joint in machine.joints)
-    sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints)}
+    sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints), "loops": len(machine.loops)}
+    sizes["d"] = len(machine.dependent)
     assert 0 < m < n
     traced = trace(machine, name)
     assert set(traced.results) == set(listed["models"][name]["results"])

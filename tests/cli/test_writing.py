@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import click
@@ -295,7 +296,9 @@ def test_temporary_folders_go_when_a_run_is_ended(number: signal.Signals, tmp_pa
     compiler.chmod(0o755)
     environment = {**os.environ, "CC": str(compiler), "TMPDIR": str(tmp_path / "tmp")}
     command = [sys.executable, "-m", "symoro_elastic", "check", str(TWO_R), "--model", "inertia_matrix"]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+    heard = partial(signal.signal, number, signal.SIG_DFL)  # nohup has runs ignore SIGHUP
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, env=environment, preexec_fn=heard, **streams) as running:  # noqa: PLW1509
         while not (tmp_path / "compiling").exists() and running.poll() is None:
             time.sleep(0.05)
         running.send_signal(number)
