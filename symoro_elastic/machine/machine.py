@@ -5,10 +5,11 @@ Units are SI, angles in radians. Nothing here computes a model.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from typing import TypeVar
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import AXES, Dimension, column
@@ -50,6 +51,7 @@ __all__ = [
     "Wrench",
 ]
 
+T = TypeVar("T")
 BASE_PARAMETERS = "base_parameters"
 """Key of the extras of a machine whose inertial parameters have been grouped."""
 
@@ -198,6 +200,10 @@ class Machine:
     def variables(self) -> dict[str, int]:
         """Number of the joint that owns a variable, by the name of the variable."""
         return {str(self.joint(j).variable): j for j in self.owners}
+
+    def by_variable(self, by_joint: Mapping[int, T]) -> dict[str, T]:
+        """What belongs to own variables, by their names instead of the numbers of their joints."""
+        return {str(self.joint(j).variable): x for j, x in by_joint.items()}
 
     @cached_property
     def is_coupled(self) -> bool:

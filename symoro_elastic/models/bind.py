@@ -62,7 +62,9 @@ class Bound(Cells):
         self.qdd_motor = self._per_joint("qdd_motor", self.motors)
         self.on_base = {row.name: tuple(map(self.graph.symbol, row.entries)) for row in self._rows_on_base()}
         self.loops = plan_of(machine, Bound).loops if machine.loops else ()
-        self.takes_dependent = any(loop.form is Form.ASSEMBLED for loop in self.loops)
+        self.assembled = tuple(sorted({j for loop in self.loops if loop.is_assembled for j in loop.dependent}))
+        """Joints whose variables have no closed form: arguments of the models."""
+        self.takes_dependent = bool(self.assembled)
         self.close_loops()
 
     def close_loops(self) -> None:
@@ -98,7 +100,7 @@ class Bound(Cells):
 
     def _close(self, loop: LoopPlan) -> None:
         """Put closed forms in place of the dependent variables of a loop."""
-        if loop.form is Form.ASSEMBLED:
+        if loop.is_assembled:
             return
         if loop.form is Form.MAP:
             angles = mapped(self, loop.loop, loop.dependent) or {}

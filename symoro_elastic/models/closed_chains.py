@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.loops.closing import closing_error
 from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import coupling_forces, loop_forces
-from symoro_elastic.models.loops.assembly import loop_branches
-from symoro_elastic.models.loops.plan import Form, LoopPlan
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
 from symoro_elastic.scalar import Scalar
@@ -60,11 +57,9 @@ def _assemble(bound: Bound, _: Joints) -> Results:
     if not bound.takes_dependent:
         what = "no loop needs it, for the dependent variables have closed forms: ask for dependent_coordinates"
         raise bound.machine.error("assemble", what)
-    assembled = [loop for loop in bound.loops if loop.form is Form.ASSEMBLED]
-    unknown = sorted({j for loop in assembled for j in loop.dependent})
-    errors, steps = _newton_step(bound, assembled, unknown)
-    names = [str(bound.machine.joint(j).variable) for j in unknown]
-    found: Sequence[Scalar] = [bound.variables[j] for j in unknown]
+    errors, steps = _newton_step(bound)
+    names = [str(bound.machine.joint(j).variable) for j in bound.assembled]
+    found: Sequence[Scalar] = [bound.variables[j] for j in bound.assembled]
     for _step in range(NEWTON_STEPS):
         moves = substituted(bound.graph, steps, dict(zip(names, found, strict=True)))
         found = [x - move for x, move in zip(found, moves, strict=True)]
@@ -80,22 +75,16 @@ def _assemble(bound: Bound, _: Joints) -> Results:
     }
 
 
-def _newton_step(bound: Bound, loops: Sequence[LoopPlan], unknown: Sequence[int]) -> tuple[list[Scalar], list[Scalar]]:
+def _newton_step(bound: Bound) -> tuple[list[Scalar], list[Scalar]]:
     """Errors in the rows kept, and W_d^-1 times them, block by block (L18)."""
     steps: dict[int, Scalar] = {}
     errors: list[Scalar] = []
-    for block in bound.coordinates.blocks:
-        if block[0].form is not Form.ASSEMBLED:
-            continue
-        error = []
-        for loop in block:
-            entries = closing_error(loop_branches(bound, loop.loop)).entries
-            error += [entries[row] for row in loop.kept]
-        W_d = bound.coordinates.columns_of(block)
-        (step,) = solved(W_d, [error])
+    for block in bound.coordinates.assembled_blocks:
+        error = bound.coordinates.errors_of(block)
+        (step,) = solved(bound.coordinates.columns_of(block), [error])
         steps |= zip(bound.coordinates.unknown(block), step, strict=True)
         errors += error
-    return errors, [steps[j] for j in unknown]
+    return errors, [steps[j] for j in bound.assembled]
 
 
 def _constraint_forces(bound: Bound, _: Joints) -> Results:

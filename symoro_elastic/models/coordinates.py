@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from symoro_elastic.equations.coordinates import Row, combination, product
-from symoro_elastic.equations.loops.closing import closing_acceleration, closing_columns
+from symoro_elastic.equations.loops.closing import closing_acceleration, closing_columns, closing_error
 from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.models.loops.assembly import loop_branches
@@ -145,6 +145,11 @@ class Coordinates:
         """The same without parallelograms."""
         return self._united(one for one in self.loops if one.form is not Form.MAP)
 
+    @property
+    def assembled_blocks(self) -> list[list[LoopPlan]]:
+        """Those whose dependent variables are arguments."""
+        return [block for block in self.blocks if any(one.is_assembled for one in block)]
+
     @staticmethod
     def _united(loops: Iterable[LoopPlan]) -> list[list[LoopPlan]]:
         blocks: list[list[LoopPlan]] = []
@@ -183,6 +188,10 @@ class Coordinates:
     def unknown(self, block: Sequence[LoopPlan]) -> list[int]:
         """Dependent joints of a block of loops."""
         return sorted({j for one in block for j in one.dependent})
+
+    def errors_of(self, block: Iterable[LoopPlan]) -> list[Scalar]:
+        """How far the loops of a block are from being closed, in the rows kept (L18)."""
+        return [closing_error(loop_branches(self.bound, one.loop)).entries[row] for one in block for row in one.kept]
 
     def columns_of(self, block: list[LoopPlan]) -> list[list[Scalar]]:
         """Columns of W_d of a block of loops, in axes of the frames met (L10)."""

@@ -52,7 +52,7 @@ def _symbols(machine: Machine, plan: Plan) -> Iterator[dict[str, float]]:
     }
     values = {p.name: source.uniform(0.5, 1.5) for p in machine.parameters if p.name not in placing}
     for position in plan.positions:
-        yield plan.assembly.values | values | {str(machine.joint(j).variable): x for j, x in position.items()}
+        yield plan.assembly.symbols(position) | values
 
 
 def _directions(bound: Bound, symbols: Mapping[str, float], known_motors: bool) -> tuple[Array, Array]:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from symoro_elastic.equations.floating_base import DEGREES
-from symoro_elastic.equations.loops.closing import closing_error
 from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import arguments, columns_of_base
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.loops.assembly import loop_branches
-from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
@@ -68,28 +65,22 @@ def moved_with(bound: Bound, name: str, c: int, variable: Expression) -> dict[Ex
     """What moves with a variable, and how much: that itself, and dependent variables that are arguments (L42)."""
     changes: dict[int, Scalar] = {}
     if name == "dq":
-        changes = {d: bound.coordinates.S_x[d].get(c, 0) for d in _assembled(bound)}
+        changes = {d: bound.coordinates.S_x[d].get(c, 0) for d in bound.assembled}
     elif name == "dp":
         changes = _assembled_by_parameter(bound, variable)
     return {variable: 1, **_moved(bound, changes)}
 
 
-def _assembled(bound: Bound) -> list[int]:
-    """Joints whose variables have no closed form: they are arguments of the models."""
-    return [j for one in bound.loops if one.form is Form.ASSEMBLED for j in one.dependent]
-
-
 def _moved(bound: Bound, changes: Mapping[int, Scalar]) -> dict[Expression, Scalar]:
-    return {bound.graph.symbol(str(bound.machine.joint(d).variable)): x for d, x in changes.items()}
+    return {bound.graph.symbol(name): x for name, x in bound.machine.by_variable(changes).items()}
 
 
 def _assembled_by_parameter(bound: Bound, parameter: Expression) -> dict[int, Scalar]:
     """Changes of those variables with a parameter, x of W_d x = -dr, r being the error of closing (L18)."""
     found: dict[int, Scalar] = {}
-    for block in bound.coordinates.blocks if _assembled(bound) else ():
-        if any(one.form is Form.ASSEMBLED for one in block):
-            errors = [closing_error(loop_branches(bound, one.loop)).entries[row] for one in block for row in one.kept]
-            tangents = Differentiation(errors).along({parameter: 1, **_moved(bound, found)})
-            (changes,) = solved(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
-            found |= zip(bound.coordinates.unknown(block), changes, strict=True)
+    for block in bound.coordinates.assembled_blocks:
+        errors = bound.coordinates.errors_of(block)
+        tangents = Differentiation(errors).along({parameter: 1, **_moved(bound, found)})
+        (changes,) = solved(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
+        found |= zip(bound.coordinates.unknown(block), changes, strict=True)
     return found

@@ -11,11 +11,10 @@ from symoro_elastic.equations.loops.motors import Driven, driven, shared
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.loops.independent_rows import independent
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-
-INDEPENDENT = 1e-8
 
 
 def inverse_by_motors(bound: Bound) -> Driven:
@@ -43,18 +42,12 @@ def independent_motors(bound: Bound, rows: Mapping[int, Mapping[int, Scalar]]) -
     if not machine.loops:
         return list(rows)
     plan = plan_of(machine, Bound)
-    kept: list[int] = []
-    entries = [x for row in rows.values() for x in row.values()]
+    entries = [row.get(k, 0) for row in rows.values() for k in machine.moving]
+    matrices = []
     for position in plan.positions:
-        symbols = {str(machine.joint(j).variable): x for j, x in position.items()}
-        value = evaluate(entries, plan.assembly.values | symbols, FLOATS)
-        S = {m: np.array([float(value(row.get(k, 0))) for k in machine.moving]) for m, row in rows.items()}
-        found: list[int] = []
-        for m in rows:
-            if np.linalg.matrix_rank(np.array([S[n] for n in (*found, m)]), tol=INDEPENDENT) > len(found):
-                found.append(m)
-        kept = max(kept, found, key=len)
-    return kept
+        value = evaluate(entries, plan.assembly.symbols(position), FLOATS)
+        matrices.append(np.array([float(value(x)) for x in entries]).reshape(len(rows), -1))
+    return [list(rows)[k] for k in independent(matrices)]
 
 
 def _too_many(machine: Machine, motors: int, freedoms: int) -> str:

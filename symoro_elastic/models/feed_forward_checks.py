@@ -10,7 +10,6 @@ from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.load_coordinates import Chain
-from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.scalar import Scalar
 
@@ -39,7 +38,7 @@ def _refuse_loops(bound: Bound) -> None:
     """Raise `InputError` for motors and springs on dependent joints, and for loops without closed form."""
     machine = bound.machine
     for one in bound.loops:
-        if one.form is Form.ASSEMBLED:
+        if one.is_assembled:
             _refuse(bound, f"loop {one.loop.name}", "it has no closed form whose derivatives by time could be taken")
     for j in machine.dependent:
         joint = machine.joint(j)

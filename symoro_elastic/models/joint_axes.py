@@ -83,7 +83,7 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
     """Dependent joints at a position of the independent ones, by closed forms or by continuation from the start."""
     plan, dependent = plan_of(machine, Bound), dict(_numbered(machine, machine.dependent))
     names = [parameter.name for parameter in machine.parameters]
-    if plan.needs_assembly:
+    if any(one.is_assembled for one in plan.loops):
         if not values.keys() >= {*names} or any(map(math.isnan, free.values())):
             return {joint.name: math.nan for joint in dependent.values()}
         found = _continued(machine, plan, {j: free[joint.name] for j, joint in _numbered(machine, machine.moving)})

@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, Any
 from symoro_elastic.equations.mechanism import Mechanism, Parallel
 from symoro_elastic.equations.spatial import AxialTransform, Axis, Z, is_zero
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.functions import turns_of
+from symoro_elastic.symbolic.functions import QUARTERS, turns_of
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
-
-QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 @dataclass(frozen=True)

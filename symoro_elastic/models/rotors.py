@@ -78,7 +78,7 @@ def _others(machine: Machine, position: Mapping[str, float]) -> Iterator[dict[st
     plan = plan_of(machine, Bound) if machine.loops else None
     for k in range(POSITIONS):
         near = plan.positions[k % len(plan.positions)] if plan else {}
-        closed = {str(machine.joint(j).variable): near[j] for j in in_loops}
+        closed = machine.by_variable({j: near[j] for j in in_loops})
         yield here | closed | {str(joint.variable): source.uniform(-math.pi, math.pi) for joint in free}
 
 

@@ -29,8 +29,7 @@ def in_loops(machine: Machine) -> Array:
 
 def start_of(machine: Machine) -> dict[str, float]:
     """Values of all own variables, by name, at an assembled position: the start of the loops, zero elsewhere."""
-    position = plan_of(machine, Bound).positions[0]
-    return {str(machine.joint(j).variable): x for j, x in position.items()}
+    return machine.by_variable(plan_of(machine, Bound).positions[0])
 
 
 def assembled_states(machine: Machine, count: int, seed: int, values: Mapping[str, float]) -> tuple[Array, Array]:

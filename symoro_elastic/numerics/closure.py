@@ -28,7 +28,7 @@ def closed_variables(machine: Machine, plan: Plan, near: Position, values: Mappi
     found = {j: arithmetic.number(Fraction(x)) for j, x in near.items()}
     symbols = {name: arithmetic.number(Fraction(x)) for name, x in values.items()}
     for _ in range(STEPS):
-        here = symbols | {str(machine.joint(j).variable): x for j, x in found.items()}
+        here = symbols | machine.by_variable(found)
         value = evaluate(leaves, here, arithmetic)
         W = [[value(one.columns.get(j, 0)) for j in machine.dependent] for one in kept]
         for j, step in zip(machine.dependent, solve(W, [value(one.error) for one in kept]), strict=True):

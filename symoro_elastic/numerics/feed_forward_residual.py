@@ -70,7 +70,7 @@ def residual(point: StateReference, traced: TracedModel) -> float:
     q = dict(zip(machine.moving, motion.q, strict=True))
     bound = Bound(machine)
     positions = load_positions(bound, chains(bound))
-    symbols = point.names | {str(machine.joint(j).variable): x for j, x in q.items()}
+    symbols = point.names | machine.by_variable(q)
     value = evaluate(positions.values(), symbols, point.arithmetic)
     sums = [value(positions[j]) for j in machine.motors]
     scale = max(map(abs, motion.forces), default=0) or 1

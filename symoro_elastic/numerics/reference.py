@@ -165,7 +165,7 @@ class StateReference:
         """Values of all own variables by name."""
         machine = self.reference.machine
         by_joint = self.coupled.x if machine.is_coupled else dict(zip(machine.moving, self.q, strict=True))
-        return {str(machine.joint(j).variable): x for j, x in by_joint.items()}
+        return machine.by_variable(by_joint)
 
     @cached_property
     def A(self) -> NumberMatrix:

@@ -12,7 +12,6 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.driving import independent_motors
 from symoro_elastic.models.joint_axes import PlacedMachine
 from symoro_elastic.models.loops.description import DescribedLoop, described_loops
-from symoro_elastic.models.loops.plan import Form
 from symoro_elastic.models.rotors import CHANGE, Rotor, rotors
 
 GYROSCOPIC = (
@@ -74,7 +73,7 @@ def _variables(machine: Machine, joints: Iterable[int]) -> str:
 
 
 def _is_assembled(found: ClosedChain) -> bool:
-    return any(loop.plan.form is Form.ASSEMBLED for loop in found.loops)
+    return any(loop.plan.is_assembled for loop in found.loops)
 
 
 def _sharing(machine: Machine) -> str:

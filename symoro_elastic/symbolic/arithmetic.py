@@ -82,12 +82,22 @@ def evaluate(
 
     `known` holds values of nodes, by number, that are not to be computed.
     """
+    return evaluate_nodes(reachable(roots), symbols, arithmetic, known)
+
+
+def evaluate_nodes(
+    nodes: Iterable[Expression],
+    symbols: Mapping[str, Number],
+    arithmetic: Arithmetic[Number],
+    known: Mapping[int, Number] | None = None,
+) -> Callable[[Scalar], Number]:
+    """The same for nodes in order, operands before their users, as `reachable` finds them once for many values."""
     values = dict(known or {})
 
     def value(x: Value) -> Number:
         return values[x.id] if type(x) is Expression else arithmetic.number(x)
 
-    for node in reachable(roots):
+    for node in nodes:
         if node.id in values:
             continue
         if node.operation == SYMBOL:

@@ -16,7 +16,7 @@ from symoro_elastic.equations.loops.closing import closing_error
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import moved_with
 from symoro_elastic.models.loops.assembly import Assembly, loop_branches
-from symoro_elastic.models.loops.plan import Form, plan_of
+from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate
 from symoro_elastic.symbolic.duals import Dual
@@ -29,7 +29,7 @@ FARTHEST = 100.0
 
 def refuse_assembled(bound: Bound) -> None:
     """Raise `InputError` for loops without closed form."""
-    loops = [one.loop.name for one in bound.loops if one.form is Form.ASSEMBLED]
+    loops = [one.loop.name for one in bound.loops if one.is_assembled]
     if loops:
         what = "not offered where a loop has no closed form: choose other dependent joints, or lock one"
         raise bound.machine.error(f"loop {', '.join(loops)}", what)
@@ -40,7 +40,7 @@ class AssembledLoops:
 
     def __init__(self, bound: Bound, parameters: Mapping[str, float]) -> None:
         self.bound, self.parameters = bound, parameters
-        self.joints = [j for one in bound.loops if one.form is Form.ASSEMBLED for j in one.dependent]
+        self.joints = bound.assembled
         self.names = {j: str(bound.machine.joint(j).variable) for j in self.joints}
 
     def add_to(self, symbols: dict[str, Any], q: Sequence[Any]) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,8 @@ from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
+from symoro_elastic.symbolic.expression import Expression, reachable
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
@@ -75,8 +76,6 @@ class Assembly:
     """
 
     def __init__(self, machine: Machine, bind: Callable[[Machine], Bound], values: Values | None = None) -> None:
-        from dataclasses import replace
-
         self.machine = machine
         self.bound = bind(replace(machine, loops=()))
         self.equations = [equation for loop in machine.loops for equation in equations_of(self.bound, loop)]
@@ -88,13 +87,16 @@ class Assembly:
         return drawn | parameter_values(self.machine)
 
     @cached_property
-    def _leaves(self) -> list[Any]:
-        return [x for one in self.equations for x in (one.error, *one.columns.values())]
+    def _nodes(self) -> list[Expression]:
+        return reachable(x for one in self.equations for x in (one.error, *one.columns.values()))
+
+    def symbols(self, position: Position) -> dict[str, float]:
+        """Values of parameters and own variables at a position, by name."""
+        return self.values | self.machine.by_variable(position)
 
     def numbers(self, position: Position) -> tuple[Array, Array]:
         """Closing errors, and W over all own variables, in the order of `machine.owners`."""
-        symbols = {str(self.machine.joint(j).variable): x for j, x in position.items()}
-        value = evaluate(self._leaves, self.values | symbols, FLOATS)
+        value = evaluate_nodes(self._nodes, self.symbols(position), FLOATS)
         order = {j: k for k, j in enumerate(self.machine.owners)}
         errors = np.array([float(value(one.error)) for one in self.equations])
         W = np.zeros((len(self.equations), len(order)))
@@ -106,7 +108,7 @@ class Assembly:
     def start(self) -> Position:
         """The position that the loops give as start, zero elsewhere."""
         given = {name: formula for loop in self.machine.loops for name, formula in loop.start.items()}
-        names = {str(self.machine.joint(j).variable): j for j in self.machine.owners}
+        names = self.machine.variables
         found = dict.fromkeys(self.machine.owners, 0.0)
         return found | {names[name]: x.value(self.values) for name, x in given.items() if name in names}
 

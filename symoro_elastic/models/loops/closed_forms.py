@@ -13,14 +13,13 @@ from symoro_elastic.machine.loops import Loop, branches
 from symoro_elastic.models.loops.assembly import Assembly, Position, cut_joint
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from symoro_elastic.symbolic.functions import arc_tangent, square_root
+from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
 
 Angles = dict[int, Scalar]
 AGREEING = 1e-7
-QUARTERS: dict[tuple[Scalar, Scalar], int] = {(1, 0): 0, (0, 1): 1, (-1, 0): 2, (0, -1): -1}
 
 
 def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
@@ -34,13 +33,13 @@ def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection
 
     `other` are joints whose angles are no sums of independent ones.
     """
-    around = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
-    moving = [j for j in bound.machine.articulated if j in around]
+    moving = bound.machine.around(loop)
     angles = {j: bound.angle(j) for j in moving if j not in other}
 
     def angle_of(turn: Complex) -> Scalar:
-        quarters = QUARTERS.get((turn.x, turn.y))
-        return arc_tangent(bound.graph, turn.y, turn.x) if quarters is None else quarters * (bound.graph.pi / 2)
+        if turn not in QUARTERS:
+            return arc_tangent(bound.graph, turn.y, turn.x)
+        return ((QUARTERS.index(turn) + 1) % 4 - 1) * (bound.graph.pi / 2)
 
     found = parallelogram(loop_circuit(bound, loop, moving), {0, *dependent}, angles, angle_of)
     return None if found is None else {j: x for j, x in found.items() if j}
@@ -61,9 +60,8 @@ def agrees(assembly: Assembly, joint: int, form: Complex | Scalar, positions: Se
     bound = assembly.bound
     offset, leaves = bound.offset(joint), list(form) if isinstance(form, Complex) else [form]
     for position in positions:
-        symbols = {str(assembly.machine.joint(j).variable): x for j, x in position.items()}
         try:
-            value = evaluate([*leaves, offset], assembly.values | symbols, FLOATS)
+            value = evaluate([*leaves, offset], assembly.symbols(position), FLOATS)
             found, wanted = [value(x) for x in leaves], value(offset) + position[joint]
         except (ArithmeticError, ValueError):
             return False

@@ -116,7 +116,7 @@ def _singular(machine: Machine, plan: Plan, one: LoopPlan) -> str:
         return "nowhere: angles are sums of angles, in the flat position too"
     if one.form is Form.ONE:
         return f"nowhere: {dependent} takes back what the other joints do"
-    if one.form is Form.ASSEMBLED:
+    if one.is_assembled:
         return f"where the rates of {dependent} do not follow from the others: det W_d = 0"
     unknown = loop_circuit(plan.assembly.bound, one.loop, one.dependent).unknown
     named = [(joint.axis, machine.joint(joint.joint or one.loop.cut).name) for joint in unknown]

@@ -16,9 +16,13 @@ INDEPENDENT = 1e-8
 
 def independent_rows(assembly: Assembly, positions: Sequence[Position]) -> list[int]:
     """Equations that are no combination of those before them, in one of the positions at least."""
+    return independent([assembly.numbers(position)[1] for position in positions])
+
+
+def independent(matrices: Sequence[Array]) -> list[int]:
+    """Rows that are no combination of those before them, in one of some matrices at least."""
     kept: list[int] = []
-    matrices = [assembly.numbers(position)[1] for position in positions]
-    for row in range(len(assembly.equations)):
+    for row in range(len(matrices[0])):
         if any(_rank(W[[*kept, row]]) > _rank(W[kept]) for W in matrices):
             kept.append(row)
     return kept
@@ -72,8 +76,5 @@ def refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], p
 
 def _other(machine: Machine, matrices: Sequence[Array]) -> str:
     """Joints that can depend, as a list in a file."""
-    kept: list[int] = []
-    for k in range(len(machine.owners)):
-        if any(_rank(W[:, [*kept, k]].T) > len(kept) for W in matrices):
-            kept.append(k)
-    return "[" + ", ".join(f'"{machine.joint(machine.owners[k]).variable}"' for k in kept) + "]"
+    kept = [machine.joint(machine.owners[k]).variable for k in independent([W.T for W in matrices])]
+    return "[" + ", ".join(f'"{variable}"' for variable in kept) + "]"

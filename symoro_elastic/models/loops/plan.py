@@ -23,7 +23,8 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
 
-EIGHT_ULPS = 1e-12
+PARALLEL = 1e-12
+"""Cosine or sine of the angle between axes that are at right angles, or parallel."""
 
 
 class Form(StrEnum):
@@ -59,6 +60,11 @@ class LoopPlan:
     pivot: int | None = None
 
     @property
+    def is_assembled(self) -> bool:
+        """Whether no closed form gives its dependent variables."""
+        return self.form is Form.ASSEMBLED
+
+    @property
     def rows(self) -> tuple[int, ...]:
         """Rows of the equations in the axes of `view`, whose z is the normal of the plane; those kept without."""
         return self.kept if self.view is None else (0, 1, 5)[: len(self.kept)]
@@ -71,11 +77,6 @@ class Plan:
     loops: tuple[LoopPlan, ...]
     assembly: Assembly
     positions: tuple[Position, ...]
-
-    @property
-    def needs_assembly(self) -> bool:
-        """Whether dependent variables are arguments of the models."""
-        return any(one.form is Form.ASSEMBLED for one in self.loops)
 
 
 _known: dict[int, tuple[weakref.ref[Machine], Plan]] = {}
@@ -158,8 +159,8 @@ def _view(bound: Bound, one: LoopPlan) -> tuple[int | None, int | None]:
 
 def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool:
     """Whether a loop runs through dependent joints of others that are not closed yet."""
-    around = {j for branch in branches(machine.antecedents, one.loop) for j in branch}
-    return any(not around.isdisjoint(other.dependent) for other in waiting if other is not one)
+    around = machine.around(one.loop)
+    return any(j in around for other in waiting if other is not one for j in other.dependent)
 
 
 def _form(
@@ -205,14 +206,14 @@ def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:
     if seen.cut.axis is not Axis.NONE:
         axes.append((seen.cut.axis, seen.seen.frames[seen.number[seen.cut.m]].z))
     source = random.Random(SEED)
-    symbols = {str(bound.machine.joint(j).variable): source.uniform(-3, 3) for j in bound.machine.owners}
-    value = evaluate([x for _, z in axes for x in z], assembly.values | symbols, FLOATS)
+    anywhere = assembly.symbols({j: source.uniform(-3, 3) for j in bound.machine.owners})
+    value = evaluate([x for _, z in axes for x in z], anywhere, FLOATS)
     numbers = [(axis, np.array([value(x) for x in z])) for axis, z in axes]
     turning = [z for axis, z in numbers if axis is Axis.REVOLUTE]
     if not turning:
         return False
     normal = turning[0]
     return all(
-        np.linalg.norm(np.cross(normal, z)) < EIGHT_ULPS if axis is Axis.REVOLUTE else abs(normal @ z) < EIGHT_ULPS
+        np.linalg.norm(np.cross(normal, z)) < PARALLEL if axis is Axis.REVOLUTE else abs(normal @ z) < PARALLEL
         for axis, z in numbers
     )

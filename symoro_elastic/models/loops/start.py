@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -21,8 +21,9 @@ ROUGH = 0.2
 
 def assembled_start(machine: Machine, assembly: Assembly) -> Position:
     """The position where the loops close, near the start of the file; raises `InputError` where there is none."""
-    rough = _mapped_start(machine, assembly)
-    _refuse_doubt(machine, assembly, rough)
+    parallelograms = _parallelograms(machine, assembly)
+    rough = _mapped_start(machine, assembly, parallelograms)
+    _refuse_doubt(machine, assembly, rough, parallelograms)
     found, error = assembly.assembled(rough, machine.dependent)
     if not error < CLOSED:
         found, error = assembly.assembled(rough, machine.owners)
@@ -57,9 +58,8 @@ def positions_near(machine: Machine, assembly: Assembly, start: Position) -> lis
     return found
 
 
-def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position) -> None:
+def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, parallelograms: Collection[str]) -> None:
     """Refuse a loop that may be closed in several positions and has no start; parallelograms have one."""
-    parallelograms = _parallelograms(machine, assembly)
     for loop in machine.loops:
         dependent = machine.dependent_in(loop)
         if loop.start or not dependent or loop.name in parallelograms:
@@ -93,18 +93,17 @@ def _same(machine: Machine, one: Position, other: Position, joints: Sequence[int
     )
 
 
-def _mapped_start(machine: Machine, assembly: Assembly) -> Position:
+def _mapped_start(machine: Machine, assembly: Assembly, parallelograms: Mapping[str, Angles]) -> Position:
     """The start that the file gives; parallelograms without one stand apart from their flat position."""
     position = assembly.start()
     unstarted = {loop.name for loop in machine.loops if not loop.start}
-    for name, angles in _parallelograms(machine, assembly).items():
+    for name, angles in parallelograms.items():
         if name not in unstarted:
             continue
         if len(unstarted) == len(machine.loops):
             position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
-        symbols = {str(machine.joint(j).variable): x for j, x in position.items()}
         offsets = {j: assembly.bound.offset(j) for j in angles}
-        value = evaluate([*angles.values(), *offsets.values()], assembly.values | symbols, FLOATS)
+        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
         position |= {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
     return position
 
