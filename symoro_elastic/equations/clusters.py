@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from symoro_elastic.equations.coordinates import Rows, congruence, image, product
-from symoro_elastic.equations.factorization import Factorization, factorization, product_or_one, solution
+from symoro_elastic.equations.factorization import Factorization, factorization, share_or_one, solution
+from symoro_elastic.equations.kinematics import path
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import (
     AT_REST,
@@ -97,12 +98,8 @@ def _antecedent(mechanism: Mechanism, links: Sequence[int]) -> int:
 
 
 def _carriers(mechanism: Mechanism, j: int) -> list[int]:
-    """Links that carry link j, the base among them."""
-    found = []
-    while j:
-        j = mechanism.link(j).antecedent
-        found.append(j)
-    return found
+    """Links that carry link j, from the nearest to the base."""
+    return [0, *path(mechanism, j)[:-1]][::-1]
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,7 @@ class Eliminated:
 
 
 @dataclass(frozen=True)
-class Motion:
+class Moved:
     """Accelerations of the free coordinates and of the joints, forces on coordinates of known acceleration."""
 
     udd: Mapping[int, Scalar]
@@ -216,7 +213,7 @@ def _solved(
             U[k] = U[k] + x * r.Phi[j]
             rest[k] = rest[k] + x * needed
     rho = {k: cluster.Gamma[k] - rest[k] for k in free}
-    factors = factorization(sorted(free, reverse=True), H, product_or_one)
+    factors = factorization(sorted(free, reverse=True), H, share_or_one)
     reduced = {k: U[k] for k in free}
     for k, row in factors.L.items():
         for i, x in row.items():
@@ -227,10 +224,10 @@ def _solved(
     return Eliminated(K, alpha, U, H, factors, rho, rest, started)
 
 
-def motion(e: Eliminated, cluster: Cluster, V: Twist) -> Motion:
+def motion(e: Eliminated, cluster: Cluster, V: Twist) -> Moved:
     """Accelerations of the cluster from that of its antecedent, forces on its other coordinates (L28), (L29)."""
     pushed: Mapping[int, Scalar] = dict.fromkeys(e.U, 0) if e.started else {k: U.dot(V) for k, U in e.U.items()}
     udd = solution(e.factors, {k: x - pushed[k] for k, x in e.rho.items()})  # (L28)
     known = [k for k in cluster.coordinates if k not in udd]
     needed = {k: e.rest[k] + pushed[k] + product({i: e.H[k][i] for i in udd}, udd) for k in known}  # (L29)
-    return Motion(udd, image(cluster.S, udd, cluster.gam), needed)
+    return Moved(udd, image(cluster.S, udd, cluster.gam), needed)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from symoro_elastic.equations.bias_acceleration import split, with_tips_in_frames_before
-from symoro_elastic.equations.clusters import Cluster, Eliminated, Motion, eliminate_cluster, motion
+from symoro_elastic.equations.clusters import Cluster, Eliminated, Moved, eliminate_cluster, motion
 from symoro_elastic.equations.elimination import (
     AccelerationKnown,
     Elimination,
@@ -82,7 +82,7 @@ class Dynamics:
     qdd: dict[int, Scalar] = field(default_factory=dict)
     Gamma: dict[int, Scalar] = field(default_factory=dict)
     reduced: dict[int, Eliminated] = field(default_factory=dict)
-    moved: dict[int, Motion] = field(default_factory=dict)
+    moved: dict[int, Moved] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
 
 

@@ -28,17 +28,17 @@ Share: TypeAlias = Callable[[Scalar, Scalar, Scalar], Scalar]
 """L_ji from A_ji, the pivot D_j and its inverse."""
 
 
-def product(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
+def share(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
     """A_ji / D_j."""
     return entry * inverse
 
 
-def product_or_one(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
+def share_or_one(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
     """A_ji / D_j, exactly 1 where both are one expression: where coordinates move the same bodies alike."""
     return 1 if entry is pivot else entry * inverse
 
 
-def factorization(order: Sequence[int], A: Rows, share: Share = product) -> Factorization:
+def factorization(order: Sequence[int], A: Rows, by: Share = share) -> Factorization:
     """Factors of A = L^T D L, rows eliminated in this order; zeros of structure stay. Raises `SingularPivot`."""
     left = {i: {j: A[i][j] for j in order} for i in order}
     found = Factorization({}, {}, {})
@@ -49,7 +49,7 @@ def factorization(order: Sequence[int], A: Rows, share: Share = product) -> Fact
         except ZeroDivisionError:
             raise SingularPivot(j) from None
         found.pivots[j], found.inverses[j] = left[j][j], inverse
-        found.L[j] = {i: share(left[j][i], left[j][j], inverse) for i in carrying}
+        found.L[j] = {i: by(left[j][i], left[j][j], inverse) for i in carrying}
         for i in carrying:
             for k in carrying[: carrying.index(i) + 1]:
                 left[i][k] = left[k][i] = left[i][k] - found.L[j][i] * left[j][k]

@@ -22,9 +22,9 @@ def with_loop_forces(bound: Bound) -> Mechanism:
     if not bound.machine.loops:
         return bound.mechanism
     found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
-    links = list(bound.mechanism.links)
+    wrenches, links = loop_forces(bound, found), list(bound.mechanism.links)
     for loop in bound.machine.loops:
-        cut, wrench = cut_joint(bound.machine, loop), loop_forces(bound, found)[loop.name]
+        cut, wrench = cut_joint(bound.machine, loop), wrenches[loop.name]
         e = frames(bound.mechanism, cut.m)[cut.e]
         moment = wrench.moment if cut.axis is not Axis.PRISMATIC else wrench.moment - cross(e.origin, wrench.force)
         on_e = Wrench(e.rotation.T * wrench.force, e.rotation.T * moment)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from symoro_elastic.equations.coordinates import Row, combination, product
 from symoro_elastic.equations.loops.closing import closing_acceleration, closing_columns, closing_error
 from symoro_elastic.equations.loops.linear import solved
+from symoro_elastic.equations.spatial import Twist
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.models.loops.assembly import loop_branches
 from symoro_elastic.models.loops.plan import Form, LoopPlan
@@ -75,6 +76,7 @@ class Coordinates:
     def __init__(self, bound: Bound, loops: Iterable[LoopPlan] = ()) -> None:
         self.bound, self.machine = bound, bound.machine
         self.loops = tuple(loops)
+        self._columns: dict[tuple[str, int | None], dict[int, Twist]] = {}
         self.couplings = {
             j: Coupling(bound, joint.selected)
             for j in self.machine.articulated
@@ -161,10 +163,9 @@ class Coordinates:
 
     def _dependent_rows(self, block: list[LoopPlan], S_x: Mapping[int, Row]) -> dict[int, Row]:
         """Rows of dx/du of a block of loops: -W_d^-1 W_u S (L10)."""
-        unknown = self.unknown(block)
-        W_d, known = self._columns(block, unknown, S_x)
+        unknown, known = self.unknown(block), self._W_u(block, S_x)
         k = sorted({k for row in known for k in row})
-        columns = solved(W_d, [[-row.get(i, 0) for row in known] for i in k])
+        columns = solved(self._W_d(block), [[-row.get(i, 0) for row in known] for i in k])
         return {
             d: combination((column[m], {i: 1}) for i, column in zip(k, columns, strict=True))
             for m, d in enumerate(unknown)
@@ -173,7 +174,6 @@ class Coordinates:
     def _dependent_accelerations(self, block: list[LoopPlan], gam_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
         """gam of the variables of a block of loops: -W_d^-1 phi (L11)."""
         unknown = self.unknown(block)
-        W_d, _ = self._columns(block, unknown, self.S_x)
         rates = {j: product(row, self.bound.qd) for j, row in self.S.items()}
         known = {j: self._gam(j, gam_x) for j in self.machine.articulated}
         phi: list[Scalar] = []
@@ -182,7 +182,7 @@ class Coordinates:
                 loop_branches(self.bound, one.loop, one.view, one.pivot), rates, known
             ).entries
             phi += [relative[row] for row in one.rows]
-        (found,) = solved(W_d, [[-x for x in phi]])
+        (found,) = solved(self._W_d(block), [[-x for x in phi]])
         return dict(zip(unknown, found, strict=True))
 
     def unknown(self, block: Sequence[LoopPlan]) -> list[int]:
@@ -196,25 +196,34 @@ class Coordinates:
     def columns_of(self, block: list[LoopPlan]) -> list[list[Scalar]]:
         """Columns of W_d of a block of loops, in axes of the frames met (L10)."""
         seen_from_m = [replace(one, view=None, pivot=None) for one in block]
-        return self._columns(seen_from_m, self.unknown(block), self.S_x)[0]
+        return self._W_d(seen_from_m)
 
     def partial(self, j: int, v: int) -> Scalar:
         """dq_j/dx_v of joint j by the own variable of joint v (L1)."""
         own = int(j == v)
         return own + self.couplings[j].partials.get(v, 0) if j in self.couplings else own
 
-    def _columns(
-        self, block: list[LoopPlan], unknown: list[int], S_x: Mapping[int, Row]
-    ) -> tuple[list[list[Scalar]], list[dict[int, Scalar]]]:
-        """Columns of W_d, and rows of W_u over the independent variables."""
-        by_unknown: list[dict[int, Scalar]] = []
-        by_known: list[dict[int, Scalar]] = []
-        fixed = {v: row for v, row in S_x.items() if v not in unknown}
-        free: dict[int, Row] = {v: {v: 1} for v in unknown}
-        for one in block:
-            columns = closing_columns(loop_branches(self.bound, one.loop, one.view, one.pivot))
-            for i in one.rows:
-                entries = [(column.entries[i], j) for j, column in columns.items()]
-                by_unknown.append(combination((x, self._row(j, free)) for x, j in entries))
-                by_known.append(combination((x, self._row(j, fixed)) for x, j in entries))
-        return [[row.get(d, 0) for row in by_unknown] for d in unknown], by_known
+    def _W_d(self, block: list[LoopPlan]) -> list[list[Scalar]]:
+        """Columns of W by the dependent variables of a block."""
+        unknown = self.unknown(block)
+        rows = self._rows(block, {v: {v: 1} for v in unknown})
+        return [[row.get(d, 0) for row in rows] for d in unknown]
+
+    def _W_u(self, block: list[LoopPlan], S_x: Mapping[int, Row]) -> list[dict[int, Scalar]]:
+        """Rows of W_u over the independent variables."""
+        unknown = self.unknown(block)
+        return self._rows(block, {v: row for v, row in S_x.items() if v not in unknown})
+
+    def _rows(self, block: Iterable[LoopPlan], S_x: Mapping[int, Row]) -> list[dict[int, Scalar]]:
+        """Rows of W times S, where only these own variables move (L10)."""
+        return [
+            combination((column.entries[i], self._row(j, S_x)) for j, column in self._closing_columns(one).items())
+            for one in block
+            for i in one.rows
+        ]
+
+    def _closing_columns(self, one: LoopPlan) -> dict[int, Twist]:
+        key = one.loop.name, one.view
+        if key not in self._columns:
+            self._columns[key] = closing_columns(loop_branches(self.bound, one.loop, one.view, one.pivot))
+        return self._columns[key]

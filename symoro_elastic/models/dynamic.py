@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
-from symoro_elastic.equations.factorization import factorization, product, product_or_one
+from symoro_elastic.equations.factorization import factorization, share, share_or_one
 from symoro_elastic.equations.kinematics import frames, velocities
 from symoro_elastic.equations.mechanism import Mechanism, without_loads
 from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
@@ -49,8 +49,8 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     mechanism = bound.held if bound.base_rule else bound.without_tip_angles
     held = dynamics(mechanism, bound.rates(), bound.held_rules())
     found = coordinate_inertia(bound)
-    share = product_or_one if bound.machine.is_coupled else product
-    factors = factorization(bound.machine.moving[::-1], found.A, share)
+    by = share_or_one if bound.machine.is_coupled else share
+    factors = factorization(bound.machine.moving[::-1], found.A, by)
     exerted, bias = bound.exerted_forces(), bound.on_independent(held.Gamma)
     right = {j: exerted[j] - bias[j] for j in bound.machine.moving}
     qdd, of_base = solved(bound, factors, found, held, right)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.equations.coordinates import Row, product
-from symoro_elastic.equations.factorization import factorization, product_or_one, solution
+from symoro_elastic.equations.factorization import factorization, share_or_one, solution
 from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.equations.spatial import Scalar
 
@@ -26,7 +26,7 @@ def driven(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, Row], wanted: V
     if len(S_m) == len(A):
         return _as_many_as_freedoms(A, rest, S_m, wanted)
     order = sorted(A, reverse=True)
-    factors = factorization(order, A, product_or_one)
+    factors = factorization(order, A, share_or_one)
     free = solution(factors, {k: -rest[k] for k in order})
     pushed = {m: solution(factors, {k: row.get(k, 0) for k in order}) for m, row in S_m.items()}
     mobility = {m: {n: product(row, pushed[n]) for n in S_m} for m, row in S_m.items()}

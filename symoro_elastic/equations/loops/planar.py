@@ -77,14 +77,10 @@ def area(u: Complex, v: Complex) -> Scalar:
 
 @dataclass(frozen=True)
 class Closed:
-    """Unknown joints of a loop: turns as cosine + i sine, shifts of slides, by number (0 is the cut joint).
-
-    `root` is zero where the loop is singular; it is None where it has one branch only.
-    """
+    """Unknown joints of a loop: turns as cosine + i sine, shifts of slides, by number (0 is the cut joint)."""
 
     turns: Mapping[int, Complex]
     slides: Mapping[int, Scalar]
-    root: Scalar | None = None
 
 
 Signs = Mapping[int, int]
@@ -116,7 +112,7 @@ def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
         a = _seen_from_end(loop.segments[k - 1], before).over(before.squared)
         m = _half_difference(c.squared, before.squared, b.squared)
         turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a * b.inverse.conjugate))
-    return Closed(turns, {}, h)
+    return Closed(turns, {})
 
 
 def _half_difference(c: Scalar, a: Scalar, b: Scalar) -> Scalar:
@@ -148,7 +144,7 @@ def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
     at_second = -(_seen_from_end(side, p).inverse.conjugate * w).conjugate
     at_first = -(_seen_from_end(way, w) * p.inverse.conjugate)
     turns = {first.joint: _of_joint(first, at_first), second.joint: _of_joint(second, at_second)}
-    return Closed(turns, {slide.joint: slide.sense * (c - dot(n, start))}, c)
+    return Closed(turns, {slide.joint: slide.sense * (c - dot(n, start))})
 
 
 def _with_two_slides(loop: Circuit) -> Closed:
