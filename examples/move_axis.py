@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.simulation.explicit import step
-from symoro_elastic.simulation.tableaus import RK4
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "generated"))
 import two_axis

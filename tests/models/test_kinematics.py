@@ -25,8 +25,8 @@ from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_sc
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
-from symoro_elastic.simulation.explicit import step
-from symoro_elastic.simulation.tableaus import RK4
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.compiled_models import Array, Built, cell, vector, worst

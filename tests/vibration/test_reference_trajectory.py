@@ -20,8 +20,8 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.simulation.explicit import step
-from symoro_elastic.simulation.tableaus import RK4
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.simulation.tableaus import Tableau
+from symoro_elastic.integration.tableaus import Tableau
 
 Rate = Callable[[float, Array], Array]
 """f of y' = f(t, y)."""

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.simulation import tableaus
-from symoro_elastic.simulation.explicit import step
-from symoro_elastic.simulation.tableaus import RK4, Tableau
+from symoro_elastic.integration import tableaus
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4, Tableau
 
 TABLEAUS = {name: found for name, found in vars(tableaus).items() if isinstance(found, Tableau)}
 Tree = tuple["Tree", ...]
