@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from symoro_elastic.quantities import closed_chains, intermediates, signatures
+from symoro_elastic.quantities import closed_chains, intermediates, signatures, time_steps
 from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
 from symoro_elastic.quantities.quantity import (
     Intermediate,
@@ -59,6 +59,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.COLUMNS,
         closed_chains.OF_CLOSED_CHAINS,
         signatures.OF_MACHINES,
+        time_steps.OF_TIME_STEPS,
     )
     for row in rows
 }

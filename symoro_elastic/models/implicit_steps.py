@@ -1,0 +1,196 @@
+"""Linear systems of implicit time steps, (I - g T) z = r with T = [0 I; -A^-1 K, -A^-1 D]: factors, and a solution.
+
+K and D are the stiffness and the damping of springs, friction and servos, diagonal over own variables. With
+S = g D + g^2 K the system is
+
+    (A + S) x = S r_v + g K r_q,    z_v = r_v - x,    z_q = r_q + g z_v:
+
+the direct model at rest, without loads, whose rotor inertias are Ia + S. What depends on q and g only is computed once.
+Where joints depend on others, A + S is the matrix over the independent variables, and is factored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from symoro_elastic.equations.coordinates import product
+from symoro_elastic.equations.dynamics import AccelerationKnown, TorqueKnown, dynamics
+from symoro_elastic.equations.elimination import Rule
+from symoro_elastic.equations.factorization import factorization, share_or_one, solution
+from symoro_elastic.equations.mechanism import without_loads
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.model import Model, Result, TracedModel
+from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
+from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import operand
+from symoro_elastic.symbolic.program import Input, Output, Section, prune, schedule
+from symoro_elastic.symbolic.two_stages import in_two_stages
+
+FAMILY = "time steps"
+Scalars = dict[int, Scalar]
+
+
+class Motors(Enum):
+    """What is known of the motors in a step: their torques, torques and gains of servos, or their motion."""
+
+    TORQUE = ""
+    SERVO = "servo"
+    DRIVEN = "driven"
+
+    @property
+    def suffix(self) -> str:
+        """What names of functions end with."""
+        return f"_{self.value}" if self.value else ""
+
+
+def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()) -> tuple[TracedModel, TracedModel]:
+    """Return the models `implicit_factors` and `implicit_solve` of a machine."""
+    bound = Bound(machine, folded)
+    system = _System(bound, motors)
+    z_v = {j: r - system.x[j] for j, r in system.r_v.items()}
+    z_q = {j: system.r_q[j] + system.g * z_v[j] for j in z_v}
+    results = {"z_q": Result(machine.moving, tuple(z_q.values())), "z_v": Result(machine.moving, tuple(z_v.values()))}
+    outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
+    entries = bound.arguments()
+    late = {*entries["r_q"], *entries["r_v"]}
+    cut = in_two_stages(bound.graph, prune(outputs, bound.names), late, "factors")
+    first = _factors(motors, bound)
+    second = _solve(motors)
+    (handed,) = cut.first.outputs
+    factors = {"factors": Result(None, handed.entries, handed.shape)}
+    inputs = [Input(name, entries[name]) for name in first.arguments]
+    sides = [Input("factors", cut.handed), *(Input(name, entries[name]) for name in ("r_q", "r_v"))]
+    return (
+        TracedModel(first, factors, schedule(inputs, cut.first)),
+        TracedModel(second, results, schedule(sides, cut.second)),
+    )
+
+
+def _factors(motors: Motors, bound: Bound) -> Model:
+    gains = ("kp", "kd") if motors is Motors.SERVO else ()
+    dependent = ("q_dep",) if bound.takes_dependent else ()
+    return Model(
+        f"implicit_factors{motors.suffix}",
+        "factors of the linear system of an implicit step",
+        "[28]-[32]",
+        ("q", *dependent, "qd", "g", *gains),
+        ("factors",),
+        _not_in_catalogue,
+        FAMILY,
+    )
+
+
+def _solve(motors: Motors) -> Model:
+    return Model(
+        f"implicit_solve{motors.suffix}",
+        "solution z of (I - g T) z = r, by the factors",
+        "[28]-[36]",
+        ("factors", "r_q", "r_v"),
+        ("z_q", "z_v"),
+        _not_in_catalogue,
+        FAMILY,
+    )
+
+
+def _not_in_catalogue(bound: Bound, _: object) -> dict[str, Result]:
+    raise NotImplementedError("traced in two stages")
+
+
+@dataclass(frozen=True)
+class _Diagonals:
+    """Stiffness and damping over own variables, and damping of joints without one."""
+
+    K: Mapping[int, Scalar]
+    D: Mapping[int, Scalar]
+    coupled: Mapping[int, Scalar]
+
+
+class _System:
+    """(A + S) x = S r_v + g K r_q of a bound machine."""
+
+    def __init__(self, bound: Bound, motors: Motors) -> None:
+        self.bound, self.motors = bound, motors
+        self.g = bound.graph.symbol("g")
+        self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
+        self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
+        self.x = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
+
+    def _per_joint(self, argument: str) -> Scalars:
+        names = self.bound.arguments()[argument]
+        return dict(zip(self.bound.machine.moving, map(self.bound.graph.symbol, names), strict=True))
+
+    def _of_recursion(self) -> Scalars:
+        """By the direct model [28]-[36] with rotor inertias Ia + S."""
+        bound, of = self.bound, self._diagonals()
+        gK = {j: self.g * x for j, x in of.K.items()}
+        S = {j: self.g * (of.D[j] + gK[j]) for j in gK}
+        self._name(gK, S)
+        links = tuple(
+            replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in bound.mechanism.from_base()
+        )
+        rules: list[Rule | None] = [None] * (len(links) + 1)
+        for j in bound.machine.moving:
+            torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
+            rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
+        found = dynamics(replace(without_loads(bound.mechanism), links=links), [0] * len(rules), rules)
+        name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
+        return {j: found.qdd[j] for j in bound.machine.moving}
+
+    def _name(self, gK: Scalars, S: Scalars) -> None:
+        section = Section("Implicit step: springs, dampers and servos as rotor inertias")
+        for j in S:
+            self.bound.names.give(gK[j], f"gK{j}", section)
+            self.bound.names.give(S[j], f"Sg{j}", section)
+
+    def _of_matrix(self) -> Scalars:
+        """By factors of A + S over the independent variables."""
+        bound, g = self.bound, self.g
+        free = [j for j in bound.machine.moving if j not in self.held]
+        K, D = self._matrices(free)
+        found = coordinate_inertia(bound)
+        S = {i: {j: g * (D[i][j] + g * K[i][j]) for j in free} for i in free}
+        left = {i: {j: found.A[i][j] + S[i][j] for j in free} for i in free}
+        factors = factorization(free[::-1], left, share_or_one)
+        right = {i: product(S[i], self.r_v) + g * product(K[i], self.r_q) for i in free}
+        x = solution(factors, right)
+        name_composites(bound, found)
+        name_factors(bound, factors, right, x)
+        return dict.fromkeys(bound.machine.moving, 0) | x
+
+    def _matrices(self, free: Sequence[int]) -> tuple[dict[int, Scalars], dict[int, Scalars]]:
+        """K and D over the independent variables: S^T K S of those over own ones."""
+        of, coordinates = self._diagonals(), self.bound.coordinates
+
+        def summed(rows: Mapping[int, Mapping[int, Scalar]], weights: Mapping[int, Scalar]) -> dict[int, Scalars]:
+            total: dict[int, Scalars] = {i: dict.fromkeys(free, 0) for i in free}
+            for j, weight in weights.items():
+                for i in free:
+                    for k in free:
+                        total[i][k] = total[i][k] + rows[j].get(i, 0) * (weight * rows[j].get(k, 0))
+            return total
+
+        K, D, coupled = (
+            summed(coordinates.S_x, of.K),
+            summed(coordinates.S_x, of.D),
+            summed(coordinates.S, of.coupled),
+        )
+        return K, {i: {k: D[i][k] + coupled[i][k] for k in free} for i in free}
+
+    def _diagonals(self) -> _Diagonals:
+        bound = self.bound
+        owners = bound.machine.owners
+        K = {j: bound.spring(j)[0] for j in owners}
+        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + self._viscous(j) for j in owners}
+        coupled = {j: self._viscous(j) for j in bound.machine.articulated if j not in owners}
+        if self.motors is Motors.SERVO:
+            gains = [map(bound.graph.symbol, bound.arguments()[name]) for name in ("kp", "kd")]
+            for j, kp, kd in zip(bound.motors, *gains, strict=True):
+                K[j], D[j] = K[j] + kp, D[j] + kd
+        return _Diagonals(K, D, coupled)
+
+    def _viscous(self, j: int) -> Scalar:
+        return self.bound.cell(self.bound.machine.joint(j).friction.viscous)

@@ -1,0 +1,65 @@
+"""Arguments and results of the linear systems that implicit time steps solve: a row each."""
+
+from __future__ import annotations
+
+from symoro_elastic.quantities.quantity import Quantity
+from symoro_elastic.quantities.signatures import ARGUMENT, BOTH, RESULT
+from symoro_elastic.quantities.units import ACCELERATION, VELOCITY, Unit, same
+
+OF_TIME_STEPS = (
+    Quantity(
+        name="g",
+        meaning="gamma h: the step times the coefficient gamma of the method",
+        symbol="g",
+        unit=same("s"),
+        shape="1",
+        roles=ARGUMENT,
+        entries=("g",),
+    ),
+    Quantity(
+        name="kp",
+        meaning="position gains of servos",
+        symbol="k_p",
+        unit=Unit("N m/rad", "N/m"),
+        shape="m",
+        roles=ARGUMENT,
+        entries="kp@",
+    ),
+    Quantity(
+        name="kd",
+        meaning="velocity gains of servos",
+        symbol="k_d",
+        unit=Unit("N m s/rad", "N s/m"),
+        shape="m",
+        roles=ARGUMENT,
+        entries="kd@",
+    ),
+    Quantity(
+        name="factors",
+        meaning="factors of A + g D + g^2 K, and what else the right side does not change",
+        symbol="F",
+        unit=None,
+        shape="factors",
+        roles=BOTH,
+    ),
+    Quantity(
+        name="r_q",
+        meaning="right side, of positions",
+        symbol="r_q",
+        unit=VELOCITY,
+        shape="n",
+        roles=ARGUMENT,
+        entries="rq@",
+    ),
+    Quantity(
+        name="r_v",
+        meaning="right side, of velocities",
+        symbol="r_v",
+        unit=ACCELERATION,
+        shape="n",
+        roles=ARGUMENT,
+        entries="rv@",
+    ),
+    Quantity(name="z_q", meaning="solution, of positions", symbol="z_q", unit=VELOCITY, shape="n", roles=RESULT),
+    Quantity(name="z_v", meaning="solution, of velocities", symbol="z_v", unit=ACCELERATION, shape="n", roles=RESULT),
+)

@@ -1,0 +1,62 @@
+"""A program cut in two: what does not depend on some variables is computed once, the rest for each of their values."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from symoro_elastic.symbolic.arithmetic import evaluate, nodes
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand
+from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.symbolic.program import Output, Pruned, prune
+
+@dataclass(frozen=True, eq=False)
+class TwoStages:
+    """`first` computes values by the names `handed`, `second` the results from them."""
+
+    first: Pruned
+    second: Pruned
+    handed: tuple[str, ...]
+
+def in_two_stages(graph: Graph, pruned: Pruned, late: Collection[str], handed_over: str) -> TwoStages:
+    """Cut a program where it begins to depend on the variables `late`; `handed_over` names the array between."""
+    border = _border(pruned, late)
+    names = _names(pruned, border)
+    first = prune([Output(handed_over, (len(border),), tuple(border))], pruned.names)
+    return TwoStages(first, _second(graph, pruned, dict(zip(border, names, strict=True))), tuple(names))
+
+def _border(pruned: Pruned, late: Collection[str]) -> list[Expression]:
+    """State-dependent nodes without late variables that nodes with some, or results, are made of."""
+    depends: set[int] = set()
+    border: dict[int, Expression] = {}
+    for node in pruned.nodes:
+        operands = [x for x in node.operands if type(x) is Expression]
+        if (node.operation == SYMBOL and node.operands[0] in late) or any(x.id in depends for x in operands):
+            depends.add(node.id)
+            border |= {x.positive.id: x.positive for x in operands if x.id not in depends and x.level == Level.STATE}
+    results = (x for output in pruned.outputs for x in output.entries if type(x) is Expression)
+    border |= {x.positive.id: x.positive for x in results if x.id not in depends and x.level == Level.STATE}
+    return [border[number] for number in sorted(border)]
+
+def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
+    """Names of the values handed over: those of their quantities, or numbered."""
+    names = []
+    for number, node in enumerate(border):
+        label, negative = pruned.names.labels.get(node.id, (None, False))
+        if node.operation == SYMBOL:
+            names.append(str(node.operands[0]))
+        else:
+            names.append(label.name if label and not negative else f"handed_{number}")
+    return names
+
+def _second(graph: Graph, pruned: Pruned, border: dict[Expression, str]) -> Pruned:
+    """The results over the variables that stand for the values handed over."""
+    known: dict[int, Operand] = {node.id: graph.symbol(name) for node, name in border.items()}
+    symbols: dict[str, Operand] = {x.operands[0]: x for x in pruned.nodes if x.operation == SYMBOL}
+    roots = [x for output in pruned.outputs for x in output.entries]
+    value = evaluate(roots, symbols, nodes(graph), known)
+    outputs = [Output(o.name, o.shape, tuple(map(value, o.entries))) for o in pruned.outputs]
+    moved = pruned.names.moved({node.id: value(node) for node in pruned.nodes if node.id not in known})
+    return prune(outputs, moved)
+
+__all__ = ["NEGATE", "TwoStages", "in_two_stages"]
