@@ -19,7 +19,9 @@ from symoro_elastic.models.model import Result as TracedResult
 KEYWORD = "it is a keyword of C, C++ or Python"
 
 
-def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "") -> Package:
+def package(
+    machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "", steps: Sequence[str] = ()
+) -> Package:
     """The package of these models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine)
     coupled = machine.is_coupled
@@ -43,6 +45,7 @@ def package(machine: Machine, traced: Sequence[TracedModel], folded: Sequence[st
         dependent=_axes(machine, machine.dependent) if coupled else None,
         driven=_axes(machine, machine.motors) if coupled else None,
         following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
+        steps=tuple(steps),
     )
 
 

@@ -121,7 +121,7 @@ class Package:
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
     shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
-    without a variable of their own that move, by name.
+    without a variable of their own that move, by name. `steps` names the methods of time steps.
     """
 
     name: str
@@ -139,6 +139,12 @@ class Package:
     dependent: tuple[Axis, ...] | None = None
     driven: tuple[Axis, ...] | None = None
     following: tuple[tuple[str, str], ...] = ()
+    steps: tuple[str, ...] = ()
+
+    @property
+    def takes_dependent(self) -> bool:
+        """Whether functions take dependent variables, which have no closed form."""
+        return any(argument.name == "q_dep" for function in self.functions for argument in function.arguments)
 
     @property
     def motor_names(self) -> tuple[str, ...]:

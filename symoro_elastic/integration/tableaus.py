@@ -13,17 +13,19 @@ Coefficients = tuple[Fraction, ...]
 class Tableau:
     """Coefficients of an explicit Runge-Kutta method: nodes c, matrix A (strictly lower triangular), weights b."""
 
+    name: str
+    title: str
     order: int
     c: Coefficients
     A: tuple[Coefficients, ...]
     b: Coefficients
 
     @classmethod
-    def printed(cls, order: int, text: str) -> Tableau:
+    def printed(cls, name: str, title: str, order: int, text: str) -> Tableau:
         """Return the tableau of a text: lines `c_i | a_i1 a_i2 ...`, the last one `| b_1 b_2 ...`."""
         *stages, (_, weights) = [line.split("|") for line in text.strip().splitlines()]
         nodes = tuple(Fraction(node) for node, _ in stages)
-        return cls(order, nodes, tuple(_row(entries) for _, entries in stages), _row(weights))
+        return cls(name, title, order, nodes, tuple(_row(entries) for _, entries in stages), _row(weights))
 
     @cached_property
     def stages(self) -> tuple[tuple[float, tuple[float, ...]], ...]:
@@ -41,6 +43,8 @@ def _row(text: str) -> Coefficients:
 
 
 RK4 = Tableau.printed(
+    "rk4",
+    "classical Runge-Kutta method, order 4",
     4,
     """
     0   |

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import FunctionText, function_text
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -67,6 +68,7 @@ class SourceText:
     pair: str
     sign: str
     advances: bool
+    steps: CSteps
 
 
 def scalar_form(package: Package, precision: Precision) -> Form:
@@ -129,6 +131,7 @@ def source_text(package: Package, precision: Precision) -> SourceText:
         pair=form.pair,
         sign=form.functions[SIGN],
         advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
+        steps=CSteps(package, precision, functions),
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.c_function import Array, CFunction
 from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import Routine, working
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -56,6 +57,7 @@ class BatchText:
     called: dict[str, str]
     has_angles: bool
     has_vectors: bool
+    steps: CSteps
 
 
 def vector_form(package: Package, precision: Precision) -> Form:
@@ -95,6 +97,7 @@ def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
         called={} if precision.is_pair else {f: precision.functions.get(f, f) for f in called},
         has_angles=any(function.angles for function in functions),
         has_vectors=not precision.is_pair,
+        steps=CSteps(package, precision, functions, many=True),
     )
     return render_c(package, precision) | {
         f"{name}_batch.h": fitted(render("c/batch.h.j2", **vars(text))),

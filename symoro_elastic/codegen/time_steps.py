@@ -1,0 +1,194 @@
+"""Time steps as the templates of C are given them: methods, their coefficients as literals, calls of the models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symoro_elastic.codegen.c_lines import INDENT, with_arguments
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import Precision
+from symoro_elastic.integration.methods import METHODS, Method
+from symoro_elastic.integration.midpoint import Midpoint
+from symoro_elastic.integration.rosenbrock import Rosenbrock
+from symoro_elastic.integration.tableaus import Coefficients, Tableau
+from symoro_elastic.integration.w_methods import WMethod
+
+Terms = tuple[tuple[str, int], ...]
+"""Coefficients as literals, with their signs, and the stages they belong to."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words."""
+
+    suffix: str
+    of_nodes: tuple[str, ...]
+    of_step: tuple[str, ...] = ()
+    words: str = ""
+
+    @property
+    def right_side(self) -> str:
+        """The model that gives accelerations."""
+        return "inverse_dynamics" if self is DRIVEN else "direct_dynamics"
+
+
+TORQUE = Variant("", ("tau",))
+SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under torques tau + kp (r - q) + kd (rd - qd)")
+DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage: number, node, time in steps; coefficients of the stages before, and of the rate of torques."""
+
+    number: int
+    node: int
+    time: str
+    a: Terms
+    g: Terms = ()
+    of_rate: str = ""
+
+
+@dataclass(frozen=True)
+class MethodText:
+    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error."""
+
+    name: str
+    title: str
+    kind: str
+    gamma: str
+    nodes: tuple[str, ...]
+    stages: tuple[Stage, ...]
+    b: Terms
+    error: Terms
+    iterations: int
+    variants: tuple[Variant, ...]
+
+
+def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
+    """Return a method with its coefficients as literals of a precision."""
+    literal = Literals(precision)
+    times = _times(method)
+    nodes = tuple(dict.fromkeys(times))
+    return MethodText(
+        name=method.name,
+        title=method.title[:1].upper() + method.title[1:],
+        kind=_kind(method),
+        gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
+        nodes=tuple(map(literal.number, nodes)),
+        stages=_stages(method, times, nodes, literal),
+        b=literal.terms(_weights(method)),
+        error=literal.terms(_error_weights(method)),
+        iterations=method.iterations if isinstance(method, Midpoint) else 0,
+        variants=variants(method, package),
+    )
+
+
+def variants(method: Method, package: Package) -> tuple[Variant, ...]:
+    """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
+    if not package.motors or not package.has_motors_in_q:
+        return (TORQUE,)
+    follows = len(package.motors) < len(package.axes) and not isinstance(method, Rosenbrock | Midpoint)
+    return (TORQUE, SERVO, DRIVEN) if follows else (TORQUE, SERVO)
+
+
+class Literals:
+    """Numbers as C writes them in the arrays of a precision."""
+
+    def __init__(self, precision: Precision) -> None:
+        self._suffix = "f" if precision.state == "float" else ""
+
+    def number(self, x: Fraction) -> str:
+        """Return a literal."""
+        return repr(float(x)) + self._suffix
+
+    def terms(self, row: Coefficients) -> Terms:
+        """Return the coefficients that are not zero."""
+        return tuple((self.number(x), j) for j, x in enumerate(row) if x)
+
+
+def _kind(method: Method) -> str:
+    kinds: Mapping[type, str] = {Tableau: "explicit", WMethod: "w", Rosenbrock: "rosenbrock", Midpoint: "midpoint"}
+    return kinds[type(method)]
+
+
+def _times(method: Method) -> Coefficients:
+    """Times of the stages, in steps."""
+    if isinstance(method, Rosenbrock):
+        return method.alpha
+    return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c
+
+
+def _weights(method: Method) -> Coefficients:
+    if isinstance(method, Rosenbrock):
+        return method.m
+    return (Fraction(1),) if isinstance(method, Midpoint) else method.b
+
+
+def _error_weights(method: Method) -> Coefficients:
+    """b less embedded weights; empty where there are none."""
+    embedded = method.embedded if isinstance(method, WMethod | Rosenbrock) else ()
+    return tuple(b - e for b, e in zip(_weights(method), embedded, strict=True)) if embedded else ()
+
+
+def _stages(method: Method, times: Coefficients, nodes: Sequence[Fraction], literal: Literals) -> tuple[Stage, ...]:
+    if isinstance(method, Midpoint):
+        return ()
+    a = method.A if isinstance(method, Tableau) else method.a
+    g: Sequence[Coefficients] = [()] * len(a)
+    rates = [""] * len(a)
+    if isinstance(method, WMethod):
+        g = [tuple(x / method.gamma for x in row) for row in method.g]
+    elif isinstance(method, Rosenbrock):
+        g, rates = method.c, [literal.number(x) if x else "" for x in method.gammas]
+    rows = zip(times, a, g, rates, strict=True)
+    return tuple(
+        Stage(k, nodes.index(time), literal.number(time), literal.terms(row), literal.terms(others), rate)
+        for k, (time, row, others, rate) in enumerate(rows)
+    )
+
+
+class Calls:
+    """Calls of the functions that a step is made of, with their constants of parameters side by side in `c`."""
+
+    def __init__(self, names: Mapping[str, str], constants: Mapping[str, int], count: str = "") -> None:
+        """`names` are those in C, `constants` the numbers that depend on parameters only, both by function.
+
+        `count` is the number of states in calls of batches.
+        """
+        self.names, self.count = names, count
+        self.offsets: dict[str, int] = {}
+        self.total = 0
+        for function, size in constants.items():
+            if size:
+                self.offsets[function] = self.total
+                self.total += size
+
+    def __call__(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
+        """Return the call of a function, on one state or on many."""
+        prepared = function in self.offsets and not self.count
+        c = [self._place(function)] if prepared else []
+        suffix = "_batch" if self.count else "_prepared" if prepared else ""
+        states = [self.count] if self.count else []
+        head = f"{INDENT * depth}{self.names[function]}{suffix}"
+        return with_arguments(head, [*states, *inputs, "p", *c, *results], ");")
+
+    def preparing(self) -> list[str]:
+        """Return the calls that compute what depends on parameters only."""
+        return [f"{INDENT}{self.names[f]}_prepare(p, {self._place(f)});" for f in self.offsets]
+
+    def _place(self, function: str) -> str:
+        return f"c + {self.offsets[function]}U" if self.offsets[function] else "c"
+
+
+def functions_of(methods: Sequence[MethodText]) -> set[str]:
+    """Return the names of the models that steps call."""
+    found = {"assemble"}
+    for method in methods:
+        found |= {variant.right_side for variant in method.variants}
+        found |= {"linearization"} if method.kind == "rosenbrock" else set()
+        if method.kind in ("w", "midpoint"):
+            found |= {f"implicit_{work}{variant.suffix}" for work in ("factors", "solve") for variant in method.variants}
+    return found
