@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from symoro_elastic.errors import InputError
+
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 """Components of a force (N) and a moment (N m)."""
 
@@ -71,8 +73,8 @@ class PrescribedMotion:
     """Motion of the motors over `duration` s: the sum of moves, wobbles and the record in `file`.
 
     `start` gives joints (motors, or others where the search for the equilibrium begins) their position, rad or m.
-    `servo` maps motors to their servos; where it is empty, motors follow exactly. `source` is the file in which the
-    motion stands.
+    `servo` maps motors to their servos; where it is empty, motors follow exactly. `source` is the file, and
+    `place` the table in it, in which the motion stands.
     """
 
     duration: float
@@ -83,6 +85,11 @@ class PrescribedMotion:
     servo: dict[str, Servo] = field(default_factory=dict)
     forces: tuple[AppliedForce, ...] = ()
     source: str = field(default="", compare=False)
+    place: str = field(default="motion", compare=False)
+
+    def error(self, key: str, what: str) -> InputError:
+        """The error to raise about one key of the motion."""
+        return InputError(self.source, f"{self.place}, {key}", what)
 
     @property
     def path(self) -> Path:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Gains, Move, PrescribedMotion, Servo, Wobble
@@ -25,12 +24,12 @@ T = TypeVar("T")
 MovingT = TypeVar("MovingT", Move, Wobble)
 
 
-def resolve_motion(motion: PrescribedMotion, machine: Machine, place: str = "motion") -> PrescribedMotion:
+def resolve_motion(motion: PrescribedMotion, machine: Machine) -> PrescribedMotion:
     """The motion with joints by their names, which may be written as variables or numbers of the table too.
 
     Raises `InputError`, with its place in the file, for unknown names and for numbers that no motion has.
     """
-    names = _Names(machine, motion.source or machine.label, place)
+    names = _Names(machine, motion)
     resolved = replace(
         motion,
         start=names.starts(motion.start),
@@ -40,21 +39,18 @@ def resolve_motion(motion: PrescribedMotion, machine: Machine, place: str = "mot
         forces=tuple(replace(x, at=names.frame(x.at, f"forces {k}, at")) for k, x in enumerate(motion.forces, 1)),
     )
     for key, what in _faults(resolved):
-        raise names.fail(key, what)
+        raise motion.error(key, what)
     return resolved
 
 
 class _Names:
-    """Names of the joints of a machine, for a motion at its place in a file."""
+    """Names of the joints of a machine, for a motion."""
 
-    def __init__(self, machine: Machine, source: str, place: str) -> None:
-        self.source, self.place, self.known = source, place, joints_by_any_name(machine)
+    def __init__(self, machine: Machine, motion: PrescribedMotion) -> None:
+        self.fail, self.known = motion.error, joints_by_any_name(machine)
         self.moving = [joint.name for joint in machine.moving_joints]
         self.motors = [joint.name for joint in machine.motor_joints]
         self.cut = [joint.name for joint in machine.joints if joint.kind is Kind.CUT]
-
-    def fail(self, key: str, what: str) -> InputError:
-        return InputError(self.source, f"{self.place}, {key}", what)
 
     def frame(self, name: str, key: str) -> str:
         """The joint that carries a frame."""
@@ -152,11 +148,10 @@ def _of_servo(key: str, servo: Servo) -> Iterator[Fault]:
         yield f"{key}, damping", f"{servo.damping:g} is negative: such a servo shakes the motor"
 
 
-def refuse_unwanted(wanted: Wanted, source: str) -> Wanted:
-    """Return what is wanted; raise `InputError` for numbers that nothing can fulfil."""
+def refuse_unfulfillable(wanted: Wanted) -> None:
+    """Raise `InputError` for numbers that nothing can fulfil."""
     for key, what in _of_wanted(wanted):
-        raise InputError(source, f"wanted, {key}", what)
-    return wanted
+        raise wanted.error(key, what)
 
 
 def _of_wanted(wanted: Wanted) -> Iterator[Fault]:

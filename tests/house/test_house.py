@@ -40,7 +40,6 @@ ROOMS: dict[str, set[str]] = {
     "packaging": {"machine", "models", "codegen", "machine_constants"},
     "traced": {"machine", "models", "codegen", "packaging"},
     "numerics": {"packages", "machine", "symbolic", "equations", "models", "codegen", "traced"},
-    "simulation": set(),
     "report": {"machine", "time_series", "symbolic", "models", "codegen", "numerics"},
     "grouping": {"machine", "models", "numerics"},
     "pipeline": {
@@ -54,6 +53,17 @@ ROOMS: dict[str, set[str]] = {
         "grouping",
         "output_folder",
     },
+    "vibration": {
+        "packages",
+        "pictures",
+        "machine",
+        "time_series",
+        "symbolic",
+        "equations",
+        "models",
+        "numerics",
+    },
+    "simulation": {"packages", "machine", "time_series", "vibration"},
     "identification": {
         "packages",
         "pictures",
@@ -63,16 +73,6 @@ ROOMS: dict[str, set[str]] = {
         "equations",
         "models",
         "simulation",
-        "numerics",
-    },
-    "vibration": {
-        "packages",
-        "pictures",
-        "machine",
-        "time_series",
-        "symbolic",
-        "equations",
-        "models",
         "numerics",
     },
     "trade": {

@@ -29,8 +29,8 @@ MOVES = Section(
 )
 WOBBLES = Section(
     "wobbles of [motion]",
-    "Oscillations: amplitude times sin(2 pi frequency t), over the whole motion. Each is faded in over its first period "
-    "and out over its last, so that it begins and ends at rest with steady acceleration and jerk.",
+    "Oscillations: amplitude times sin(2 pi frequency t), over the whole motion. Each is faded in over its first "
+    "period and out over its last, so that it begins and ends at rest with steady acceleration and jerk.",
     (
         MOTOR,
         Key("amplitude", NUMBER, "amplitude", "1e-3", unit="rad or m"),
@@ -43,7 +43,7 @@ GAINS = (
     Key("kd", NUMBER, "gain of the velocity error", "3e4", otherwise="damping", unit="N m s/rad or N s/m"),
 )
 BANDWIDTH = (
-    Key("bandwidth", NUMBER, "frequency of the motor with springs locked, at the start", "25", otherwise="kp", unit="Hz"),
+    Key("bandwidth", NUMBER, "frequency of the motor, springs locked", "25", otherwise="kp", unit="Hz"),
     Key("damping", NUMBER, "its damping ratio", "0.8", otherwise="kd"),
 )
 _NEEDED = {key.name: [other.name] for pair in (GAINS, BANDWIDTH) for key, other in (pair, pair[::-1])}

@@ -32,7 +32,7 @@ from symoro_elastic.machine.prescribed_motion import (
     Servo,
     Wobble,
 )
-from symoro_elastic.machine.resolve_motions import refuse_unwanted, resolve_motion
+from symoro_elastic.machine.resolve_motions import refuse_unfulfillable, resolve_motion
 from symoro_elastic.machine.wanted import Wanted
 
 Entries = dict[str, Any]
@@ -55,10 +55,8 @@ def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
         return ()
     tables = MOTIONS.type.read(top, MOTIONS.name)
     places = [MOTIONS.name] if len(tables) == 1 else [f"{MOTIONS.name} {k}" for k in range(1, len(tables) + 1)]
-    return tuple(
-        resolve_motion(_motion(replace(table, place=place)), machine, place)
-        for table, place in zip(tables, places, strict=True)
-    )
+    placed = [replace(table, place=place) for table, place in zip(tables, places, strict=True)]
+    return tuple(resolve_motion(_motion(table), machine) for table in placed)
 
 
 def wanted_of(top: Table) -> Wanted | None:
@@ -67,7 +65,9 @@ def wanted_of(top: Table) -> Wanted | None:
         return None
     table = top.table("wanted").only(WANTED.names)
     found = {key.name: key.read(table) for key in WANTED.keys if key.name in table.entries}
-    return refuse_unwanted(Wanted(**found), top.source)
+    wanted = Wanted(**found, source=top.source)
+    refuse_unfulfillable(wanted)
+    return wanted
 
 
 def _motion(table: Table) -> PrescribedMotion:
@@ -81,7 +81,7 @@ def _motion(table: Table) -> PrescribedMotion:
         "servo": {name: _servo(servos.table(name)) for name in servos.entries},
         "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
     }
-    return PrescribedMotion(**found, source=table.source)
+    return PrescribedMotion(**found, source=table.source, place=table.place)
 
 
 def _rows(table: Table, key: str) -> list[Table]:

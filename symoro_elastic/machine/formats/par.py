@@ -13,8 +13,8 @@ from symoro_elastic.machine.formats.cells import formula
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import UTF_8, WESTERN, name_of
 from symoro_elastic.machine.formats.format import Format
-from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.motions import motions_of, wanted_of
+from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_extensions import Declared, listed
 from symoro_elastic.machine.formats.par_loops import read_loops

@@ -10,8 +10,8 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Column, Values, with_columns
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.format import Format
-from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.motions import motions_of, wanted_of
+from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table, load
 from symoro_elastic.machine.formats.toml_keys import (
