@@ -21,14 +21,14 @@ def with_constants(machine: Machine, names: Collection[str]) -> Machine:
     """
     values = {p.name: p.value for p in machine.parameters if p.name in names and p.value is not None}
     try:
-        inside: Machine = _replaced(replace(machine, parameters=(), scene=None), values)
+        inside: Machine = _replaced(replace(machine, parameters=(), scene=None, motions=()), values)
         scene = _replaced(machine.scene, values)
     except FormulaError as error:
         raise machine.error("parameters", f"{', '.join(values)}: {error}") from None
     if scene is not None and scene.fold != ALL:
         scene = replace(scene, fold=tuple(name for name in scene.fold if name not in values))
     kept = tuple(parameter for parameter in machine.parameters if parameter.name not in values)
-    return replace(inside, parameters=kept, scene=scene)
+    return replace(inside, parameters=kept, scene=scene, motions=machine.motions)
 
 
 def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:

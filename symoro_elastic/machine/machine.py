@@ -27,7 +27,9 @@ from symoro_elastic.machine.joints import (
     Wrench,
 )
 from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.wanted import Wanted
 
 __all__ = [
     "BASE_PARAMETERS",
@@ -129,6 +131,7 @@ class Machine:
 
     `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
+    `motions` are to be simulated, `wanted` is what is wanted of them: no model uses them either.
     `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
     """
 
@@ -143,6 +146,8 @@ class Machine:
     source: str = ""
     name_origin: str = field(default="", compare=False)
     loops: tuple[Loop, ...] = ()
+    motions: tuple[PrescribedMotion, ...] = ()
+    wanted: Wanted | None = None
 
     @property
     def is_grouped(self) -> bool:

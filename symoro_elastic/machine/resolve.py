@@ -8,10 +8,10 @@ from dataclasses import replace
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import refuse_locking
-from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
+from symoro_elastic.machine.scene import BASE, STEPS, Asked, Offer, Parts, Scene
 
 Models = Mapping[str, Offer]
 """The models that there are, by name."""
@@ -24,7 +24,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     what is asked of them are left as they are.
     """
     source = source or scene.source or machine.label
-    joints = _joints_by_any_name(machine)
+    joints = joints_by_any_name(machine)
     if models is not None:
         for model in (*scene.models, *scene.outputs):
             _known(model, models, "model", source, "models" if model in scene.models else "outputs")
@@ -40,7 +40,11 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     if len(locked) < len(scene.locked):
         raise InputError(source, "scene, locked", "a joint is locked twice, by two of its names")
     _check_locked(locked, machine, source)
-    return replace(scene, outputs=outputs, locked=locked, source=source)
+    static = tuple(dict.fromkeys(joints[_known(name, joints, "joint", source, "static")] for name in scene.static))
+    _check_static(static, locked, machine, source)
+    for name in scene.steps:
+        _known(name, STEPS, "time step", source, "steps")
+    return replace(scene, outputs=outputs, locked=locked, static=static, source=source)
 
 
 def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
@@ -85,7 +89,7 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
 
 def _check_not_cut(asked: Asked, model: str, machine: Machine, source: str) -> None:
     """Refuse the frame of a cut joint, which is that of the row that it meets."""
-    joints = _joints_by_any_name(machine)
+    joints = joints_by_any_name(machine)
     named = {joints.get(name) for name in (asked.name, asked.seen_from) if name}
     for loop in machine.loops:
         cut, meets = machine.joint(loop.cut).name, machine.joint(loop.meets).name
@@ -118,7 +122,7 @@ def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
             yield from _asked(text, model, source).at or ()
 
 
-def _joints_by_any_name(machine: Machine) -> dict[str, str]:
+def joints_by_any_name(machine: Machine) -> dict[str, str]:
     """Names of joints; a joint's own name comes before the variable of another."""
     numbers = {str(j): joint.name for j, joint in enumerate(machine.joints, start=1)}
     variables = {joint.variable: joint.name for joint in machine.joints if joint.variable}
@@ -137,6 +141,17 @@ def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> 
     refuse_locking(machine, locked, source)
     for joint, value in locked.items():
         _check_value(value, machine, source, f"locked, {joint}")
+
+
+def _check_static(static: Iterable[str], locked: Mapping[str, Formula], machine: Machine, source: str) -> None:
+    """Refuse static joints without a spring, and those that are locked."""
+    kinds = {joint.name: joint.kind for joint in machine.joints}
+    for name in static:
+        if kinds[name] is not Kind.ELASTIC:
+            what = f"the joint is {kinds[name].value}: only elastic joints have a spring that can follow statically"
+            raise InputError(source, f"scene, static, {name}", what)
+        if name in locked:
+            raise InputError(source, f"scene, static, {name}", "it is locked too: leave it in one of both")
 
 
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:

@@ -14,6 +14,8 @@ BASE = "base"
 SEEN_FROM = " in "
 AT = " at "
 BY = " by "
+STEPS = ("w2", "w3", "rk4", "rodas4", "midpoint")
+"""Time steps that can be generated."""
 
 Point = tuple[Formula, Formula, Formula]
 
@@ -52,7 +54,8 @@ class Scene:
     "tool in bed_x", "tool at (0.1, 0, L2)", columns of derivatives: "by M1, K2"; `locked` a joint's
     name to the value at which its variable is held; `fold` lists parameters that become constants, or
     is `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may stand for products
-    of sines and cosines.
+    of sines and cosines. `static` are elastic joints that are left out of the motion, and `steps` time steps beside the
+    models, of `STEPS`.
     `source` is the file that the request stands in, where it has one of its own.
     """
 
@@ -62,6 +65,8 @@ class Scene:
     fold: tuple[str, ...] | str = ()
     gravity: bool = True
     merge_angles: float | None = None
+    static: tuple[str, ...] = ()
+    steps: tuple[str, ...] = ()
     source: str = field(default="", compare=False)
 
 

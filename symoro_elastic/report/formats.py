@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from symoro_elastic.machine.formats.keys import Section
+from symoro_elastic.machine.formats.motion_keys import OF_MOTION
 from symoro_elastic.machine.formats.par_keys import KEYS, Place
 from symoro_elastic.machine.formats.toml_keys import SCENE, SECTIONS
 from symoro_elastic.machine.formula import FUNCTIONS, PI
@@ -22,7 +23,7 @@ second of a prismatic joint. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"
 underscores follow; words of the generated languages are refused.
 
 Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
-`examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`.
+`examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`, `examples/scenes/two_axis_move.toml`.
 """
 TOML = """## Machine file in TOML (`.toml`)
 
@@ -102,14 +103,19 @@ A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q
 HEAD = ("key", "type", "unit", "default", "meaning", "example")
 
 
+SCENES = (SCENE, *OF_MOTION)
+"""The tables that may stand in a file of their own, too."""
+
+
 def formats_page() -> str:
     """The reference page."""
     blocks = [
         INTRODUCTION,
         TOML,
-        *(block for section in SECTIONS for block in _section(section) if section is not SCENE),
+        *(block for section in SECTIONS if section not in SCENES for block in _section(section)),
     ]
-    blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:], PAR, *_par()]
+    blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
+    blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
     blocks += [SERIES, _table(("column", "units", "meaning", "example"), _columns())]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 

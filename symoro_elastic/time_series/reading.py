@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from array import array
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
@@ -97,6 +98,16 @@ def _read_csv(path: Path) -> Columns:
     if not numbers:
         raise _error(path, "holds no samples: a header line, then one line a sample")
     return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T.copy(), strict=True))
+
+
+def place_of_sample(path: str | Path, sample: int) -> str:
+    """Name the place of a sample, counted from 0: its line in a .csv file too."""
+    place, path = f"sample {sample + 1}", Path(path)
+    if path.suffix.lower() == ".npz":
+        return place
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        line, _ = next(islice(_rows(path, file), sample + 1, None))
+    return f"{place}, line {line}"
 
 
 def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:

@@ -22,6 +22,7 @@ from symoro_elastic.packages import for_vibrations
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.sizes import MOST_SAMPLES, refuse_numbers
 from symoro_elastic.time_series.columns import named_columns, read_columns
+from symoro_elastic.time_series.reading import place_of_sample
 from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT
 
 RATE = 1000.0  # samples/s
@@ -52,6 +53,11 @@ class ReferenceTrajectory:
         """Return the number of derivatives of a motor."""
         return len(self.y[motor]) - 1
 
+    @property
+    def positions_only(self) -> bool:
+        """Whether no derivative of any motor is given."""
+        return not self.doubts and all(len(rows) == 1 for rows in self.y.values())
+
 
 def read_reference(
     path: str | Path, machine: Machine, degree: int | None = None, usual: int = 5, rate: float | None = None
@@ -61,21 +67,29 @@ def read_reference(
     Splines of a degree go through the positions where it is given, and where there are positions only (`usual`);
     they are sampled at `rate` Hz. Raises `InputError`.
     """
+    given = read_samples(path, machine)
+    if degree is not None or given.positions_only:
+        positions = {name: rows[0] for name, rows in given.y.items()}
+        return through(given.t, positions, usual if degree is None else degree, rate, given.source)
+    if rate is not None:
+        what = "its derivatives are sampled already: leave --rate out, or give --degree"
+        raise InputError(given.source, "--rate", what)
+    return given
+
+
+def read_samples(path: str | Path, machine: Machine) -> ReferenceTrajectory:
+    """Read the samples of a file as they are, with the derivatives that it gives and that agree with each other.
+
+    Raises `InputError`.
+    """
     source = str(path)
     named, _ = named_columns(read_columns(path, machine), machine, source)
     t, letter = _time(named, source), _letter(named)
     y = _by_motor(named, letter, machine, source)
-    if degree is not None or all(len(rows) == 1 for rows in y.values()):
-        return through(
-            t, {name: rows[0] for name, rows in y.items()}, usual if degree is None else degree, rate, source
-        )
-    if rate is not None:
-        raise InputError(source, "--rate", "its derivatives are sampled already: leave --rate out, or give --degree")
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
-    return ReferenceTrajectory(
-        t, finite, source, letter, {name: (k + 1, why) for name, (k, why) in jumps.items() if why}
-    )
+    doubts = {name: (k + 1, why) for name, (k, why) in jumps.items() if why}
+    return ReferenceTrajectory(t, finite, source, letter, doubts)
 
 
 def through(
@@ -198,7 +212,8 @@ def _time(named: Mapping[tuple[str, str], Array], source: str) -> Array:
     bad = ~np.isfinite(t) | ~(np.diff(t, prepend=-np.inf) > 0)
     if bad.any():
         k = int(np.argmax(bad))
-        raise InputError(source, "t", f"does not increase at sample {k + 1} ({t[k]:g} s): drop repeated lines")
+        where = f"{place_of_sample(source, k)} ({t[k]:g} s)"
+        raise InputError(source, "t", f"does not increase at {where}: drop repeated lines")
     return t
 
 
@@ -222,9 +237,16 @@ def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Mach
             lacking = next(k for k in range(HIGHEST_DERIVATIVE + 2) if k not in orders)
             raise InputError(source, f"{letter}{'d' * lacking}_{name}", "missing: give it in a column of this name")
         trajectories[name] = np.array([named[letter + "d" * k, name] for k in orders])
-        if not np.isfinite(trajectories[name]).all():
-            raise InputError(source, f"{letter}_{name}", "NaN or infinity in the motion or its derivatives")
+        _refuse_not_finite(trajectories[name], f"{letter}_{name}", source)
     return trajectories
+
+
+def _refuse_not_finite(rows: Array, column: str, source: str) -> None:
+    """Raise `InputError` for the first sample of a motion (orders, N) that is no number."""
+    finite = np.isfinite(rows).all(axis=0)
+    if not finite.all():
+        where = place_of_sample(source, int(np.argmin(finite)))
+        raise InputError(source, column, f"NaN or infinity in the motion or its derivatives, {where}")
 
 
 def _first_jump(t: Array, rows: Array) -> tuple[int, str]:

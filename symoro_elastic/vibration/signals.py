@@ -12,13 +12,14 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.prescribed_motion import WRENCH
 from symoro_elastic.machine.scene import Asked, Point
 from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-WRENCH_INPUTS = {name: k for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))}
+WRENCH_INPUTS = {name: k for k, name in enumerate(WRENCH)}
 FRAME_OUTPUTS = {
     **{name: (0, k) for k, name in enumerate(DIRECTIONS)},
     **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},

@@ -27,7 +27,7 @@ def test_a_start_is_a_sound_machine(kind: str) -> None:
 def test_all_tables_and_keys_are_shown(kind: str) -> None:
     text = starting_text("machine", kind)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
-    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "scene", "extras"]
+    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "scene", "motion", "wanted", "extras"]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120
@@ -37,18 +37,19 @@ def test_all_tables_and_keys_are_shown(kind: str) -> None:
 def test_options_are_toml_without_their_sign(kind: str) -> None:
     """Each commented table, made active alone, is read."""
     text = starting_text("machine", kind)
-    joint = toml.read(text, "").joints[0].name
+    machine = toml.read(text, "")
+    joint, motor = machine.joints[0].name, machine.motor_joints[0].name
+    springs = [f'"{machine.joint(j).name}"' for j in machine.elastic]
+    names = {"joint_name": joint, '"pin"': f'"{joint}"', '"pin_end"': f'"{joint}"', '"q3"': f'"{joint}"'}
+    names |= {"elbow": joint, "motor_x": motor, '["gear"]': f"[{', '.join(springs)}]"}
     blocks = text.split("\n\n")
     options = [k for k, block in enumerate(blocks) if re.search(r"^# \[\w+\]", block, re.MULTILINE)]
     assert options
     for k in options:
-        active = re.sub(r"^# (?=\[\w+\]$|\w+ = )", "", blocks[k].replace("joint_name", joint), flags=re.MULTILINE)
-        active = (
-            re.sub('"(pin|pin_end|q3)"', f'"{joint}"', active)
-            .replace("elbow", joint)
-            .replace("L2", toml.read(text, "").parameters[0].name)
-        )
-        assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != toml.read(text, "")
+        active = re.sub(r"^# (?=\[\w+\]$|\w+ = )", "", blocks[k], flags=re.MULTILINE)
+        for name, own in {**names, "L2": machine.parameters[0].name}.items():
+            active = active.replace(name, own)
+        assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != machine
 
 
 def test_the_cartesian_machine_has_the_axes_of_frame_0() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.formats import par_syntax, read_machine, read_scene, toml_keys
+from symoro_elastic.machine.formats import motion_keys, par_syntax, read_machine, read_scene, toml_keys
 from symoro_elastic.machine.formats.keys import Section
 from symoro_elastic.machine.formats.par_keys import KEYS, Place
 from symoro_elastic.machine.formats.toml_keys import BODY, MACHINE, SCENE, SECTIONS
@@ -56,6 +56,20 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield from ((toml_keys.LOOPS, entry) for entry in top.get("loops", {}).values())
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})
+        yield from of_motion(top)
+    yield SCENE, used("scenes/tool.toml")
+    yield from of_motion(used("scenes/two_axis_move.toml"))
+
+
+def of_motion(top: dict[str, Any]) -> Iterator[tuple[Section, dict[str, Any]]]:
+    """Tables of a motion, and of what is wanted of it."""
+    motion = top.get("motion", {})
+    yield motion_keys.MOTION, motion
+    yield from ((motion_keys.MOVES, entry) for entry in motion.get("moves", ()))
+    yield from ((motion_keys.WOBBLES, entry) for entry in motion.get("wobbles", ()))
+    yield from ((motion_keys.SERVO, entry) for entry in motion.get("servo", {}).values())
+    yield from ((motion_keys.FORCES, entry) for entry in motion.get("forces", ()))
+    yield motion_keys.WANTED, top.get("wanted", {})
 
 
 def test_every_key_of_toml_stands_in_an_example() -> None:

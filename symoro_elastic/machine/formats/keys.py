@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from symoro_elastic.machine.formats.tables import Number, Table
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
 from symoro_elastic.machine.names import did_you_mean, quoted
 
@@ -152,6 +152,26 @@ def _table_of_texts(table: Table, key: str) -> dict[str, str]:
     return {name: of.text(name) for name in of.entries}
 
 
+def _number(table: Table, key: str) -> float:
+    """The value of a formula of numbers."""
+    cell = table.formula(key)
+    for name in sorted(cell.names):
+        raise table.fail(key, f"{quoted(name)} is a name: only numbers stand here, and formulas of numbers")
+    try:
+        return cell.table_value()
+    except FormulaError as error:
+        raise table.fail(key, str(error)) from None
+
+
+def _numbers(table: Table, key: str) -> dict[str, float]:
+    of = table.table(key)
+    return {name: _number(of, name) for name in of.entries}
+
+
+def _number_or_numbers(table: Table, key: str) -> float | dict[str, float]:
+    return (_numbers if isinstance(table.entries[key], dict) else _number)(table, key)
+
+
 def _tensor(table: Table, key: str) -> tuple[Formula, ...]:
     """Six entries of a tensor, or the three of its diagonal."""
     entries = table.formulas(key, (3, 6))
@@ -181,6 +201,9 @@ TENSOR = Type("3 or 6 numbers or formulas", _list_schema(3, 6), _tensor)
 FORMULAS = Type(
     "table of numbers or formulas", {"type": "object", "additionalProperties": defined("formula")}, _formulas
 )
+NUMBER = Type("number, or formula of numbers", defined("formula"), _number)
+NUMBERS = Type("table of numbers", {"type": "object", "additionalProperties": defined("formula")}, _numbers)
+NUMBER_OR_NUMBERS = Type("number, or table of numbers", {"anyOf": [NUMBER.schema, NUMBERS.schema]}, _number_or_numbers)
 LISTS_OF_TEXTS = Type(
     "table of lists of texts", {"type": "object", "additionalProperties": defined("names")}, _lists_of_texts
 )
@@ -199,6 +222,11 @@ def one_of(known: tuple[str, ...]) -> Type:
         return text
 
     return Type(" or ".join(f'"{word}"' for word in known), {"enum": list(known)}, read)
+
+
+def some_of(known: tuple[str, ...]) -> Type:
+    """A list of some of these words."""
+    return Type("list of texts", {"type": "array", "items": {"enum": list(known)}}, _texts)
 
 
 def is_text(value: Any) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from symoro_elastic.machine.formats.cells import formula
 from symoro_elastic.machine.formats.central import about_origin
 from symoro_elastic.machine.formats.files import UTF_8, WESTERN, name_of
 from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.formats.motions import motions_of, wanted_of
 from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.par_columns import Columns
 from symoro_elastic.machine.formats.par_extensions import Declared, listed
@@ -21,7 +22,7 @@ from symoro_elastic.machine.formats.par_names import Names
 from symoro_elastic.machine.formats.par_order import renumbered
 from symoro_elastic.machine.formats.par_syntax import EXTENDED, ParText, take_apart
 from symoro_elastic.machine.formats.par_writing import kind_flags, layout, structure
-from symoro_elastic.machine.formats.scenes import scene_of
+from symoro_elastic.machine.formats.scenes import BESIDE, scene_of
 from symoro_elastic.machine.formats.tables import Table
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import (
@@ -60,7 +61,9 @@ def read(text: str, source: str) -> Machine:
         source=source,
     )
     machine = _in_order(columns, machine)
-    return replace(machine, scene=resolve(scene, machine)) if scene else machine
+    machine = replace(machine, scene=resolve(scene, machine)) if scene else machine
+    beside = Table(_tables(found, BESIDE), source)
+    return replace(machine, motions=motions_of(beside, machine), wanted=wanted_of(beside))
 
 
 def write(machine: Machine) -> str:
@@ -224,6 +227,11 @@ def _texts(found: ParText, key: str) -> tuple[str, ...]:
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
         raise InputError(found.source, f"(*! {key} *)", 'must be a list of texts: {"one", "two"}')
     return tuple(texts)
+
+
+def _tables(found: ParText, keys: Iterable[str]) -> dict[str, Any]:
+    """The tables that some lines hold."""
+    return {key: found.extensions[key] or {} for key in keys if key in found.extensions}
 
 
 def _scene(found: ParText) -> Scene | None:

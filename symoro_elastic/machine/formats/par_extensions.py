@@ -7,8 +7,10 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from enum import Enum
+from typing import Any
 
 from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.formats.motions import entries_of_motion, entries_of_wanted
 from symoro_elastic.machine.formats.par_loops import common_start
 from symoro_elastic.machine.formats.par_syntax import EXTENDED
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -45,6 +47,8 @@ def extension_lines(
         "orientation": "quaternion" if turned is Orientation.QUATERNION else "",
         "notes": listed(map(word, machine.notes[len(notes) :])) if machine.notes[len(notes) :] else "",
         "scene": _scene(machine.scene) if machine.scene else "",
+        "motion": _plain([entries_of_motion(motion) for motion in machine.motions]) if machine.motions else "",
+        "wanted": _plain(entries_of_wanted(machine.wanted)) if machine.wanted is not None else "",
         "extras": _entries({key: word(text) for key, text in machine.extras.items() if key not in own}),
     }
     return [extension(key, value) for key, value in values.items() if value]
@@ -111,11 +115,24 @@ def _scene(scene: Scene) -> str:
         parts["outputs"] = _entries({model: listed(map(word, names)) for model, names in scene.outputs.items()})
     if scene.locked:
         parts["locked"] = _entries({joint: word(value.text) for joint, value in scene.locked.items()})
+    if scene.static:
+        parts["static"] = listed(map(word, scene.static))
+    if scene.steps:
+        parts["steps"] = listed(map(word, scene.steps))
     if scene.fold:
         parts["fold"] = scene.fold if isinstance(scene.fold, str) else listed(map(word, scene.fold))
     if not scene.gravity:
         parts["gravity"] = "false"
     return _entries(parts) or "{}"
+
+
+def _plain(x: Any) -> str:
+    """Text of a table of numbers, texts, lists and tables."""
+    if isinstance(x, dict):
+        return _entries({key: _plain(value) for key, value in x.items()}) or "{}"
+    if isinstance(x, list):
+        return listed(map(_plain, x))
+    return word(x if isinstance(x, str) else repr(x))
 
 
 def listed(cells: Iterable[str]) -> str:

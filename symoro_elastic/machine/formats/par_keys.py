@@ -130,6 +130,8 @@ KEYS = (
     ),
     ParKey("notes", Place.EXTENSION, "remarks that are no plain comment", '{"!checked"}', "none"),
     ParKey("scene", Place.EXTENSION, "the scene, with the keys of TOML", "{models = {jacobian}}", "none"),
+    ParKey("motion", Place.EXTENSION, "motions, with the keys of TOML", "{{start = {q1 = 0.1}, duration = 1}}", "none"),
+    ParKey("wanted", Place.EXTENSION, "what is wanted, with the keys of TOML", "{period = 1e-3}", "none"),
     ParKey("extras", Place.EXTENSION, "entries of other formats", "{origin = workshop}", "none"),
     ParKey(
         *("orientation", Place.EXTENSION, "orientation of a base that floats: rotation or quaternion", "quaternion"),

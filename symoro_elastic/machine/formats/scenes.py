@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from symoro_elastic.machine.formats.files import load_text
@@ -11,10 +12,17 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.machine.scene import Scene
 
+BESIDE = ("motion", "wanted")
+"""Tables of a scene file beside its scene."""
+
 
 def read_scene(path: str | Path, machine: Machine, models: Models | None = None) -> Scene:
-    """The scene in a TOML file, its names resolved in `machine`; raises `InputError`."""
+    """The scene in a TOML file, its names resolved in `machine`; raises `InputError`.
+
+    Its keys stand under [scene] or at the top; tables of motions beside it are left to `read_motions`.
+    """
     top = load(load_text(path), str(path))
+    top = replace(top, entries={key: x for key, x in top.entries.items() if key not in BESIDE})
     if "scene" in top.entries:
         top = top.only(("scene",)).table("scene")
     return resolve(scene_of(top), machine, models, str(path))

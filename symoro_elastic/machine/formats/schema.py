@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from symoro_elastic.machine.formats.keys import DEFINITIONS, Schema
+from symoro_elastic.machine.formats.motion_keys import MOTIONS, WANTED
 from symoro_elastic.machine.formats.toml_keys import MACHINE, SCENE
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -22,8 +23,9 @@ def machine_schema(models: Collection[str]) -> dict[str, Any]:
 def scene_schema(models: Collection[str]) -> dict[str, Any]:
     """The schema of a scene file, its keys under [scene] or at the top; it may name these models."""
     scene = _naming(SCENE.schema, models)
-    properties = {**scene["properties"], "scene": scene}
-    alone = {"scene": {"maxProperties": 1}}
+    tables = {"scene": scene, "motion": MOTIONS.type.schema, "wanted": WANTED.schema}
+    properties = {**scene["properties"], **tables}
+    alone = {"scene": {"propertyNames": {"enum": list(tables)}}}
     return {
         **{"$schema": DRAFT, "title": "Scene of symoro-elastic", "type": "object"},
         **{"properties": properties, "additionalProperties": False, "dependentSchemas": alone, "$defs": DEFINITIONS},

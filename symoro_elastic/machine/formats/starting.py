@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from symoro_elastic.machine.formats.keys import Section
+from symoro_elastic.machine.formats.motion_keys import MOTION, WANTED
 from symoro_elastic.machine.formats.toml_keys import (
     BASE,
     EXTRAS,
@@ -192,6 +193,7 @@ def starting_text(name: str, kind: str) -> str:
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
     blocks += [_of_section("base", BASE, start), _of_section("scene", SCENE, start)]
+    blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]
     blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 

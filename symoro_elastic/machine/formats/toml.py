@@ -10,6 +10,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.columns import Column, Values, with_columns
 from symoro_elastic.machine.formats.files import name_of
 from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.formats.motions import motions_of, wanted_of
 from symoro_elastic.machine.formats.own_variables import with_own_variables
 from symoro_elastic.machine.formats.scenes import scene_of
 from symoro_elastic.machine.formats.tables import Table, load
@@ -77,9 +78,8 @@ def read(text: str, source: str) -> Machine:
         extras=EXTRAS.read(top),
         source=source,
     )
-    if "scene" not in top.entries:
-        return machine
-    return replace(machine, scene=resolve(scene_of(top.table("scene")), machine))
+    scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
+    return replace(machine, scene=scene, motions=motions_of(top, machine), wanted=wanted_of(top))
 
 
 def _base(top: Table) -> Base:

@@ -7,11 +7,12 @@ from typing import Any
 
 from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared
 from symoro_elastic.machine.formats import keys
-from symoro_elastic.machine.formats.keys import Key, Section, Type, defined, one_of
+from symoro_elastic.machine.formats.keys import Key, Section, Type, defined, one_of, some_of
+from symoro_elastic.machine.formats.motion_keys import MOTIONS, OF_MOTION, WANTED
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
-from symoro_elastic.machine.scene import ALL
+from symoro_elastic.machine.scene import ALL, STEPS
 
 
 def key_of(column: Column) -> Key:
@@ -224,6 +225,18 @@ SCENE = Section(
             default=(),
             otherwise="none",
         ),
+        Key(
+            *("static", keys.TEXTS, "elastic joints that are left out of the motion: their springs follow statically"),
+            '["gear"]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
+            *("steps", some_of(STEPS), f"time steps beside the models: {', '.join(STEPS)}"),
+            '["w3"]',
+            default=(),
+            otherwise="none",
+        ),
         Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True, otherwise="true"),
     ),
 )
@@ -265,8 +278,8 @@ MACHINE = Section(
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         *(_table("loops", LOOPS), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
-        *(_table("base", BASE), _table("scene", SCENE), EXTRAS),
+        *(_table("base", BASE), _table("scene", SCENE), MOTIONS, _table("wanted", WANTED), EXTRAS),
     ),
 )
-SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE)
+SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE, *OF_MOTION)
 """All tables of a machine file, in the order of the reference."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from symoro_elastic.machine.columns import Column, Values, columns
 from symoro_elastic.machine.formats.cells import SELECTED, cell_of
+from symoro_elastic.machine.formats.motions import Entries, entries_of_motion, entries_of_wanted
 from symoro_elastic.machine.formats.toml_keys import OF_JOINTS
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.loops import Closing, Loop
@@ -33,6 +35,10 @@ def write(machine: Machine) -> str:
     blocks += [[f"[{title}]", *lines] for title, lines in _sections(machine) if lines]
     if machine.scene is not None:
         blocks.append(["[scene]", *_scene(machine.scene)])
+    heading = "[motion]" if len(machine.motions) == 1 else "[[motion]]"
+    blocks += [[heading, *_plain(entries_of_motion(motion))] for motion in machine.motions]
+    if machine.wanted is not None:
+        blocks.append(["[wanted]", *_plain(entries_of_wanted(machine.wanted))])
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
@@ -164,9 +170,26 @@ def _scene(scene: Scene) -> list[str]:
         lines.append(f"outputs = {_inline([(_key(m), _names(names)) for m, names in scene.outputs.items()])}")
     if scene.locked:
         lines.append(f"locked = {_inline([(_key(joint), _cell(v.text)) for joint, v in scene.locked.items()])}")
+    if scene.static:
+        lines.append(f"static = {_names(scene.static)}")
+    if scene.steps:
+        lines.append(f"steps = {_names(scene.steps)}")
     if scene.fold:
         lines.append(f"fold = {_text(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
     return lines if scene.gravity else [*lines, "gravity = false"]
+
+
+def _plain(entries: Entries) -> list[str]:
+    """Lines of a table of numbers, texts, lists and tables."""
+    return _table((key, _plain_value(x)) for key, x in entries.items())
+
+
+def _plain_value(x: Any) -> str:
+    if isinstance(x, dict):
+        return _inline([(_key(key), _plain_value(value)) for key, value in x.items()])
+    if isinstance(x, list):
+        return "[" + ", ".join(map(_plain_value, x)) + "]"
+    return _text(x) if isinstance(x, str) else repr(x)
 
 
 def _list(formulas: Iterable[Formula]) -> str:

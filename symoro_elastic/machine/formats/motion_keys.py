@@ -1,0 +1,161 @@
+"""The tables [motion] and [wanted] of a machine file or scene: their keys, a row each."""
+
+from __future__ import annotations
+
+from symoro_elastic.machine.formats.keys import (
+    NAMED,
+    NUMBER,
+    NUMBER_OR_NUMBERS,
+    NUMBERS,
+    TEXT,
+    TEXTS,
+    Key,
+    Section,
+    Type,
+)
+from symoro_elastic.machine.formats.tables import Table
+from symoro_elastic.machine.prescribed_motion import WRENCH
+
+MOTOR = Key("motor", NAMED, "motor that moves, by name or variable", '"motor_x"')
+FROM = Key("from", NUMBER, "time at which it begins", "0.1", default=0.0, otherwise="0", unit="s")
+IN = Key("in", NUMBER, "time that it takes", "0.15", unit="s")
+
+MOVES = Section(
+    "moves of [motion]",
+    "Moves from rest to rest, by 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7: velocity, acceleration and jerk are zero at both "
+    "ends.",
+    (MOTOR, Key("by", NUMBER, "stroke", "0.08", unit="rad or m"), FROM, IN),
+    rows=True,
+)
+WOBBLES = Section(
+    "wobbles of [motion]",
+    "Oscillations: amplitude times sin(2 pi frequency t), over the whole motion. Each is faded in over its first "
+    "period and out over its last, so that it begins and ends at rest with steady acceleration and jerk.",
+    (
+        MOTOR,
+        Key("amplitude", NUMBER, "amplitude", "1e-3", unit="rad or m"),
+        Key("frequency", NUMBER, "frequency", "25", unit="Hz"),
+    ),
+    rows=True,
+)
+GAINS = (
+    Key("kp", NUMBER, "gain of the position error", "2e6", otherwise="bandwidth", unit="N m/rad or N/m"),
+    Key("kd", NUMBER, "gain of the velocity error", "3e4", otherwise="damping", unit="N m s/rad or N s/m"),
+)
+BANDWIDTH = (
+    Key("bandwidth", NUMBER, "frequency of the motor, springs locked", "25", otherwise="kp", unit="Hz"),
+    Key("damping", NUMBER, "its damping ratio", "0.8", otherwise="kd"),
+)
+_NEEDED = {key.name: [other.name] for pair in (GAINS, BANDWIDTH) for key, other in (pair, pair[::-1])}
+_NOT_BOTH = {key.name: {"properties": {other.name: False for other in BANDWIDTH}} for key in GAINS}
+SERVO = Section(
+    "servo of [motion]",
+    "Position controllers: of all motors, or of none. Gains kp and kd, or bandwidth and damping: kp = m (2 pi f)^2, "
+    "kd = 2 zeta m (2 pi f), with m the inertia of the motor at the start, springs locked.",
+    (*GAINS, *BANDWIDTH),
+    "motor",
+    rules={"dependentRequired": _NEEDED, "dependentSchemas": _NOT_BOTH, "minProperties": 2},
+)
+FORCES = Section(
+    "forces of [motion]",
+    "Forces and moments on frames, in axes of frame 0, which rise smoothly and then stay.",
+    (
+        Key("at", NAMED, "frame on whose origin it acts", '"tool"'),
+        *(
+            Key(
+                *(name, NUMBER, f"{'force' if name[0] == 'f' else 'moment'} along {name[1]} of frame 0", "200"),
+                default=0.0,
+                otherwise="0",
+                unit="N" if name[0] == "f" else "N m",
+            )
+            for name in WRENCH
+        ),
+        FROM,
+        IN,
+    ),
+    rows=True,
+)
+MOTION = Section(
+    "[motion]",
+    "A motion of the motors, each of its own variable: the sum of moves, wobbles and a record. Springs start at "
+    "equilibrium. Values are numbers, or formulas of numbers in quotes. Several motions: [[motion]] for each.",
+    (
+        Key(
+            *("start", NUMBERS, "positions of motors, and of other joints where the search for equilibrium begins"),
+            "{ motor_x = 0.1 }",
+            default={},
+            otherwise="0, the start of loops, neutral positions of springs",
+            unit="rad or m",
+        ),
+        Key("duration", NUMBER, "time that is looked at, from 0", "0.25", unit="s"),
+        Key(
+            *("moves", MOVES.type, "moves from rest to rest"),
+            '[{ motor = "motor_x", by = 0.08, from = 0.05, in = 0.15 }]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
+            *("wobbles", WOBBLES.type, "oscillations"),
+            '[{ motor = "motor_x", amplitude = 1e-3, frequency = 25 }]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
+            *("file", TEXT, "record of all motors in the folder of this file: columns t, y_<motor>, yd_<motor> ..."),
+            '"move.csv"',
+            default="",
+            otherwise="none",
+        ),
+        Key(
+            *("servo", SERVO.type, "position controllers: bandwidth and damping, or kp and kd"),
+            "{ motor_x = { bandwidth = 25, damping = 0.8 } }",
+            default={},
+            otherwise="motors follow exactly",
+        ),
+        Key(
+            *("forces", FORCES.type, f"forces on frames: {', '.join(WRENCH)}"),
+            '[{ at = "tool", fx = 200, from = 0.1, in = 0.01 }]',
+            default=(),
+            otherwise="none",
+        ),
+    ),
+)
+
+
+def _motions(table: Table, key: str) -> list[Table]:
+    return [table.table(key)] if isinstance(table.entries[key], dict) else table.tables(key)
+
+
+MOTIONS = Key(
+    "motion",
+    Type(
+        "table, or list of tables",
+        {"anyOf": [MOTION.schema, {"type": "array", "items": MOTION.schema, "minItems": 1}]},
+        _motions,
+    ),
+    "A motion to simulate, or several.",
+    "",
+    otherwise="none",
+)
+WANTED = Section(
+    "[wanted]",
+    "What is wanted of a simulated motion: `simulate` and `ladder` choose by it.",
+    (
+        Key(
+            *("tolerance", NUMBER_OR_NUMBERS, "error that is allowed: a number for all outputs, or by signal"),
+            '{ "tool.x" = 1e-6, "motor_x.tau" = 5 }',
+            otherwise="none",
+            unit="m or rad for a number, else the unit of the signal",
+        ),
+        Key(
+            *("outputs", TEXTS, "signals that are looked at, as `linearize` names them"),
+            '["tool.x", "tool.y"]',
+            default=(),
+            otherwise="those of the tolerance",
+        ),
+        Key("period", NUMBER, "period of a controller: a whole number of steps", "1e-3", otherwise="none", unit="s"),
+        Key("time", NUMBER, "largest time of the steps of a period", "50e-6", otherwise="none", unit="s"),
+    ),
+)
+OF_MOTION = (MOTION, MOVES, WOBBLES, SERVO, FORCES, WANTED)
+"""The tables of motions and of what is wanted, in the order of the reference."""

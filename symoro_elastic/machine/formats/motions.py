@@ -1,0 +1,141 @@
+"""Motions, and what is wanted of them, in the tables [motion] and [wanted] of a machine file or a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.files import load_text
+from symoro_elastic.machine.formats.motion_keys import (
+    BANDWIDTH,
+    FORCES,
+    GAINS,
+    MOTION,
+    MOTIONS,
+    MOVES,
+    SERVO,
+    WANTED,
+    WOBBLES,
+)
+from symoro_elastic.machine.formats.tables import Table, load
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.prescribed_motion import (
+    WRENCH,
+    AppliedForce,
+    Bandwidth,
+    Gains,
+    Move,
+    PrescribedMotion,
+    Servo,
+    Wobble,
+)
+from symoro_elastic.machine.resolve_motions import refuse_unfulfillable, resolve_motion
+from symoro_elastic.machine.wanted import Wanted
+
+Entries = dict[str, Any]
+"""A table as it is written: texts, numbers, lists and tables."""
+
+
+def read_motions(path: str | Path, machine: Machine) -> tuple[PrescribedMotion, ...]:
+    """The motions in a scene file, its names resolved in `machine`; raises `InputError`."""
+    return motions_of(load(load_text(path), str(path)), machine)
+
+
+def read_wanted(path: str | Path) -> Wanted | None:
+    """What a scene file says is wanted; raises `InputError`."""
+    return wanted_of(load(load_text(path), str(path)))
+
+
+def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
+    """The motions in the top table of a file, with names of joints of `machine`."""
+    if MOTIONS.name not in top.entries:
+        return ()
+    tables = MOTIONS.type.read(top, MOTIONS.name)
+    places = [MOTIONS.name] if len(tables) == 1 else [f"{MOTIONS.name} {k}" for k in range(1, len(tables) + 1)]
+    placed = [replace(table, place=place) for table, place in zip(tables, places, strict=True)]
+    return tuple(resolve_motion(_motion(table), machine) for table in placed)
+
+
+def wanted_of(top: Table) -> Wanted | None:
+    """What the top table of a file says is wanted, None where it has no such table."""
+    if "wanted" not in top.entries:
+        return None
+    table = top.table("wanted").only(WANTED.names)
+    found = {key.name: key.read(table) for key in WANTED.keys if key.name in table.entries}
+    wanted = Wanted(**found, source=top.source)
+    refuse_unfulfillable(wanted)
+    return wanted
+
+
+def _motion(table: Table) -> PrescribedMotion:
+    """The motion in a table, its names as written."""
+    found = {**MOTION.within(table)}
+    moves, wobbles, forces = (_rows(table, key) for key in ("moves", "wobbles", "forces"))
+    servos = table.table("servo")
+    found |= {
+        "moves": tuple(Move(x["motor"], x["by"], x["from"], x["in"]) for x in map(MOVES.within, moves)),
+        "wobbles": tuple(Wobble(**WOBBLES.within(entry)) for entry in wobbles),
+        "servo": {name: _servo(servos.table(name)) for name in servos.entries},
+        "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
+    }
+    return PrescribedMotion(**found, source=table.source, place=table.place)
+
+
+def _rows(table: Table, key: str) -> list[Table]:
+    return [replace(entry, place=f"{table.at(key)} {k}") for k, entry in enumerate(table.tables(key), 1)]
+
+
+def _servo(table: Table) -> Servo:
+    """Gains, or bandwidth and damping: one of both, whole."""
+    table.only(SERVO.names)
+    given = {*table.entries}
+    for pair, law in ((GAINS, Gains), (BANDWIDTH, Bandwidth)):
+        if given == {key.name for key in pair}:
+            return law(*(key.type.read(table, key.name) for key in pair))
+    raise InputError(table.source, table.place, "give kp and kd, or bandwidth and damping")
+
+
+def _force(found: Mapping[str, Any]) -> AppliedForce:
+    return AppliedForce(found["at"], tuple(found[name] for name in WRENCH), found["from"], found["in"])
+
+
+# Writing
+
+
+def entries_of_motion(motion: PrescribedMotion) -> Entries:
+    """The table of a motion, without what is left out."""
+    table = {
+        "start": motion.start,
+        "duration": motion.duration,
+        "moves": [{"motor": x.motor, "by": x.by, **_times(x)} for x in motion.moves],
+        "wobbles": [{"motor": x.motor, "amplitude": x.amplitude, "frequency": x.frequency} for x in motion.wobbles],
+        "file": motion.file,
+        "servo": {name: _entries_of_servo(servo) for name, servo in motion.servo.items()},
+        "forces": [_entries_of_force(x) for x in motion.forces],
+    }
+    return {key: x for key, x in table.items() if x}
+
+
+def entries_of_wanted(wanted: Wanted) -> Entries:
+    """The table of what is wanted, without what is left out."""
+    table = {name: getattr(wanted, name) for name in WANTED.names}
+    return {key: list(x) if isinstance(x, tuple) else x for key, x in table.items() if x}
+
+
+def _times(x: Move | AppliedForce) -> Entries:
+    return {"from": x.begins, "in": x.lasts} if x.begins else {"in": x.lasts}
+
+
+def _entries_of_servo(servo: Servo) -> Entries:
+    keys, values = (GAINS, (servo.kp, servo.kd)) if isinstance(servo, Gains) else (
+        BANDWIDTH, (servo.frequency, servo.damping)
+    )  # fmt: skip
+    return {key.name: x for key, x in zip(keys, values, strict=True)}
+
+
+def _entries_of_force(force: AppliedForce) -> Entries:
+    wrench = {name: x for name, x in zip(WRENCH, force.wrench, strict=True) if x}
+    return {"at": force.at, **wrench, **_times(force)}

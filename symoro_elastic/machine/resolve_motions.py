@@ -1,0 +1,169 @@
+"""Resolution of the names in a motion, and refusal of numbers that no motion has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Gains, Move, PrescribedMotion, Servo, Wobble
+from symoro_elastic.machine.resolve import joints_by_any_name
+from symoro_elastic.machine.wanted import Wanted
+
+LARGEST = 1e9
+"""Of a position, a stroke or a force that is given, SI units."""
+ROUNDED = 1e-12
+"""Of a duration: sums of times are rounded."""
+PERIODS = 2
+"""Of a wobble: one to fade in, one to fade out."""
+Fault = tuple[str, str]
+"""The key of a number, and what is wrong with it."""
+T = TypeVar("T")
+MovingT = TypeVar("MovingT", Move, Wobble)
+
+
+def resolve_motion(motion: PrescribedMotion, machine: Machine) -> PrescribedMotion:
+    """The motion with joints by their names, which may be written as variables or numbers of the table too.
+
+    Raises `InputError`, with its place in the file, for unknown names and for numbers that no motion has.
+    """
+    names = _Names(machine, motion)
+    resolved = replace(
+        motion,
+        start=names.starts(motion.start),
+        moves=names.moved(motion.moves, "moves"),
+        wobbles=names.moved(motion.wobbles, "wobbles"),
+        servo=names.servos(motion.servo),
+        forces=tuple(replace(x, at=names.frame(x.at, f"forces {k}, at")) for k, x in enumerate(motion.forces, 1)),
+    )
+    for key, what in _faults(resolved):
+        raise motion.error(key, what)
+    return resolved
+
+
+class _Names:
+    """Names of the joints of a machine, for a motion."""
+
+    def __init__(self, machine: Machine, motion: PrescribedMotion) -> None:
+        self.fail, self.known = motion.error, joints_by_any_name(machine)
+        self.moving = [joint.name for joint in machine.moving_joints]
+        self.motors = [joint.name for joint in machine.motor_joints]
+        self.cut = [joint.name for joint in machine.joints if joint.kind is Kind.CUT]
+
+    def frame(self, name: str, key: str) -> str:
+        """The joint that carries a frame."""
+        joint = self._joint(name, key, [word for word in self.known if not word.isdecimal()])
+        if joint in self.cut:
+            raise self.fail(key, f"{joint} is the cut joint of a loop: name the frame that it meets")
+        return joint
+
+    def starts(self, start: Mapping[str, float]) -> dict[str, float]:
+        """Positions by joint."""
+        named = {self._joint(name, "start", self.moving): x for name, x in start.items()}
+        for joint in named:
+            if joint not in self.moving:
+                what = f"{joint} does not move by itself: independent joints are {', '.join(self.moving)}"
+                raise self.fail("start", what)
+        return self._distinct(named, start, "start")
+
+    def servos(self, servo: Mapping[str, Servo]) -> dict[str, Servo]:
+        """Servos by motor."""
+        return self._distinct({self._motor(name, "servo"): x for name, x in servo.items()}, servo, "servo")
+
+    def moved(self, moving: Sequence[MovingT], key: str) -> tuple[MovingT, ...]:
+        """Moves or wobbles with the names of their motors."""
+        return tuple(replace(x, motor=self._motor(x.motor, f"{key} {k}, motor")) for k, x in enumerate(moving, 1))
+
+    def _motor(self, name: str, key: str) -> str:
+        joint = self._joint(name, key, self.motors)
+        if joint not in self.motors:
+            raise self.fail(key, f"{joint} has no motor: motors are {', '.join(self.motors) or 'missing here'}")
+        return joint
+
+    def _joint(self, name: str, key: str, among: Sequence[str]) -> str:
+        if name not in self.known:
+            raise self.fail(key, f"no joint {quoted(name)}{did_you_mean(name, among)}")
+        return self.known[name]
+
+    def _distinct(self, named: dict[str, T], given: Mapping[str, T], key: str) -> dict[str, T]:
+        if len(named) < len(given):
+            raise self.fail(key, "a joint is named twice, by two of its names")
+        return named
+
+
+def _faults(motion: PrescribedMotion) -> Iterator[Fault]:
+    """What is wrong with the numbers of a motion."""
+    if not motion.duration > 0:
+        yield "duration", f"{motion.duration:g} s is no time to move in: give a positive number"
+    for name, x in motion.start.items():
+        yield from _too_large(f"start, {name}", x)
+    for k, move in enumerate(motion.moves, 1):
+        yield from _too_large(f"moves {k} ({move.motor}), by", move.by)
+        yield from _outside(f"moves {k} ({move.motor})", move, motion.duration)
+    for k, wobble in enumerate(motion.wobbles, 1):
+        yield from _of_wobble(f"wobbles {k} ({wobble.motor})", wobble, motion.duration)
+    for name, servo in motion.servo.items():
+        yield from _of_servo(f"servo, {name}", servo)
+    for k, force in enumerate(motion.forces, 1):
+        yield from (fault for x in force.wrench for fault in _too_large(f"forces {k} ({force.at})", x))
+        yield from _outside(f"forces {k} ({force.at})", force, motion.duration)
+
+
+def _too_large(key: str, x: float) -> Iterator[Fault]:
+    if not abs(x) <= LARGEST:
+        yield key, f"{x:g} is out of range: give a number up to {LARGEST:g}"
+
+
+def _outside(key: str, x: Move | AppliedForce, duration: float) -> Iterator[Fault]:
+    """What takes no time, or does not lie within the duration."""
+    if not x.lasts > 0:
+        yield f"{key}, in", f"{x.lasts:g} s is no time to move in: give a positive number"
+    if x.begins < 0:
+        yield f"{key}, from", f"{x.begins:g} s is before the motion, which begins at 0"
+    if x.begins + x.lasts > duration * (1 + ROUNDED):
+        what = f"it ends at {x.begins + x.lasts:g} s, the motion at {duration:g} s: move it, or give a longer duration"
+        yield f"{key}, in", what
+
+
+def _of_wobble(key: str, wobble: Wobble, duration: float) -> Iterator[Fault]:
+    yield from _too_large(f"{key}, amplitude", wobble.amplitude)
+    if not wobble.frequency > 0:
+        yield f"{key}, frequency", f"{wobble.frequency:g} Hz is no frequency: give a positive number"
+    elif wobble.frequency * duration < PERIODS * (1 - ROUNDED):
+        what = f"{wobble.frequency:g} Hz has {wobble.frequency * duration:.3g} periods in {duration:g} s"
+        yield f"{key}, frequency", f"{what}, it needs {PERIODS} to fade in and out: give a longer duration"
+
+
+def _of_servo(key: str, servo: Servo) -> Iterator[Fault]:
+    if isinstance(servo, Gains):
+        for name, x in (("kp", servo.kp), ("kd", servo.kd)):
+            if not x >= 0:
+                yield f"{key}, {name}", f"{x:g} is negative: such a servo pushes the motor away"
+        return
+    if not servo.frequency > 0:
+        yield f"{key}, bandwidth", f"{servo.frequency:g} Hz is no bandwidth: give a positive number"
+    if not servo.damping >= 0:
+        yield f"{key}, damping", f"{servo.damping:g} is negative: such a servo shakes the motor"
+
+
+def refuse_unfulfillable(wanted: Wanted) -> None:
+    """Raise `InputError` for numbers that nothing can fulfil."""
+    for key, what in _of_wanted(wanted):
+        raise wanted.error(key, what)
+
+
+def _of_wanted(wanted: Wanted) -> Iterator[Fault]:
+    tolerance = wanted.tolerance
+    by_signal = tolerance if isinstance(tolerance, dict) else {} if tolerance is None else {"": tolerance}
+    for signal, x in by_signal.items():
+        if not x > 0:
+            yield f"tolerance, {signal}".removesuffix(", "), f"{x:g} is no tolerance: give a positive number"
+    for key, time in (("period", wanted.period), ("time", wanted.time)):
+        if time is not None and not time > 0:
+            yield key, f"{time:g} s is no time: give a positive number"
+    if wanted.time is not None and wanted.period is None:
+        yield "time", "it is that of the steps of a period: give period too"
+    if wanted.time is not None and wanted.period is not None and wanted.time > wanted.period:
+        yield "time", f"{wanted.time:g} s is more than the period of {wanted.period:g} s: no controller keeps up"

@@ -1,0 +1,1 @@
+"""Motions of a machine over time: wanted ones, and simulated ones."""

@@ -1,0 +1,74 @@
+"""Signals that are wanted of a motion, and the errors that are allowed of them."""
+
+from __future__ import annotations
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.wanted import Wanted
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.vibration.signals import MOTOR_TORQUE, input_unit, inputs, output_unit, outputs
+
+POSITIONS = ("m", "rad")
+ROUNDING = 1e-14
+"""Of the largest position in a motion: what double precision leaves of it."""
+
+
+def unit_of(machine: Machine, signal: str) -> str:
+    """Return the unit of a motor's torque (motor_x.tau) or of an output (motor_x.q, tool.vx); raises `InputError`."""
+    return input_unit(machine, signal) if _is_torque(signal) else output_unit(machine, signal)
+
+
+def signal_of(machine: Machine, name: str) -> str:
+    """Return the full name of a signal: a joint alone is its position. Raises `InputError` for unknown names."""
+    (signal,) = (inputs if _is_torque(name) else outputs)(machine, [name])
+    return signal.name
+
+
+def tolerances(wanted: Wanted, machine: Machine) -> dict[str, float]:
+    """Return the allowed errors by signal, in its unit: one number is for all outputs, which are positions then.
+
+    Raises `InputError` for unknown signals, and for one number where it cannot be that of all outputs.
+    """
+    asked = output_signals(wanted, machine)
+    if wanted.tolerance is None:
+        return {}
+    if isinstance(wanted.tolerance, dict):
+        named = [_named(name, wanted, machine, "tolerance") for name in wanted.tolerance]
+        return dict(zip(named, wanted.tolerance.values(), strict=True))
+    if not asked:
+        raise wanted.error("tolerance", "one number is that of all outputs: add outputs, or give it by signal")
+    for signal in asked:
+        unit = unit_of(machine, signal)
+        if unit not in POSITIONS:
+            what = f"one number is in m or rad, {signal} in {unit}"
+            raise wanted.error("tolerance", f'{what}: give it by signal, {{ "{signal}" = X }}')
+    return dict.fromkeys(asked, wanted.tolerance)
+
+
+def output_signals(wanted: Wanted, machine: Machine) -> tuple[str, ...]:
+    """Return the full names of the outputs, those with a tolerance where none are listed; raises `InputError`."""
+    listed = tuple(_named(name, wanted, machine, "outputs") for name in wanted.outputs)
+    if listed or not isinstance(wanted.tolerance, dict):
+        return listed
+    return tuple(_named(name, wanted, machine, "tolerance") for name in wanted.tolerance)
+
+
+def refuse_rounding(wanted: Wanted, reference: Reference) -> None:
+    """Raise `InputError` for a tolerance of a position that is below the rounding of the positions in a motion."""
+    least = ROUNDING * reference.extent
+    for signal, x in tolerances(wanted, reference.machine).items():
+        if unit_of(reference.machine, signal) in POSITIONS and x < least:
+            what = f"{x:g} is below rounding, {least:.1g} for positions up to {reference.extent:.3g}: give more"
+            raise wanted.error(f"tolerance, {signal}", what)
+
+
+def _named(name: str, wanted: Wanted, machine: Machine, key: str) -> str:
+    """Return the full name of a signal; raises `InputError` with the file and the key."""
+    try:
+        return signal_of(machine, name)
+    except InputError as error:
+        raise wanted.error(key, error.what) from None
+
+
+def _is_torque(name: str) -> bool:
+    return name.rpartition(".")[2].strip() == MOTOR_TORQUE
