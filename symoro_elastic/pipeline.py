@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,7 @@ from symoro_elastic.output_folder import write_files
 from symoro_elastic.packaging import reserved_words
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.symbolic.memory import no_collection
-from symoro_elastic.traced import Traced
+from symoro_elastic.traced import Traced, with_steps
 
 if TYPE_CHECKING:
     from symoro_elastic.numerics.verify import Verification
@@ -99,8 +99,7 @@ def programs(machine: Machine, scene: Scene, announce: Announce = announce_nothi
     announce("prune")
     needed = [prune(one) for one in traces]
     announce("schedule")
-    models = [schedule(one) for one in needed]
-    return Traced(machine, scene, models)
+    return with_steps(machine, scene, [schedule(one) for one in needed])
 
 
 @no_collection()
@@ -139,7 +138,7 @@ def verify(
     from symoro_elastic.numerics.verify import compare, compiled, refuse_unverifiable, rendered
 
     refuse_unverifiable(machine, scene)
-    asked = programs(machine, scene, announce)
+    asked = programs(machine, replace(scene, steps=()), announce)
     announce("render")
     files = rendered(asked.package)
     with tempfile.TemporaryDirectory() as folder:
@@ -192,6 +191,7 @@ def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
     """(message, joints) of each pivot that is zero in one of the asked models."""
     kept, constants = restricted(machine, scene), folded(machine, scene)
     asked = {MODELS[name].pivots for name in scene.models or DEFAULT_MODELS if name in MODELS}
+    asked |= {Pivots.ALL} if scene.steps else set()
     found: dict[int, Degeneracy] = {}
     for pivots in Pivots:
         if pivots in asked:

@@ -12,6 +12,7 @@ from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.models.model import TracedModel
+from symoro_elastic.models.time_steps import models_of_steps
 from symoro_elastic.packaging import package
 
 
@@ -36,12 +37,19 @@ class Traced:
     @cached_property
     def package(self) -> Package:
         """The package for the targets; raises `InputError` for reserved names."""
-        return package(self.machine, self.models, self.folded, summary(self.scene, self.models))
+        return package(self.machine, self.models, self.folded, summary(self.scene, self.models), self.scene.steps)
 
 
 def traced(machine: Machine, scene: Scene) -> Traced:
     """The programs of the models that a scene asks of a machine; raises `InputError`."""
-    return Traced(machine, scene, trace_scene(machine, scene))
+    return with_steps(machine, scene, trace_scene(machine, scene))
+
+
+def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) -> Traced:
+    """The programs of these models, and of those that the time steps of the scene call."""
+    names = {one.model.name for one in models if one.whole}
+    called = models_of_steps(restricted(machine, scene), scene.steps, folded(machine, scene), names)
+    return Traced(machine, scene, [*models, *called])
 
 
 def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:

@@ -127,7 +127,9 @@ class CSteps:
         dependent = [("q_dep", len(package.dependent or ()))] if package.takes_dependent else []
         return [("q", n), ("qd", n), *dependent, *([("error", 2 * n)] if with_error else [])]
 
-    def _declared(self, method: MethodText, variant: Variant, with_error: bool, prepared: bool, sizes: bool) -> list[str]:
+    def _declared(
+        self, method: MethodText, variant: Variant, with_error: bool, prepared: bool, sizes: bool
+    ) -> list[str]:
         state = self.precision.state
         read = self._arrays(method, variant)
         written = dict(self._written(with_error))
@@ -141,7 +143,10 @@ class CSteps:
             *(array(name, size, f"const {state}") for name, size in read.items()),
             f"{state} h",
             array("p", parameters, f"const {state}"),
-            *(array(x, size, f"const {self.precision.type_of_real(self.package.name)}") for x, size in constant.items()),
+            *(
+                array(x, size, f"const {self.precision.type_of_real(self.package.name)}")
+                for x, size in constant.items()
+            ),
             *(array(name, size, state) for name, size in written.items()),
         ]
 
@@ -170,14 +175,18 @@ class CSteps:
     def batch_head(self, method: MethodText, variant: Variant, with_error: bool) -> str:
         """Return the head of the function for many states."""
         declared = self._declared(method, variant, with_error, False, sizes=False)
-        pointers = [text if "[" not in text else f"{text[: text.index('[')].rpartition(' ')[0]} *{text[: text.index('[')].rpartition(' ')[2]}" for text in declared]
+        pointers = [
+            text
+            if "[" not in text
+            else f"{text[: text.index('[')].rpartition(' ')[0]} *{text[: text.index('[')].rpartition(' ')[2]}"
+            for text in declared
+        ]
         return with_arguments(f"void {self._name(method, variant, with_error)}_batch", ["size_t states", *pointers])
 
     def _comment(self, method: MethodText, variant: Variant, with_error: bool) -> tuple[str, ...]:
-        times = ", ".join("t" if float(x.rstrip("f")) == 0 else "t + h" if float(x.rstrip("f")) == 1 else f"t + {x} h" for x in method.nodes)
-        lines = [f"One step h [s] of the {method.title[:1].lower()}{method.title[1:]}{variant.words}."]
+        lines = [f"One step h [s] of the {method.title}{variant.words}."]
         rows = ", ".join(variant.of_nodes)
-        lines.append(f"{rows}: a row for each of the times {times}")
+        lines.append(f"{rows}: a row for each of the times {', '.join(method.times)}")
         if method.kind == "rosenbrock":
             lines.append("taud: derivative of the torques by time at t, that of kp r + kd rd with it")
         lines.append("q, qd: the state, at t when called, at t + h then")

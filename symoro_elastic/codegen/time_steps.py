@@ -66,6 +66,12 @@ class MethodText:
     iterations: int
     variants: tuple[Variant, ...]
 
+    @property
+    def times(self) -> tuple[str, ...]:
+        """The times of the nodes in words: `t`, `t + 0.5 h`, `t + h`."""
+        numbers = [node.removesuffix("f") for node in self.nodes]
+        return tuple({"0.0": "t", "1.0": "t + h"}.get(x, f"t + {x} h") for x in numbers)
+
 
 def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
     """Return a method with its coefficients as literals of a precision."""
@@ -74,7 +80,7 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
     nodes = tuple(dict.fromkeys(times))
     return MethodText(
         name=method.name,
-        title=method.title[:1].upper() + method.title[1:],
+        title=method.title,
         kind=_kind(method),
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
         nodes=tuple(map(literal.number, nodes)),
@@ -190,5 +196,7 @@ def functions_of(methods: Sequence[MethodText]) -> set[str]:
         found |= {variant.right_side for variant in method.variants}
         found |= {"linearization"} if method.kind == "rosenbrock" else set()
         if method.kind in ("w", "midpoint"):
-            found |= {f"implicit_{work}{variant.suffix}" for work in ("factors", "solve") for variant in method.variants}
+            found |= {
+                f"implicit_{work}{variant.suffix}" for work in ("factors", "solve") for variant in method.variants
+            }
     return found

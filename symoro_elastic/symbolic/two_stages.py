@@ -10,6 +10,7 @@ from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Output, Pruned, prune
 
+
 @dataclass(frozen=True, eq=False)
 class TwoStages:
     """`first` computes values by the names `handed`, `second` the results from them."""
@@ -18,12 +19,14 @@ class TwoStages:
     second: Pruned
     handed: tuple[str, ...]
 
+
 def in_two_stages(graph: Graph, pruned: Pruned, late: Collection[str], handed_over: str) -> TwoStages:
     """Cut a program where it begins to depend on the variables `late`; `handed_over` names the array between."""
     border = _border(pruned, late)
     names = _names(pruned, border)
     first = prune([Output(handed_over, (len(border),), tuple(border))], pruned.names)
     return TwoStages(first, _second(graph, pruned, dict(zip(border, names, strict=True))), tuple(names))
+
 
 def _border(pruned: Pruned, late: Collection[str]) -> list[Expression]:
     """State-dependent nodes without late variables that nodes with some, or results, are made of."""
@@ -38,6 +41,7 @@ def _border(pruned: Pruned, late: Collection[str]) -> list[Expression]:
     border |= {x.positive.id: x.positive for x in results if x.id not in depends and x.level == Level.STATE}
     return [border[number] for number in sorted(border)]
 
+
 def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
     """Names of the values handed over: those of their quantities, or numbered."""
     names = []
@@ -49,6 +53,7 @@ def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
             names.append(label.name if label and not negative else f"handed_{number}")
     return names
 
+
 def _second(graph: Graph, pruned: Pruned, border: dict[Expression, str]) -> Pruned:
     """The results over the variables that stand for the values handed over."""
     known: dict[int, Operand] = {node.id: graph.symbol(name) for node, name in border.items()}
@@ -58,5 +63,6 @@ def _second(graph: Graph, pruned: Pruned, border: dict[Expression, str]) -> Prun
     outputs = [Output(o.name, o.shape, tuple(map(value, o.entries))) for o in pruned.outputs]
     moved = pruned.names.moved({node.id: value(node) for node in pruned.nodes if node.id not in known})
     return prune(outputs, moved)
+
 
 __all__ = ["NEGATE", "TwoStages", "in_two_stages"]
