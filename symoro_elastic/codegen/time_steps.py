@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.integration.methods import METHODS, Method
+from symoro_elastic.integration.methods import Method
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Coefficients, Tableau

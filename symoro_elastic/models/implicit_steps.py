@@ -140,7 +140,7 @@ class _System:
         name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
         return {j: found.qdd[j] for j in bound.machine.moving}
 
-    def _name(self, gK: Scalars, S: Scalars) -> None:
+    def _name(self, gK: Mapping[int, Scalar], S: Mapping[int, Scalar]) -> None:
         section = Section("Implicit step: springs, dampers and servos as rotor inertias")
         for j in S:
             self.bound.names.give(gK[j], f"gK{j}", section)

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Joint, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine
 from tests.generated_code import COMPILERS

@@ -15,6 +15,8 @@ from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Friction, Joint, Kind, Machine, Wrench
 from symoro_elastic.machine.resolve import resolve
@@ -25,8 +27,6 @@ from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_sc
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import package
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.compiled_models import Array, Built, cell, vector, worst

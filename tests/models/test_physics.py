@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
 from tests.compiled_models import Array, Built, built, cell, vector, worst
 from tests.references.numbers_of_machine import numbers_of
 from tests.references.random_machines import chain, random_state, two_children

@@ -12,6 +12,8 @@ import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.integration.explicit import step
+from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
@@ -20,8 +22,6 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.time_series.columns import read_columns
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
