@@ -76,6 +76,6 @@ W3 = WMethod.printed(
     0.24212380706095346 -1.2232505839045147  1.5452602553351020  0.43586652150845900 | 0.37810903145819369 -0.096042292212423178 0.5 0.21793326075422950
     """,  # noqa: E501
 )
-"""ROS34PW2: Rang and Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of index
-1, BIT 45 (2005), table 5."""
+"""ROS34PW2: Rang and Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of
+index 1, BIT 45 (2005), table 5."""
 W_METHODS = {method.name: method for method in (W2, W3)}

@@ -63,6 +63,3 @@ def _second(graph: Graph, pruned: Pruned, border: dict[Expression, str]) -> Prun
     outputs = [Output(o.name, o.shape, tuple(map(value, o.entries))) for o in pruned.outputs]
     moved = pruned.names.moved({node.id: value(node) for node in pruned.nodes if node.id not in known})
     return prune(outputs, moved)
-
-
-__all__ = ["NEGATE", "TwoStages", "in_two_stages"]
