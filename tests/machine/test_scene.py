@@ -19,6 +19,7 @@ outputs = { direct_dynamics = ["lift", "q1", "3"] }
 locked = { q2 = "L2/2" }
 fold = ["L2"]
 gravity = false
+steps = ["w3", "rk4"]
 """
 
 
@@ -38,7 +39,7 @@ def test_names_become_joint_names(head: str, machine: Machine, tmp_path: Path) -
     assert scene.models == ("direct_dynamics",)
     assert scene.outputs == {"direct_dynamics": ("lift", "base_yaw", "tip")}
     assert {joint: value.text for joint, value in scene.locked.items()} == {"lift": "L2/2"}
-    assert (scene.fold, scene.gravity) == (("L2",), False)
+    assert (scene.fold, scene.gravity, scene.steps) == (("L2",), False, ("w3", "rk4"))
 
 
 def test_defaults_and_fold_all(machine: Machine, tmp_path: Path) -> None:
@@ -49,6 +50,10 @@ def test_defaults_and_fold_all(machine: Machine, tmp_path: Path) -> None:
 def test_a_joint_name_goes_before_the_variable_of_another(tmp_path: Path) -> None:
     machine = toml.read(TOML.replace("base_yaw", "q2"), "arm.toml")
     assert list(read_scene(written("locked = { q2 = 0 }", tmp_path), machine).locked) == ["q2"]
+
+
+def test_static_joints_by_any_name_each_once(machine: Machine, tmp_path: Path) -> None:
+    assert read_scene(written('static = ["q2", "2", "lift"]', tmp_path), machine).static == ("lift",)
 
 
 @pytest.mark.parametrize(
@@ -65,6 +70,12 @@ def test_a_joint_name_goes_before_the_variable_of_another(tmp_path: Path) -> Non
         ('locked = { lift = "L7" }', "scene, locked, lift", "no parameter"),
         ('locked = { lift = "a.b" }', "locked, lift", "not arithmetic"),
         ("locked = [1]", "locked", "table"),
+        ('static = ["lfit"]', "scene, static", "did you mean 'lift'"),
+        ('static = ["base_yaw"]', "scene, static, base_yaw", "the joint is motor: only elastic joints"),
+        ('static = ["tip"]', "scene, static, tip", "the joint is fixed: only elastic joints"),
+        ('static = ["q2"]\nlocked = { lift = 0 }', "scene, static, lift", "it is locked too: leave it in one of both"),
+        ("static = { lift = 0 }", "static", "list of texts"),
+        ('steps = ["rk5"]', "scene, steps", "no time step 'rk5'; did you mean 'rk4'?"),
         ('fold = ["L3"]', "scene, fold", "no parameter 'L3'"),
         ('fold = "some"', "fold", "list of texts"),
         ("gravity = 0", "gravity", "true or false"),

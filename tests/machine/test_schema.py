@@ -75,7 +75,15 @@ def test_many_wrong_files_are_compared() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ['models = ["jacobian"]', "[scene]\ngravity = false", 'outputs = { jacobian = ["tool at (0.1, 0, 0)"] }', ""],
+    [
+        (Path(__file__).parents[2] / "examples" / "scenes" / "two_axis_move.toml").read_text(encoding="utf-8"),
+        "gravity = false\n[[motion]]\nduration = 1\n[[motion]]\nduration = 2",
+        'steps = ["w3"]\nstatic = ["gear"]\n[wanted]\ntolerance = 1e-6',
+        'models = ["jacobian"]',
+        "[scene]\ngravity = false",
+        'outputs = { jacobian = ["tool at (0.1, 0, 0)"] }',
+        "",
+    ],
 )
 def test_scenes_are_accepted(text: str) -> None:
     assert refusals(SCENE, text) == []
@@ -91,6 +99,12 @@ def test_scenes_are_accepted(text: str) -> None:
         "locked = { elbow = true }",
         "[scene]\ngravity = 1",
         'fold = "all"\n[scene]\ngravity = false',
+        'steps = ["rk5"]',
+        "[motion]",
+        "[motion]\nduration = 1\nmoves = [{ motor = 3, by = 1, in = 1 }]",
+        "[motion]\nduration = 1\nservo = { drive = { kp = 1, damping = 1 } }",
+        "[motion]\nduration = 1\nservo = { drive = { kp = 1 } }",
+        '[wanted]\ntolerance = ["tool.x"]',
     ],
 )
 def test_wrong_scenes_are_refused(text: str) -> None:

@@ -101,7 +101,11 @@ MOTION = Section(
             otherwise="none",
         ),
         Key(
-            *("file", TEXT, "record of all motors in the folder of this file: columns t, y_<motor>, yd_<motor> ..."),
+            *(
+                "file",
+                TEXT,
+                "record in the folder of this file: t, and y_<motor>, yd_<motor> ... of all motors' own variables",
+            ),
             '"move.csv"',
             default="",
             otherwise="none",
