@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from symoro_elastic.codegen.c_function import CFunction
-from symoro_elastic.codegen.c_lines import INDENT, with_arguments
+from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
@@ -25,6 +25,19 @@ class StepFunction:
 
     comment: tuple[str, ...]
     prototypes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A function that carries out many steps: arrays with rows for each step, arrays for all, arrays that are written.
+
+    Sizes are those of one step.
+    """
+
+    name: str
+    rows: dict[str, int]
+    of_step: dict[str, int]
+    written: dict[str, int]
 
 
 class CSteps:
@@ -103,6 +116,17 @@ class CSteps:
             "lanes_each": LANES,
             "has_dense": any(method.kind == "rosenbrock" for method in self.methods),
         }
+
+    def runs(self) -> list[Run]:
+        """Return the functions that carry out many steps, for each method and way to give the motors."""
+        found = []
+        for method in self.methods:
+            for variant in method.variants:
+                read = self._arrays(method, variant)
+                rows = {name: size for name, size in read.items() if name not in variant.of_step}
+                gains = {name: read[name] for name in variant.of_step}
+                found.append(Run(self._name(method, variant, False), rows, gains, dict(self._written(False))))
+        return found
 
     @staticmethod
     def _errors(method: MethodText) -> list[bool]:
@@ -193,3 +217,9 @@ class CSteps:
         if with_error:
             lines.append("-> error: difference of q, then of qd, from the embedded method")
         return tuple(lines)
+
+
+def render_runs(package: Package, text: CSteps) -> dict[str, str]:
+    """Return the file of the functions that carry out many steps, in double precision."""
+    made = render("c/run.c.j2", name=package.name, macro=text.macro, constants=text.constants, runs=text.runs())
+    return {f"{package.name}_run.c": fitted(made)}

@@ -76,7 +76,7 @@ class MethodText:
 def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
     """Return a method with its coefficients as literals of a precision."""
     literal = Literals(precision)
-    times = _times(method)
+    times = times_of(method)
     nodes = tuple(dict.fromkeys(times))
     return MethodText(
         name=method.name,
@@ -120,8 +120,8 @@ def _kind(method: Method) -> str:
     return kinds[type(method)]
 
 
-def _times(method: Method) -> Coefficients:
-    """Times of the stages, in steps."""
+def times_of(method: Method) -> Coefficients:
+    """Return the times of the stages, in steps."""
     if isinstance(method, Rosenbrock):
         return method.alpha
     return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c

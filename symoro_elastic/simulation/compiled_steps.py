@@ -1,0 +1,146 @@
+"""Generated time steps of a machine, compiled, and carried out one after another along a reference motion."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.c_steps import Run, render_runs
+from symoro_elastic.codegen.compile import compile_library, load_library
+from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.targets.c import render_c, source_text
+from symoro_elastic.codegen.time_steps import times_of
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.values import given_values
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.traced import traced
+
+FLAGS = ("-O2",)
+"""Wider vectors wait for numbers that were just stored, and cost more than they save here."""
+CHUNK = 4096
+"""Steps between two looks at the clock and at the interrupt key."""
+MOST_RECORDED = 100_000
+"""States that are kept of a motion."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """States at times t (N,) s: q, qd (N, n) of the independent joints and the torques (N, m), SI units, radians.
+
+    `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
+    """
+
+    t: Array
+    q: Array
+    qd: Array
+    tau: Array
+    method: str
+    step: float
+    steps: int
+    seconds: float
+
+
+class CompiledSteps:
+    """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be."""
+
+    def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        self.machine = machine
+        self.package = traced(machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=ALL)).package
+        text = source_text(with_own_results(self.package), DOUBLE)
+        files = render_c(self.package) | render_runs(self.package, text.steps)
+        library = load_library(compile_library(files, folder, flags=FLAGS))
+        self._runs = {run.name: run for run in text.steps.runs()}
+        self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
+
+    def run(
+        self, reference: Reference, method: str, steps: int, progress: Progress = no_progress
+    ) -> Trajectory:
+        """Return the motion along a reference by even steps; entries are NaN or infinite where it grows without bound."""
+        h = reference.duration / steps
+        run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
+        state = self._state(reference, run)
+        every = -(-steps // MOST_RECORDED)
+        kept, passed = [np.concatenate([state["q"], state["qd"]])[None]], 0.0
+        width = sum(run.written.values())
+        for first in range(0, steps, CHUNK):
+            count = min(CHUNK, steps - first)
+            rows = _rows(reference, method, np.arange(first, first + count) * h, h)
+            record = np.empty((count, width))
+            arrays = [*(rows[name] for name in run.rows), *(rows[name] for name in run.of_step)]
+            began = time.perf_counter()
+            self._call(run, count, arrays, h, [*state.values(), record])
+            passed += time.perf_counter() - began
+            last = [k for k in range(count) if (first + k + 1) % every == 0 or first + k + 1 == steps]
+            kept.append(record[last, : 2 * len(state["q"])])
+            progress(first + count, steps)
+        numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
+        return self._trajectory(reference, method, np.array(numbers) * h, np.concatenate(kept), steps, passed / steps)
+
+    def _state(self, reference: Reference, run: Run) -> dict[str, Array]:
+        start = reference.start
+        state = {"q": start.q.copy(), "qd": start.qd.copy()}
+        if "q_dep" in run.written:
+            state["q_dep"] = Followed(self.machine, given_values(self.machine)).at(start.q[None])[0]
+        return state
+
+    def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
+        pointers = [np.ascontiguousarray(array).ctypes.data for array in read]
+        self._entries[run.name](count, *pointers, h, None, *(array.ctypes.data for array in written))
+
+    def _trajectory(
+        self, reference: Reference, method: str, t: Array, record: Array, steps: int, seconds: float
+    ) -> Trajectory:
+        q, qd = np.split(record, 2, axis=1)
+        tau = self._torques(reference, t, q, qd)
+        return Trajectory(t, q, qd, tau, method, reference.duration / steps, steps, seconds)
+
+    def _torques(self, reference: Reference, t: Array, q: Array, qd: Array) -> Array:
+        """Return the torques of servos; NaN where motors follow exactly, whose torques the inverse model gives."""
+        if reference.servo is None:
+            return np.full((len(t), len(reference.motors)), np.nan)
+        motors = list(self.machine.motor_entries)
+        y, yd, _ = reference.at(t)
+        kp, kd = reference.servo
+        found: Array = reference.start.tau[motors] + kp * (y - q[:, motors]) + kd * (yd - qd[:, motors])
+        return found
+
+
+def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
+    """Return what a step is given of the motors, a row for each node of each step."""
+    nodes = np.array([float(x) for x in dict.fromkeys(times_of(METHODS[method]))], dtype=float)
+    y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at((begins[:, None] + h * nodes).ravel()))
+    if reference.servo is None:
+        return {"y": y, "yd": yd, "ydd": ydd}
+    kp, kd = reference.servo
+    tau = reference.start.tau[list(reference.machine.motor_entries)]
+    _, rate, change = reference.at(begins)
+    return {
+        "tau": np.tile(tau, (len(begins), len(nodes))),
+        "r": y,
+        "rd": yd,
+        "kp": kp,
+        "kd": kd,
+        "taud": kp * rate + kd * change,
+    }
+
+
+def _entry(library: ctypes.CDLL, run: Run) -> Any:
+    entry = library[f"{run.name}_run"]
+    read = [ctypes.c_void_p] * (len(run.rows) + len(run.of_step))
+    written = [ctypes.c_void_p] * (len(run.written) + 1)
+    entry.argtypes, entry.restype = [ctypes.c_size_t, *read, ctypes.c_double, ctypes.c_void_p, *written], None
+    return entry
