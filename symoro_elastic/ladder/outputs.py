@@ -38,7 +38,7 @@ class Outputs:
     follows: BoolArray
 
     def at(self, t: Array, wanted: Array) -> Outputs:
-        """Return the rows at other times, linear between the times t (N,) of these."""
+        """Return the rows at other times, cubic between the times t (N,) of these."""
         Cq, Cv, Ca = (between(t, C, wanted) for C in (self.Cq, self.Cv, self.Ca))
         return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
 

@@ -1,99 +1,88 @@
-"""Methods of integration in one form, and what they do to y' = lambda y: stability, damping.
+"""Methods of integration on linear systems: one step, and what a step makes of y' = lambda y.
 
-    Y_i = y + h sum_j a_ij k_j,    w_i = sum_j (g_ij / gamma) k_j
-    (I - gamma h T) z = f(t + c_i h, Y_i) + w_i,    k_i = z - w_i,    y(t + h) = y + h sum_i b_i k_i
-
-T is an approximate Jacobian; with gamma = 0 the method is explicit.
+f(i, Y) is the right side at stage i, `solve` gives (I - gamma h T)^-1 r for the T of the method.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol
+from collections.abc import Callable
+from functools import singledispatch
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, ComplexArray
+from symoro_elastic.array_types import AnyArray, Array
+from symoro_elastic.integration.midpoint import Midpoint
+from symoro_elastic.integration.rosenbrock import Rosenbrock
+from symoro_elastic.integration.tableaus import Coefficients, Tableau
+from symoro_elastic.integration.w_methods import WMethod
 
-ROUNDING = 1e-9
-"""Growth of a step, relative, that is rounding of a pole and no instability."""
-FASTEST = 12.0
-"""Of |lambda h| in the search for a limit: no explicit method of up to 8 stages reaches it."""
-POINTS, HALVINGS = 1200, 30
-HALF = 0.5
-"""Part of the amplitude that a vibration keeps over a period, below which it counts as damped."""
-
-
-class WMethod(Protocol):
-    """A Rosenbrock-W method: rows of a and g hold what is left of the diagonal; g_ii = gamma."""
-
-    order: int
-    gamma: float
-    a: tuple[tuple[float, ...], ...]
-    g: tuple[tuple[float, ...], ...]
-    b: tuple[float, ...]
+Method = Tableau | WMethod | Rosenbrock | Midpoint
+Rate = Callable[[int, AnyArray], AnyArray]
+Solve = Callable[[AnyArray], AnyArray]
 
 
-class ExplicitMethod(Protocol):
-    """An explicit Runge-Kutta method: nodes with rows of A, and weights."""
-
-    order: int
-
-    @property
-    def stages(self) -> tuple[tuple[float, tuple[float, ...]], ...]:
-        """c_i and row i of A."""
-
-    @property
-    def weights(self) -> tuple[float, ...]:
-        """b."""
+def nodes(method: Method) -> Array:
+    """Return the parts of a step after which a method takes the right side, one a stage."""
+    if isinstance(method, Midpoint):
+        return np.array([0.5])
+    times = method.alpha if isinstance(method, Rosenbrock) else method.c
+    return np.array(times, dtype=float)
 
 
-Method = WMethod | ExplicitMethod
+def gamma(method: Method) -> float:
+    """Return gamma of the linear systems of a method, 0 for an explicit one."""
+    if isinstance(method, Midpoint):
+        return 0.5
+    return 0.0 if isinstance(method, Tableau) else float(method.gamma)
 
 
-@dataclass(frozen=True)
-class Scheme:
-    """The coefficients of a method: gamma, a and g (s, s) with zeros on and above the diagonal, b (s,)."""
-
-    order: int
-    gamma: float
-    a: Array
-    g: Array
-    b: Array
-
-    @classmethod
-    def of(cls, method: Method) -> Scheme:
-        """Return the coefficients of a method in this form."""
-        if isinstance(gamma := getattr(method, "gamma", None), float):
-            return cls(method.order, gamma, _square(method.a), _square(method.g), np.array(method.b))  # type: ignore[union-attr]
-        a = _square([row for _, row in method.stages])  # type: ignore[union-attr]
-        return cls(method.order, 0.0, a, np.zeros_like(a), np.array(method.weights))  # type: ignore[union-attr]
-
-    @cached_property
-    def nodes(self) -> Array:
-        """c (s,): parts of a step after which the right side is taken."""
-        nodes: Array = self.a.sum(axis=1)
-        return nodes
-
-    @property
-    def is_explicit(self) -> bool:
-        """Whether a step solves nothing."""
-        return self.gamma == 0.0
-
-    def growth(self, z: ComplexArray) -> ComplexArray:
-        """Return R(z): what a step makes of y, for y' = lambda y, T = lambda and z = lambda h."""
-        k: list[ComplexArray] = []
-        for a, g in zip(self.a, self.g, strict=True):
-            inside = 1 + z * sum((x * rate for x, rate in zip(a, k, strict=False)), start=np.zeros_like(z))
-            w = sum((x * rate for x, rate in zip(g, k, strict=False)), start=np.zeros_like(z)) / (self.gamma or 1.0)
-            k.append((inside + w) / (1 - self.gamma * z) - w)
-        return 1 + z * sum(x * rate for x, rate in zip(self.b, k, strict=True))
+@singledispatch
+def stepped(method: Method, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    """Return y (...,) after a step of h; `of_time` is df/dt at its start, which methods with exact derivatives take."""
+    raise NotImplementedError
 
 
-def _square(rows: object) -> Array:
-    listed = [tuple(map(float, row)) for row in rows]  # type: ignore[attr-defined]
-    matrix = np.zeros((len(listed), len(listed)))
-    for i, row in enumerate(listed):
-        matrix[i, : len(row)] = row
-    return matrix
+@stepped.register
+def _(method: Tableau, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k: list[AnyArray] = []
+    for i, row in enumerate(method.A):
+        k.append(f(i, y + h * _sum(row, k)))
+    return y + h * _sum(method.b, k)
+
+
+@stepped.register
+def _(method: WMethod, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k: list[AnyArray] = []
+    for i, (a, g) in enumerate(zip(method.a, method.g, strict=True)):
+        w = _sum(g, k) / float(method.gamma)
+        k.append(solve(f(i, y + h * _sum(a, k)) + w) - w)
+    return y + h * _sum(method.b, k)
+
+
+@stepped.register
+def _(method: Rosenbrock, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    u: list[AnyArray] = []
+    for i, (a, c) in enumerate(zip(method.a, method.c, strict=True)):
+        right = f(i, y + _sum(a, u)) + _sum(c, u) / h + float(method.gammas[i]) * h * of_time
+        u.append(float(method.gamma) * h * solve(right))
+    return y + _sum(method.m, u)
+
+
+@stepped.register
+def _(method: Midpoint, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k = 0.0 * y
+    for _iteration in range(method.iterations):
+        k = k + solve(f(0, y + h / 2 * k) - k)
+    return y + h * k
+
+
+def growth(method: Method, z: AnyArray) -> AnyArray:
+    """Return R(z): what a step makes of y where y' = lambda y, z = lambda h and T is exact."""
+    one = np.ones_like(z)
+    return stepped(method, 1.0, one, lambda _, y: z * y, lambda r: r / (1 - gamma(method) * z), 0.0 * one)
+
+
+def _sum(weights: Coefficients, terms: list[AnyArray]) -> AnyArray:
+    """Return sum_j weights_j terms_j, zero where there are none."""
+    parts = [float(weight) * term for weight, term in zip(weights, terms, strict=True) if weight]
+    return sum(parts[1:], start=parts[0]) if parts else np.zeros(())
