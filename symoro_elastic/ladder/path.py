@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import ModuleType
-from typing import Protocol
 
 import numpy as np
 
@@ -28,29 +27,11 @@ from symoro_elastic.ladder.small_motion import LinearMotion
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Asked
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
 SAMPLES = 800
 """Times along a motion."""
-
-
-class Reference(Protocol):
-    """What motors shall do, and where the machine starts: at rest, springs at equilibrium.
-
-    `servo` is None where motors follow exactly, else kp, kd (m,), SI units; `pushed` are the frames that forces act on.
-    """
-
-    machine: Machine
-    duration: float
-    servo: tuple[Array, Array] | None
-    start: State
-    pushed: Sequence[str]
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return y, y', y'' (N, m) of the motors at times (N,)."""
-
-    def forces_at(self, t: Array) -> Array:
-        """Return the wrenches (N, forces, 6) on the frames `pushed`, in axes of frame 0, linear part first."""
 
 
 @dataclass(frozen=True)
@@ -159,9 +140,9 @@ def _forces_taken(machine: Machine, model: ModuleType, M: Array, states: tuple[A
 def _applied(machine: Machine, reference: Reference, t: Array, q: Array) -> tuple[Array, Array]:
     """Return J^T w of the applied wrenches (N, n) and its derivatives by q (N, n, n)."""
     n = q.shape[1]
-    if not reference.pushed:
+    if not reference.frames:
         return np.zeros_like(q), np.zeros((len(q), n, n))
-    frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in reference.pushed)
+    frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in reference.frames)
     jacobian = numpy_model(machine, ("jacobian",), {"jacobian": frames}).jacobian
     wrenches = reference.forces_at(t)
 

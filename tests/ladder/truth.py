@@ -13,10 +13,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.ladder.path import Reference
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Asked
 from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.signals import FrameSignal, inputs
 from symoro_elastic.vibration.signals import outputs as output_signals
 
@@ -72,7 +72,7 @@ class Truth:
         for row, left_out in zip(self.free, self.sets, strict=True):
             row[list(left_out)] = 0.0
             row[self.motors] = float(self.reference.servo is not None)
-        frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in self.reference.pushed)
+        frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in self.reference.frames)
         self.jacobian = numpy_model(machine, ("jacobian",), {"jacobian": frames}).jacobian if frames else None
         self.q, self.v = self._integrated()
         self.a = np.stack([self.accelerations(*state) for state in zip(self.t, self.q, self.v, strict=True)])
