@@ -69,10 +69,15 @@ def equations_on_floats(values: Mapping[str, float]) -> Implementation:
     return run
 
 
-def numpy_model(machine: Machine, models: Sequence[str] = ("direct_dynamics",)) -> ModuleType:
-    """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base."""
+def numpy_model(
+    machine: Machine, models: Sequence[str] = ("direct_dynamics",), outputs: Mapping[str, tuple[str, ...]] | None = None
+) -> ModuleType:
+    """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base.
+
+    `outputs` names the parts that are wanted of a model, as a scene does.
+    """
     refuse_floating(machine, "simulation")
-    files = render_numpy(traced(machine, Scene(models=tuple(models))).package)
+    files = render_numpy(traced(machine, Scene(models=tuple(models), outputs=dict(outputs or {}))).package)
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))
 

@@ -1,0 +1,168 @@
+"""The linear model of a machine along a motion of its motors, springs at the equilibrium of the start.
+
+    M(t) d'' + D(t) d' + K(t) d = R(t),    d(0) = d'(0) = 0,    dy = Cq(t) d + Cv(t) d' + Ca(t) d''
+
+d is the small motion about the reference q_r, v_r, a_r. M, D, K are those of the model `linearization`; where motors
+have servos, their gains are in D and K. R is what drives d: the forces on the machine less those that the reference
+takes, R = tau_r - ID(q_r, v_r, a_r). One step of Newton's method on the equations of motion, so d is wrong by O(d^2).
+
+Motors without servo follow exactly: their rows are no equations then, but give their torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import ModuleType
+
+import numpy as np
+
+from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.errors import InputError
+from symoro_elastic.ladder.outputs import Outputs, outputs_along
+from symoro_elastic.ladder.refusals import refuse_machine
+from symoro_elastic.ladder.samples import between, slopes
+from symoro_elastic.ladder.small_motion import LinearMotion
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Asked
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+
+SAMPLES = 800
+"""Times along a motion."""
+
+
+@dataclass(frozen=True)
+class LinearPath:
+    """The linear model at times t (N,), evenly spaced from 0: M, D, K (N, n, n), R (N, n), outputs, the reference.
+
+    `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness`, `damping`
+    (n,) are those of springs, dampers, viscous friction and servos on the joints: diagonal. SI units, radians.
+    """
+
+    reference: Reference
+    joints: tuple[str, ...]
+    t: Array
+    M: Array
+    D: Array
+    K: Array
+    R: Array
+    outputs: Outputs
+    moved: tuple[int, ...]
+    springs: tuple[int, ...]
+    stiffness: Array
+    damping: Array
+
+    @property
+    def h(self) -> float:
+        """Time between samples, s."""
+        return float(self.t[1] - self.t[0])
+
+    @cached_property
+    def prescribed(self) -> tuple[int, ...]:
+        """Entries of q that follow the reference exactly."""
+        return tuple(k for k in range(len(self.joints)) if k not in self.moved)
+
+    def names(self, entries: Sequence[int]) -> tuple[str, ...]:
+        """Return the names of entries of q."""
+        return tuple(self.joints[k] for k in entries)
+
+    def restricted(self, rows: Array) -> LinearMotion:
+        """Return the equations of some coordinates (sets, r), the others at rest: arrays (N, sets, r, r)."""
+        columns = rows[:, None, :]
+        square = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
+        return LinearMotion(self.h, *square, self.R[:, rows])
+
+    def finer(self, samples: int) -> LinearPath:
+        """Return the model at other times, evenly spaced: cubic between those that are known."""
+        t = np.linspace(0.0, self.t[-1], samples)
+        rows = {name: between(self.t, getattr(self, name), t) for name in ("M", "D", "K", "R")}
+        return replace(self, t=t, outputs=self.outputs.at(self.t, t), **rows)
+
+
+def linear_path(reference: Reference, outputs: Sequence[str], samples: int = SAMPLES) -> LinearPath:
+    """Return the linear model along a motion, with rows for outputs named as signals, `motor_x.tau` among them.
+
+    Raises `InputError` for machines and outputs that it cannot treat, and motions whose torques are not finite.
+    """
+    machine = reference.machine
+    motion = EquationsOfMotion(machine)
+    refuse_machine(motion, reference.start)
+    t = np.linspace(0.0, reference.duration, samples + 1)
+    q, v, a = reference_states(machine, reference, t)
+    model = numpy_model(machine, ("linearization", "inverse_dynamics"))
+    M, D, K = model.linearization(q, v, a)
+    taken = _forces_taken(machine, model, M, (q, v, a))
+    pushed, softened = _applied(machine, reference, t, q)
+    _refuse_infinite(machine, t, taken, M, D, K)
+    R = reference.start.tau + pushed - taken
+    moved = list(range(len(motion.joints)))
+    stiffness, damping = _laws(motion)
+    K, D, motors = K - softened, D.copy(), list(machine.motor_entries)
+    torques = K[:, motors], D[:, motors], M[:, motors]
+    if reference.servo is None:
+        moved = [k for k in moved if k not in motors]
+    else:
+        for diagonal, matrix, gains in zip((stiffness, damping), (K, D), reference.servo, strict=True):
+            diagonal[motors] += gains
+            matrix[:, motors, motors] += gains
+    rows = outputs_along(machine, reference.servo, outputs, (q, v, a), torques)
+    springs = [k for k in machine.elastic_entries if k in moved]
+    return LinearPath(
+        reference, tuple(motion.names), t, M, D, K, R, rows, tuple(moved), tuple(springs), stiffness, damping
+    )
+
+
+def reference_states(machine: Machine, reference: Reference, t: Array) -> tuple[Array, Array, Array]:
+    """Return q_r, v_r, a_r (N, n): motors on their motion, other joints where they start."""
+    q, v, a = np.zeros((3, len(t), len(reference.start.q)))
+    q += reference.start.q
+    motors = list(machine.motor_entries)
+    q[:, motors], v[:, motors], a[:, motors] = reference.at(t)
+    return q, v, a
+
+
+def _forces_taken(machine: Machine, model: ModuleType, M: Array, states: tuple[Array, Array, Array]) -> Array:
+    """Return ID(q_r, v_r, a_r) (N, n), springs and friction included.
+
+    The hybrid inverse model gives tau and a with M a + ... = tau at the same q, v; M (a_r - a) is what remains.
+    """
+    q, v, a = states
+    motors = list(machine.motor_entries)
+    tau, found = model.inverse_dynamics(q, v, a[:, motors])
+    taken: Array = (M @ (a - found)[..., None])[..., 0]
+    taken[:, motors] += tau
+    return taken
+
+
+def _applied(machine: Machine, reference: Reference, t: Array, q: Array) -> tuple[Array, Array]:
+    """Return J^T w of the applied wrenches (N, n) and its derivatives by q (N, n, n)."""
+    n = q.shape[1]
+    if not reference.frames:
+        return np.zeros_like(q), np.zeros((len(q), n, n))
+    frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in reference.frames)
+    jacobian = numpy_model(machine, ("jacobian",), {"jacobian": frames}).jacobian
+    wrenches = reference.forces_at(t)
+
+    def force(q: Array) -> Array:
+        found: Array = np.einsum("tfci,tfc->ti", jacobian(q), wrenches)
+        return found
+
+    return force(q), slopes(force, q)
+
+
+def _laws(motion: EquationsOfMotion) -> tuple[Array, Array]:
+    """Return stiffness and damping (n,) of the joints themselves: springs, dampers, viscous friction."""
+    cells = [(joint.spring.stiffness, joint.spring.damping, joint.friction.viscous) for joint in motion.joints]
+    numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
+    return numbers[:, 0], numbers[:, 1] + numbers[:, 2]
+
+
+def _refuse_infinite(machine: Machine, t: Array, *arrays: Array) -> None:
+    finite: BoolArray = np.all([np.isfinite(x.reshape(len(t), -1)).all(axis=1) for x in arrays], axis=0)
+    if not finite.all():
+        first = t[int(np.argmin(finite))]
+        what = f"the torques of the reference are no numbers at {first:.4g} s: change the motion or its start"
+        raise InputError(machine.label, "motion", what)
