@@ -103,4 +103,3 @@ def _add_frames(machine: Machine, signals: Sequence[Signal], states: Three, rows
 
 def _in_base(machine: Machine, signal: FrameSignal) -> str:
     return str(Asked(machine.joints[signal.number - 1].name, signal.at, BASE))
-

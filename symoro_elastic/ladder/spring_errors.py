@@ -22,7 +22,6 @@ from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.small_motion import SmallMotion, small_motion
 
 
-
 @dataclass(frozen=True)
 class Errors:
     """The largest errors of outputs over all motions, by name, in the units of the outputs."""

@@ -66,9 +66,7 @@ class CompiledSteps:
         self._runs = {run.name: run for run in text.steps.runs()}
         self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
 
-    def run(
-        self, reference: Reference, method: str, steps: int, progress: Progress = no_progress
-    ) -> Trajectory:
+    def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; entries are NaN or infinite where it grows without bound."""
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
@@ -98,7 +96,8 @@ class CompiledSteps:
         return state
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
-        pointers = [np.ascontiguousarray(array).ctypes.data for array in read]
+        held = [np.ascontiguousarray(array) for array in read]
+        pointers = (array.ctypes.data for array in held)
         self._entries[run.name](count, *pointers, h, None, *(array.ctypes.data for array in written))
 
     def _trajectory(
