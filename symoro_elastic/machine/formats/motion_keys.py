@@ -104,7 +104,7 @@ MOTION = Section(
             *(
                 "file",
                 TEXT,
-                "record in the folder of this file: t, and y_<motor>, yd_<motor> ... of all motors' own variables",
+                "record beside this file: t, y_<motor>, yd_<motor> ... of all motors, of their own variables",
             ),
             '"move.csv"',
             default="",
