@@ -10,7 +10,7 @@ import numpy as np
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
-from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Servo
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Servo
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
@@ -107,7 +107,9 @@ def all_motors(machine: Machine, by: float, lasts: float) -> dict[str, tuple[flo
     return {joint.name: (by * (-1) ** k, lasts) for k, joint in enumerate(machine.motor_joints)}
 
 
-def moving(title: str, machine: Machine, by: float, lasts: float, tolerance: float, servo: Servo | None = None) -> Scene:
+def moving(
+    title: str, machine: Machine, by: float, lasts: float, tolerance: float, servo: Servo | None = None
+) -> Scene:
     """All motors from rest to rest, and as long again by a half to settle; position of the last frame."""
     servos = {joint.name: servo for joint in machine.motor_joints} if servo else None
     reference = moved(machine, 1.5 * lasts, all_motors(machine, by, lasts), servo=servos)
@@ -129,5 +131,3 @@ def arm(frequencies: Sequence[float], damping: float = 0.0) -> Machine:
     values = parameter_values(machine, 5)
     named = tuple(replace(p, value=cell(_short(values[p.name]))) for p in machine.parameters)
     return tuned(with_springs(replace(machine, parameters=named)), frequencies, damping)
-
-
