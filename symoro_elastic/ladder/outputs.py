@@ -42,6 +42,11 @@ class Outputs:
         Cq, Cv, Ca = (between(t, C, wanted) for C in (self.Cq, self.Cv, self.Ca))
         return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
 
+    @property
+    def thinned(self) -> Outputs:
+        """The rows at every second time."""
+        return replace(self, Cq=self.Cq[::2], Cv=self.Cv[::2], Ca=self.Ca[::2])
+
     def of(self, motion: SmallMotion) -> Array:
         """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
         terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)

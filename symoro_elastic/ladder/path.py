@@ -11,7 +11,7 @@ Motors without servo follow exactly: their rows are no equations then, but give 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import ModuleType
@@ -23,7 +23,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.ladder.outputs import Outputs, outputs_along
 from symoro_elastic.ladder.refusals import refuse_machine
 from symoro_elastic.ladder.samples import between, slopes
-from symoro_elastic.ladder.small_motion import LinearMotion
+from symoro_elastic.ladder.small_motion import LinearMotion, SmallMotion, small_motion
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Asked
 from symoro_elastic.numerics.implementations import numpy_model
@@ -39,7 +39,8 @@ class LinearPath:
     """The linear model at times t (N,), evenly spaced from 0: M, D, K (N, n, n), R (N, n), outputs, the reference.
 
     `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness`, `damping`
-    (n,) are those of springs, dampers, viscous friction and servos on the joints: diagonal. SI units, radians.
+    (n,) are those of springs, dampers, viscous friction and servos on the joints: diagonal; `preload` (n,) are the
+    forces of the springs at the start. SI units, radians.
     """
 
     reference: Reference
@@ -54,6 +55,7 @@ class LinearPath:
     springs: tuple[int, ...]
     stiffness: Array
     damping: Array
+    preload: Array
 
     @property
     def h(self) -> float:
@@ -69,11 +71,26 @@ class LinearPath:
         """Return the names of entries of q."""
         return tuple(self.joints[k] for k in entries)
 
-    def restricted(self, rows: Array) -> LinearMotion:
-        """Return the equations of some coordinates (sets, r), the others at rest: arrays (N, sets, r, r)."""
+    def without(self, sets: Sequence[Collection[int]], forces: Array | None = None) -> SmallMotion:
+        """Return d, d', d'' (N, sets, n), zero for the springs that each set leaves out; sets are equally large.
+
+        `forces` (N, n) are those that drive it, R where none are given.
+        """
+        rows = np.array([[k for k in self.moved if k not in left_out] for left_out in sets], dtype=int)
         columns = rows[:, None, :]
         square = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
-        return LinearMotion(self.h, *square, self.R[:, rows])
+        found = small_motion(LinearMotion(self.h, *square, (self.R if forces is None else forces)[:, rows]))
+        return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
+
+    def states(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return q_r, v_r, a_r (N, n) at times (N,)."""
+        return reference_states(self.reference, t)
+
+    @property
+    def thinned(self) -> LinearPath:
+        """The model at every second time."""
+        rows = {name: getattr(self, name)[::2] for name in ("t", "M", "D", "K", "R")}
+        return replace(self, outputs=self.outputs.thinned, **rows)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
@@ -91,7 +108,7 @@ def linear_path(reference: Reference, outputs: Sequence[str], samples: int = SAM
     motion = EquationsOfMotion(machine)
     refuse_machine(motion, reference.start)
     t = np.linspace(0.0, reference.duration, samples + 1)
-    q, v, a = reference_states(machine, reference, t)
+    q, v, a = reference_states(reference, t)
     model = numpy_model(machine, ("linearization", "inverse_dynamics"))
     M, D, K = model.linearization(q, v, a)
     taken = _forces_taken(machine, model, M, (q, v, a))
@@ -99,7 +116,7 @@ def linear_path(reference: Reference, outputs: Sequence[str], samples: int = SAM
     _refuse_infinite(machine, t, taken, M, D, K)
     R = reference.start.tau + pushed - taken
     moved = list(range(len(motion.joints)))
-    stiffness, damping = _laws(motion)
+    stiffness, damping, preload = _laws(motion, reference.start.q)
     K, D, motors = K - softened, D.copy(), list(machine.motor_entries)
     torques = K[:, motors], D[:, motors], M[:, motors]
     if reference.servo is None:
@@ -111,15 +128,22 @@ def linear_path(reference: Reference, outputs: Sequence[str], samples: int = SAM
     rows = outputs_along(machine, reference.servo, outputs, (q, v, a), torques)
     springs = [k for k in machine.elastic_entries if k in moved]
     return LinearPath(
-        reference, tuple(motion.names), t, M, D, K, R, rows, tuple(moved), tuple(springs), stiffness, damping
+        reference, tuple(motion.names), t, M, D, K, R, rows, tuple(moved), tuple(springs), stiffness, damping, preload
     )
 
 
-def reference_states(machine: Machine, reference: Reference, t: Array) -> tuple[Array, Array, Array]:
+def _spread(x: Array, rows: Array, n: int) -> Array:
+    """Return x (N, sets, r) of the coordinates rows (sets, r) among n, zero for the others."""
+    spread = np.zeros((*x.shape[:-1], n))
+    np.put_along_axis(spread, np.broadcast_to(rows, x.shape), x, axis=-1)
+    return spread
+
+
+def reference_states(reference: Reference, t: Array) -> tuple[Array, Array, Array]:
     """Return q_r, v_r, a_r (N, n): motors on their motion, other joints where they start."""
     q, v, a = np.zeros((3, len(t), len(reference.start.q)))
     q += reference.start.q
-    motors = list(machine.motor_entries)
+    motors = list(reference.machine.motor_entries)
     q[:, motors], v[:, motors], a[:, motors] = reference.at(t)
     return q, v, a
 
@@ -153,11 +177,12 @@ def _applied(machine: Machine, reference: Reference, t: Array, q: Array) -> tupl
     return force(q), slopes(force, q)
 
 
-def _laws(motion: EquationsOfMotion) -> tuple[Array, Array]:
-    """Return stiffness and damping (n,) of the joints themselves: springs, dampers, viscous friction."""
-    cells = [(joint.spring.stiffness, joint.spring.damping, joint.friction.viscous) for joint in motion.joints]
+def _laws(motion: EquationsOfMotion, start: Array) -> tuple[Array, Array, Array]:
+    """Return stiffness and damping of the joints themselves, and the forces of springs at the start, (n,) each."""
+    cells = [(j.spring.stiffness, j.spring.damping, j.friction.viscous, j.spring.neutral) for j in motion.joints]
     numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
-    return numbers[:, 0], numbers[:, 1] + numbers[:, 2]
+    stiffness, damping, viscous, neutral = numbers.T
+    return stiffness.copy(), damping + viscous, stiffness * (start - neutral)
 
 
 def _refuse_infinite(machine: Machine, t: Array, *arrays: Array) -> None:

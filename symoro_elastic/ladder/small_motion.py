@@ -23,7 +23,7 @@ _eigenvalues, _S = np.linalg.eig(_A)
 Z = complex(_eigenvalues[0])
 """An eigenvalue of the matrix of the method; the other is its conjugate."""
 CONSTANT, LINEAR = (complex(x) for x in np.linalg.solve(_S, np.stack([np.ones(2), _c - 0.5], axis=1))[0])
-"""Component, along the eigenvector of Z, of a rate that is 1 at both stages, and of one that is their place in a step."""
+"""Components along the eigenvector of Z: of a rate that is 1 at both stages, of one that is their place in a step."""
 WEIGHT = complex(0.5 * _S[:, 0].sum())
 """Weight of this component at the end of a step; the conjugate adds as much."""
 

@@ -19,8 +19,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.ladder.path import LinearPath
-from symoro_elastic.ladder.small_motion import SmallMotion, small_motion
-
+from symoro_elastic.ladder.small_motion import SmallMotion
 
 @dataclass(frozen=True)
 class Errors:
@@ -45,22 +44,16 @@ class Deviations:
     @cached_property
     def whole(self) -> SmallMotion:
         """d, d', d'' (N, 1, n) with all springs."""
-        return self.without([()])
+        return self.path.without([()])
 
     @cached_property
     def outputs(self) -> Array:
         """dy (N, outputs) with all springs."""
         return self.path.outputs.of(self.whole)[:, 0]
 
-    def without(self, sets: Sequence[Collection[int]]) -> SmallMotion:
-        """Return d, d', d'' (N, sets, n), zero for the springs that each set leaves out; sets are equally large."""
-        rows = np.array([[k for k in self.path.moved if k not in left_out] for left_out in sets], dtype=int)
-        found = small_motion(self.path.restricted(rows))
-        return SmallMotion(*(_spread(x, rows, len(self.path.joints)) for x in (found.d, found.dd, found.ddd)))
-
     def errors(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
         """Return the errors (sets, outputs) of springs that are locked, and that are static."""
-        path, reduced = self.path, self.without(sets)
+        path, reduced = self.path, self.path.without(sets)
         locked = path.outputs.of(reduced)
         recovered = path.outputs.of(_moved_by(reduced, self.static_deflections(reduced, sets)))
         static = np.where(path.outputs.follows, recovered, locked)
@@ -80,12 +73,6 @@ class Deviations:
 
 def _moved_by(motion: SmallMotion, deflections: Array) -> SmallMotion:
     return replace(motion, d=motion.d + deflections)
-
-
-def _spread(x: Array, rows: Array, n: int) -> Array:
-    spread = np.zeros((*x.shape[:-1], n))
-    np.put_along_axis(spread, np.broadcast_to(rows, x.shape), x, axis=-1)
-    return spread
 
 
 def spring_errors(paths: Sequence[Deviations], sets: Sequence[Collection[int]]) -> list[Errors]:

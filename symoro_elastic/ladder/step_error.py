@@ -18,10 +18,9 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Tableau
-from symoro_elastic.ladder.path import LinearPath, reference_states
+from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.samples import between
 from symoro_elastic.ladder.schemes import Method, gamma, nodes, stepped
-from symoro_elastic.ladder.small_motion import small_motion
 from symoro_elastic.ladder.spring_errors import relative
 
 FINE = 4
@@ -138,11 +137,8 @@ class StepErrors:
         """Return y (N, 2n) of the linear model at times t."""
         path, steps = self.path, len(t) - 1
         finer = max(FINER, -(-FINE * (len(path.t) - 1) // steps))
-        found = small_motion(path.finer(steps * finer + 1).restricted(self.rows[None]))
-        q, v, _ = self._reference(t)
-        q[:, self.rows] += found.d[::finer, 0]
-        v[:, self.rows] += found.dd[::finer, 0]
-        return np.concatenate([q, v], axis=1)
+        found = path.finer(steps * finer + 1).without([self.left_out])
+        return self._states(t) + np.concatenate([found.d[::finer, 0], found.dd[::finer, 0]], axis=1)
 
     def _run(self, method: Method, t: Array) -> Array:
         """Return y (N, 2n) of the method."""
@@ -170,7 +166,7 @@ class StepErrors:
     def _rates(self, t: Array) -> _Rates:
         path, rows = self.path, self.rows
         M, D, K, R = (between(path.t, x, t) for x in (path.M, path.D, path.K, path.R))
-        q, v, a = self._reference(t)
+        q, v, a = self.path.states(t)
         sides = np.concatenate([K, D, R[..., None]], axis=2)[:, rows]
         solved = np.linalg.solve(M[:, rows[:, None], rows], sides)
         slope = np.zeros((len(t), len(path.joints), 2 * len(path.joints)))
@@ -199,11 +195,8 @@ class StepErrors:
 
     def _states(self, t: Array) -> Array:
         """Return y_r (N, 2n)."""
-        q, v, _ = self._reference(t)
+        q, v, _ = self.path.states(t)
         return np.concatenate([q, v], axis=1)
-
-    def _reference(self, t: Array) -> tuple[Array, Array, Array]:
-        return reference_states(self.path.reference.machine, self.path.reference, t)
 
 
 @dataclass(frozen=True)

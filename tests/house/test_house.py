@@ -65,6 +65,7 @@ ROOMS: dict[str, set[str]] = {
         "numerics",
     },
     "simulation": {"packages", "machine", "time_series", "vibration"},
+    "ladder": {"packages", "machine", "integration", "numerics", "vibration", "simulation"},
     "identification": {
         "packages",
         "pictures",

@@ -10,7 +10,7 @@ import numpy as np
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
-from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Servo
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Servo
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
