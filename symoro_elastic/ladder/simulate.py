@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +17,7 @@ from symoro_elastic.integration.methods import METHODS, Method
 from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.ladder.path import LinearPath, linear_path
-from symoro_elastic.ladder.small_motion import small_motion
+from symoro_elastic.ladder.spring_errors import Deviations
 from symoro_elastic.ladder.stability import damped_above, largest_stable_step, poles
 from symoro_elastic.ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.machine.machine import Machine
@@ -83,45 +83,47 @@ class Request:
 class Simulating:
     """One motion of a machine, simulated by steps that suffice."""
 
-    def __init__(self, reference: Reference, request: Request) -> None:
-        self.reference, self.request = reference, request
+    def __init__(
+        self, reference: Reference, request: Request, linear: tuple[LinearPath, tuple[int, ...]] | None = None
+    ) -> None:
+        """`linear` is the linear model of a machine with more springs, and the entries of q that are left out."""
+        self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
         joints = tuple(f"{joint.name}.q" for joint in self.machine.moving_joints)
         self.names = request.outputs or tuple(request.tolerance or ()) or joints
         self.observer = Observer(self.machine, reference, self.names)
 
-    @cached_property
+    @property
     def path(self) -> LinearPath:
         """The linear model along the motion."""
-        return linear_path(self.reference, self.names)
+        return self.linear[0]
+
+    @cached_property
+    def linear(self) -> tuple[LinearPath, tuple[int, ...]]:
+        """The linear model along the motion, and the springs in it that are left out."""
+        return self._linear or (linear_path(self.reference, self.names), ())
 
     @cached_property
     def tolerance(self) -> dict[str, float]:
         """Tolerances by output: those that are given, else a thousandth of how far it is from the reference."""
         if self.request.tolerance:
             return dict(self.request.tolerance)
-        whole = small_motion(self.path.restricted(np.array([self.path.moved])))
-        rows = replace(
-            self.path.outputs,
-            **{name: getattr(self.path.outputs, name)[:, :, list(self.path.moved)] for name in ("Cq", "Cv", "Ca")},
-        )
-        largest = np.abs(rows.of(whole)).max(axis=(0, 1))
+        largest = np.abs(Deviations(self.path).outputs).max(axis=0)
         return {name: max(USUAL * float(x), LEAST) for name, x in zip(self.names, largest, strict=True)}
 
     def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
         """Return the steps that suffice for a method by prediction, and the errors predicted."""
-        choice = fewest_steps(StepErrors(self.path), method, self.tolerance, SHARE, self._stable(method))
-        return self._in_periods(choice.steps), choice.errors
+        return enough_steps(self, method, self.tolerance)
 
-    def _stable(self, method: Method) -> int:
+    def stable_steps(self, method: Method) -> int:
         """Return the fewest steps that an explicit method bears."""
         return math.ceil(self.reference.duration / self.largest_step(method)) if isinstance(method, Tableau) else 1
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        return largest_stable_step(method, poles(self.path)) if isinstance(method, Tableau) else math.inf
+        return largest_stable_step(method, poles(*self.linear)) if isinstance(method, Tableau) else math.inf
 
-    def _in_periods(self, steps: int) -> int:
+    def in_periods(self, steps: int) -> int:
         """Return at least as many steps, a whole number of them in each period."""
         if self.request.period is None:
             return steps
@@ -159,6 +161,15 @@ class Simulating:
             raise InputError(self.machine.label, "--step", what)
 
 
+def enough_steps(
+    simulating: Simulating, method: Method, tolerance: Mapping[str, float], share: float = SHARE
+) -> tuple[int, Mapping[str, float]]:
+    """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors."""
+    least = simulating.stable_steps(method)
+    choice = fewest_steps(StepErrors(*simulating.linear), method, tolerance, share, least)
+    return simulating.in_periods(choice.steps), choice.errors
+
+
 def simulate(
     reference: Reference,
     request: Request,
@@ -192,7 +203,7 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     simulating.refuse_many(duration / step)
     simulating.refuse_unstable(method, step)
     steps = max(1, round(duration / step))
-    return steps, StepErrors(simulating.path).errors(method, steps) if steps <= MOST_PREDICTED else {}
+    return steps, StepErrors(*simulating.linear).errors(method, steps) if steps <= MOST_PREDICTED else {}
 
 
 def _refined(
