@@ -29,14 +29,14 @@ class StepFunction:
 
 @dataclass(frozen=True)
 class Run:
-    """A function that carries out many steps: arrays with rows for each step, arrays for all, arrays that are written.
+    """A function that carries out many steps: arrays that are read, each with its length for a step, and written ones.
 
-    Sizes are those of one step.
+    Arrays that are `kept` are the same for all steps.
     """
 
     name: str
-    rows: dict[str, int]
-    of_step: dict[str, int]
+    read: dict[str, int]
+    kept: tuple[str, ...]
     written: dict[str, int]
 
 
@@ -122,10 +122,8 @@ class CSteps:
         found = []
         for method in self.methods:
             for variant in method.variants:
-                read = self._arrays(method, variant)
-                rows = {name: size for name, size in read.items() if name not in variant.of_step}
-                gains = {name: read[name] for name in variant.of_step}
-                found.append(Run(self._name(method, variant, False), rows, gains, dict(self._written(False))))
+                name = self._name(method, variant, False)
+                found.append(Run(name, self._arrays(method, variant), variant.of_step, dict(self._written(False))))
         return found
 
     @staticmethod

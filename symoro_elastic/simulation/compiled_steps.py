@@ -78,7 +78,7 @@ class CompiledSteps:
             count = min(CHUNK, steps - first)
             rows = _rows(reference, method, np.arange(first, first + count) * h, h)
             record = np.empty((count, width))
-            arrays = [*(rows[name] for name in run.rows), *(rows[name] for name in run.of_step)]
+            arrays = [rows[name] for name in run.read]
             began = time.perf_counter()
             self._call(run, count, arrays, h, [*state.values(), record])
             passed += time.perf_counter() - began
@@ -139,7 +139,7 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
 
 def _entry(library: ctypes.CDLL, run: Run) -> Any:
     entry = library[f"{run.name}_run"]
-    read = [ctypes.c_void_p] * (len(run.rows) + len(run.of_step))
+    read = [ctypes.c_void_p] * len(run.read)
     written = [ctypes.c_void_p] * (len(run.written) + 1)
     entry.argtypes, entry.restype = [ctypes.c_size_t, *read, ctypes.c_double, ctypes.c_void_p, *written], None
     return entry
