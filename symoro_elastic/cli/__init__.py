@@ -17,6 +17,7 @@ from symoro_elastic.cli.comparison import compare
 from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
+from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.trade import trade
@@ -38,6 +39,7 @@ SECTIONS = {
     "Models and code": (show, convert, models, equations, generate),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
+    "Simulation": (ladder,),
     "Control": (feed_forward,),
     "Identification": (excite, identify),
 }

@@ -1,7 +1,7 @@
 """Deflections of static springs, recovered from the motion of the machine without them.
 
-    Gamma_E = (A a + H)_E at q, v, a of the joints that move, q_E where the motion starts, v_E = a_E = 0
-    q_E = neutral_E - Gamma_E / k_E
+Gamma_E = (A a + H)_E at q, v, a of the joints that move, q_E where the motion starts, v_E = a_E = 0
+q_E = neutral_E - Gamma_E / k_E
 """
 
 from __future__ import annotations

@@ -187,7 +187,8 @@ class _Climb:
         """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
         full = self.steps_of(rungs[0], (RK4.name,))
         order = sorted(
-            (k for k, rung in enumerate(rungs) if rung.chosen), key=lambda k: rungs[k].chosen.cost if rungs[k].chosen else 0
+            (k for k, rung in enumerate(rungs) if rung.chosen),
+            key=lambda k: rungs[k].chosen.cost if rungs[k].chosen else 0,
         )
         found, distrusted, chosen = list(rungs), [], None
         whole = self._outputs(rungs[0])
@@ -270,4 +271,3 @@ def _agree(predicted: float, measured: float, negligible: float) -> bool:
     if max(predicted, measured) <= negligible:
         return True
     return predicted / DOUBT <= measured <= predicted * DOUBT
-

@@ -21,6 +21,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.small_motion import SmallMotion
 
+
 @dataclass(frozen=True)
 class Errors:
     """The largest errors of outputs over all motions, by name, in the units of the outputs."""

@@ -13,7 +13,9 @@ from symoro_elastic.machine.formats.toml_keys import OF_JOINTS
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
+from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.wanted import Wanted
 
 # Numbers that TOML reads back with the same text (`-0` would lose its sign).
 _NUMBER = re.compile(r"(?!-0$)-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?", re.ASCII)
@@ -33,12 +35,30 @@ def write(machine: Machine) -> str:
         top.append(f"gravity = {_list(machine.base.gravity)}")
     blocks = [top, _joints(machine)]
     blocks += [[f"[{title}]", *lines] for title, lines in _sections(machine) if lines]
-    if machine.scene is not None:
-        blocks.append(["[scene]", *_scene(machine.scene)])
-    heading = "[motion]" if len(machine.motions) == 1 else "[[motion]]"
-    blocks += [[heading, *_plain(entries_of_motion(motion))] for motion in machine.motions]
-    if machine.wanted is not None:
-        blocks.append(["[wanted]", *_plain(entries_of_wanted(machine.wanted))])
+    return _joined([*blocks, *_scene_blocks(machine.scene, machine.motions, machine.wanted)])
+
+
+def write_scene(
+    scene: Scene, motions: Sequence[PrescribedMotion] = (), wanted: Wanted | None = None, notes: Sequence[str] = ()
+) -> str:
+    """The TOML text of a scene file, notes as comments at its top."""
+    comments = [[f"# {note}" for note in notes]] if notes else []
+    return _joined([*comments, *_scene_blocks(scene, motions, wanted)])
+
+
+def _scene_blocks(
+    scene: Scene | None, motions: Sequence[PrescribedMotion], wanted: Wanted | None
+) -> Iterable[list[str]]:
+    if scene is not None:
+        yield ["[scene]", *_scene(scene)]
+    heading = "[motion]" if len(motions) == 1 else "[[motion]]"
+    for motion in motions:
+        yield [heading, *_plain(entries_of_motion(motion))]
+    if wanted is not None:
+        yield ["[wanted]", *_plain(entries_of_wanted(wanted))]
+
+
+def _joined(blocks: Iterable[Sequence[str]]) -> str:
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 

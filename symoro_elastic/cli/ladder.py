@@ -1,0 +1,80 @@
+"""The command ladder: what a motion requires of the model."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import click
+
+from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, writes
+from symoro_elastic.cli.output import print_json, print_table, staged, write_text
+from symoro_elastic.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.ladder.rungs import Ladder
+    from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
+    from symoro_elastic.machine.wanted import Wanted
+    from symoro_elastic.progress import Announce, Progress
+
+
+@click.command()
+@MACHINE
+@click.option(
+    "--scene", required=True, metavar="FILE", type=InputFile(), help="TOML file with the tables [motion] and [wanted]."
+)
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Write the scene of the chosen rung to this .toml file.")
+@draws
+@writes
+@JSON
+def ladder(machine: str, scene: str, out: str | None, plots: Plots, as_json: bool) -> None:
+    """Find the springs, the method and the step that a motion requires.
+
+    Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
+    """
+    from symoro_elastic.ladder.plots import plot_ladder
+    from symoro_elastic.ladder.tables import advice, ladder_json, ladder_table
+
+    with staged() as (announce, progress):
+        found = _found(machine, scene, announce, progress)
+    if as_json:
+        print_json(ladder_json(found))
+    else:
+        print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
+        click.echo(advice(found))
+    if out:
+        _write_reduced(found, scene, out)
+    plots.write(partial(plot_ladder, found))
+
+
+def _found(machine: str, scene: str, announce: Announce, progress: Progress) -> Ladder:
+    from symoro_elastic.cli.reading import read_restricted
+    from symoro_elastic.ladder.rungs import ladder as ladder_of
+    from symoro_elastic.simulation.tolerances import tolerances
+
+    whole = read_restricted(machine, scene)
+    motions, wanted = _tables(scene, whole)
+    return ladder_of(whole, motions, tolerances(wanted, whole), wanted.period, announce, progress)
+
+
+def _tables(scene: str, machine: Machine) -> tuple[tuple[PrescribedMotion, ...], Wanted]:
+    from symoro_elastic.machine.formats import read_motions, read_wanted
+
+    motions, wanted = read_motions(scene, machine), read_wanted(scene)
+    if not motions:
+        raise InputError(scene, "motion", "there is no table [motion]: say how the motors move")
+    if wanted is None or wanted.tolerance is None:
+        raise InputError(scene, "wanted, tolerance", 'no error is allowed yet: write tolerance = { "tool.x" = 1e-6 }')
+    return motions, wanted
+
+
+def _write_reduced(found: Ladder, scene: str, out: str) -> None:
+    from symoro_elastic.ladder.tables import advice, reduced_scene
+    from symoro_elastic.machine.formats import read_scene, read_wanted
+    from symoro_elastic.machine.formats.toml_writing import write_scene
+
+    motions = [reference.prescribed for reference in found.references]
+    reduced = reduced_scene(found, read_scene(scene, found.machine))
+    write_text(write_scene(reduced, motions, read_wanted(scene), [advice(found)]), out)
+    click.echo(f"wrote {out}", err=True)
