@@ -5,7 +5,7 @@ x_k = q_k + s q_j with s = z_j . z_k, and a massless body between passes on one 
 
     F = -k_j (q_j - n_j) - d_j qd_j = -s k_k (q_k - n_k) - s d_k qd_k
 
-Eliminated, with d_j / k_j = d_k / k_k:
+Eliminated where d_j / k_j = d_k / k_k; at once without dampers, with them when exp(-t k_j / d_j) has died out:
     k = k_j k_k / (k_j + k_k),    d = d_j k_k / (k_j + k_k),    n = n_k + s n_j
 
 The joint nearer to the tool keeps its variable, which becomes x_k; the other is a fixed frame, its variable zero.
