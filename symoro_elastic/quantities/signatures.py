@@ -275,8 +275,7 @@ OF_STATIC_SPRINGS = (
     Quantity(
         name="q_static",
         meaning="variables of the joints whose springs are static, in table order",
-        symbol="q",
-        index="E",
+        symbol="q^{E}",
         unit=POSITION,
         shape="s",
         roles=BOTH,
