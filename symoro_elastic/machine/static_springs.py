@@ -53,8 +53,8 @@ def without_spring(machine: Machine, joint: Joint) -> str:
     """Why a joint has no spring that could be static; empty where it has one."""
     if joint.kind is Kind.ELASTIC:
         return ""
-    elastic = ", ".join(machine.joint(j).name for j in machine.elastic) or "of which there is none"
-    return f"a {joint.kind} joint has no spring: only elastic joints can be static, {elastic}"
+    elastic = ", ".join(machine.joint(j).name for j in machine.elastic) or "none here"
+    return f"a {joint.kind} joint has no spring; elastic joints are {elastic}"
 
 
 def _not_static(machine: Machine, j: int) -> str:

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formats import read_machine, read_scene
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine, Orientation
+from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
@@ -172,11 +173,11 @@ def test_static_springs_leave_the_other_models_as_locking_does() -> None:
             "two_axis.toml",
             Scene(static={"motor_x": None}),
             "motor_x",
-            "a motor has no spring: static joints are elastic",
+            "a motor joint has no spring; elastic joints are bed_yaw",
         ),
         ("two_axis.toml", Scene(static={"tool": None}), "tool", "a fixed joint has no spring"),
         ("all_keys.toml", Scene(static={"pendulum": None}), "pendulum", "a passive joint has no spring"),
-        ("two_axis.toml", Scene(static={"ram": None}, locked={"ram": f(0)}), "ram", "locked, too"),
+        ("two_axis.toml", Scene(static={"ram": None}, locked={"ram": f(0)}), "ram", "locked too"),
         ("two_axis.toml", Scene(static={"ram": None, "cart_y": f(0)}), "", "of all static joints"),
         ("ball_screw.toml", Scene(static={"bearing": None}), "bearing", "nut follows its variable"),
         (
@@ -190,10 +191,32 @@ def test_static_springs_leave_the_other_models_as_locking_does() -> None:
 def test_springs_that_cannot_be_static(example: str, scene: Scene, place: str, reason: str) -> None:
     machine, _ = read_machine(EXAMPLES / example)
     with pytest.raises(InputError) as caught:
-        restricted(machine, scene)
+        restricted(machine, resolve(scene, machine))
     said = str(caught.value)
     assert said.startswith(f"{EXAMPLES / example}: scene, static{', ' * bool(place)}{place}: ") and reason in said
     assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("static", "place", "reason"),
+    [
+        ('["ram", "ram"]', "static", "listed twice"),
+        ('["ram", "11"]', "scene, static", "a joint is static twice"),
+        ('"ram"', "static", "list of texts"),
+        ("[1]", "static", "list of texts"),
+        ('["rm"]', "scene, static", "did you mean 'ram'"),
+        ('{ ram = "x9" }', "scene, static, ram", "no parameter"),
+        ("{ ram = nan }", "static, ram", "not finite"),
+    ],
+)
+def test_bad_lists_of_static_springs(static: str, place: str, reason: str, tmp_path: Path) -> None:
+    machine, _ = read_machine(EXAMPLES / "two_axis.toml")
+    path = tmp_path / "scene.toml"
+    path.write_text(f"static = {static}\n")
+    with pytest.raises(InputError) as caught:
+        read_scene(path, machine)
+    said = str(caught.value)
+    assert said.startswith(f"{path}: {place}: ") and reason in said and "\n" not in said
 
 
 def test_springs_without_a_stiffness_of_their_own_are_not_static() -> None:
