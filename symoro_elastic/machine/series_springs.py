@@ -95,7 +95,10 @@ def _sign(joint: Joint, sigma: int) -> int:
     """z of the antecedent times z of a row: 1 or -1, and 0 where axes of this type are not parallel or not one."""
     if joint.alpha.names or (sigma == 0 and not joint.d.is_zero):
         return 0
-    angle = abs(joint.alpha.value())
+    try:
+        angle = abs(joint.alpha.value())
+    except FormulaError:
+        return 0
     if abs(angle - math.pi) <= math.ulp(math.pi):
         return -1
     return 1 if angle == 0.0 else 0
@@ -124,8 +127,11 @@ def _obstacle(machine: Machine, j: int, k: int) -> str:
 
 
 def _is_zero(machine: Machine, formula: Formula) -> bool:
-    given = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    return formula.names <= given.keys() and formula.value(given) == 0.0
+    given = {p.name: p.value.value() for p in machine.parameters if p.name in formula.names and p.value is not None}
+    try:
+        return formula.names <= given.keys() and formula.value(given) == 0.0
+    except FormulaError:
+        return False
 
 
 def _in_proportion(machine: Machine, first: Spring, last: Spring) -> bool:

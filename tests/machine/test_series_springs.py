@@ -18,6 +18,7 @@ from symoro_elastic.machine.series_springs import condensed, springs_in_series
 from symoro_elastic.models.degenerate import degeneracies
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.pipeline import found_degeneracies, generate
+from tests.command_line import ended
 from tests.references import multiprecision as reference
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -160,6 +161,16 @@ def test_generated_code_says_what_was_condensed(tmp_path: Path) -> None:
     for file in ("series.h", "__init__.py"):
         said = " ".join((tmp_path / "series" / file).read_text().replace(" * ", " ").split())
         assert "first and last are in series: last is last - first with k1 k2/(k1 + k2), first is fixed" in said
+
+
+def test_commands_say_what_was_condensed(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text("condense = true\n")
+    for command in (("generate", "--out", tmp_path / "made"), ("show",)):
+        name, *options = command
+        done = ended(name, EXAMPLES / "two_axis_printed.par", "--scene", tmp_path / "scene.toml", *options)
+        said = [line for line in done.err.splitlines() if line.startswith("note: ")]
+        assert done.code == 0 and [line.split()[1] for line in said] == ["bed_y", "cart_x"]
+    assert "no degenerate joints" in done.out
 
 
 def changed(machine: Machine, name: str, **cells: object) -> Machine:

@@ -15,15 +15,16 @@ import pytest
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine, read_scene
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Kind, Machine, Orientation
+from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.machine import Body, Floating, Given, Kind, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.numerics.verify import verify
-from symoro_elastic.symbolic.arithmetic import multiprecision
+from symoro_elastic.symbolic.arithmetic import FLOATS, multiprecision
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.linearization import motion_of
 from tests.closed_chains.machines import machine as closed_chain
@@ -277,3 +278,28 @@ def assembled(machine: Machine) -> dict[str, float]:
     """Values of parameters and variables at an assembled position."""
     plan = plan_of(machine, Bound)
     return plan.assembly.symbols(next(iter(plan.positions)))
+
+
+def test_a_floating_base_as_joints_has_the_same_deflections() -> None:
+    """The base as six joints, whose rows are renumbered, its acceleration that of these joints."""
+    machine, _ = read_machine(EXAMPLES / "floating_arm.toml")
+    last = machine.moving[-1]
+    spring = replace(machine.joint(last).spring, stiffness=f(4e4), neutral=f("0.02"))
+    rows = [replace(r, kind=Kind.ELASTIC, spring=spring) if j == last else r for j, r in enumerate(machine.joints, 1)]
+    floating = Floating(Orientation.ROTATION, Given.ACCELERATION, Body())
+    soft = replace(machine, joints=tuple(rows), floating=floating)
+    kept = restricted(soft, Scene(static={machine.joint(last).name: f("0.01")}))
+    as_joints = with_base_coordinates(replace(kept, floating=replace(floating, known=Given.WRENCH)))
+    before = len(as_joints.joints) - len(kept.joints)
+    rates = {j: (0.1 * j, 0.5 - 0.2 * j, 1.5 - 0.4 * j) for j in kept.moving}
+    of_base = {f"A0_{m}{n}": float(m == n) for m in range(1, 4) for n in range(1, 4)}
+    of_base |= {f"{x}0_{k}": 0.3 * k * (x == "Vd") for x in ("V", "Vd") for k in range(1, 7)}
+    slides = {k: (0.0, 0.0, 0.3 * k) for k in range(1, 7)}
+    given = [
+        symbols(kept, rates, FLOATS) | of_base,
+        symbols(as_joints, slides | {j + before: x for j, x in rates.items()}, FLOATS),
+    ]
+    models = [trace(one, MODELS[0]) for one in (kept, as_joints)]
+    found, wanted = (results(*pair)["q_static"] for pair in zip(models, given, strict=True))
+    assert abs(wanted[0] - 0.02) > 1e-6
+    assert abs(found[0] - wanted[0]) < 1e-13
