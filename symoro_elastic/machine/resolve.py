@@ -53,7 +53,7 @@ def _by_name(
 ) -> dict[str, Position]:
     """Positions by the names of joints, which may be called by their variables or numbers."""
     found = {joints[_known(name, joints, "joint", source, key)]: value for name, value in positions.items()}
-    if len(found) < len(positions):
+    if len(found) < len(positions) and any(positions.values()):
         raise InputError(source, f"scene, {key}", f"a joint is {key} twice, by two of its names")
     return found
 

@@ -54,7 +54,7 @@ def without_spring(machine: Machine, joint: Joint) -> str:
     if joint.kind is Kind.ELASTIC:
         return ""
     elastic = ", ".join(machine.joint(j).name for j in machine.elastic) or "none here"
-    return f"a {joint.kind} joint has no spring; elastic joints are {elastic}"
+    return f"the joint is {joint.kind}: only elastic joints have a spring that can be static, {elastic}"
 
 
 def _not_static(machine: Machine, j: int) -> str:

@@ -232,7 +232,7 @@ def test_scenes_survive_writing(format_) -> None:
 
 def test_a_condensed_joint_cannot_be_static() -> None:
     scene = Scene(static={"first": None}, condense=True)
-    with pytest.raises(InputError, match="scene, static, first: a fixed joint has no spring"):
+    with pytest.raises(InputError, match="scene, static, first: the joint is fixed"):
         restricted(series(sigma=0), scene)
     kept = restricted(series(sigma=0), replace(scene, static={"last": None}))
     assert [joint.name for joint in kept.static.values()] == ["last"]

@@ -12,7 +12,6 @@ from symoro_elastic.machine.formats.motion_keys import MOTIONS, OF_MOTION, WANTE
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
-from symoro_elastic.machine.names import quoted
 from symoro_elastic.machine.scene import ALL, STEPS
 
 
@@ -58,11 +57,7 @@ def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
     """Joints with the position of each, None where only names are listed."""
     if isinstance(table.entries[key], dict):
         return {**keys.FORMULAS.read(table, key)}
-    names = table.texts(key)
-    for name in names:
-        if names.count(name) > 1:
-            raise table.fail(key, f"{quoted(name)} is listed twice: keep one")
-    return dict.fromkeys(names)
+    return dict.fromkeys(table.texts(key))
 
 
 VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no value")
