@@ -24,9 +24,9 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quoted, reserved
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import BASE, Scene
-from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel, trace_scene
+from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
-from symoro_elastic.models.degenerate import Degeneracy, degeneracies
+from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
 from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.tracing import prune, schedule
@@ -190,7 +190,7 @@ def refuse_degenerate(machine: Machine, scene: Scene) -> None:
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
     """(message, joints) of each pivot that is zero in one of the asked models."""
     kept, constants = restricted(machine, scene), folded(machine, scene)
-    asked = {MODELS[name].pivots for name in scene.models or DEFAULT_MODELS if name in MODELS}
+    asked = {MODELS[name].pivots for name in models_of(scene) if name in MODELS}
     asked |= {Pivots.ALL} if scene.steps else set()
     found: dict[int, Degeneracy] = {}
     for pivots in Pivots:
@@ -203,7 +203,8 @@ def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
 
 def is_part(scene: Scene) -> bool:
     """Whether a scene asks for less than the whole machine."""
-    return bool(scene.outputs or scene.locked or scene.fold or not scene.gravity)
+    held = scene.locked or scene.static or scene.condense
+    return bool(scene.outputs or held or scene.fold or not scene.gravity)
 
 
 def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
@@ -214,5 +215,5 @@ def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
 def _whole(machine: Machine, part: TracedModel) -> TracedModel:
     try:
         return trace_scene(machine, Scene(models=(part.model.name,)))[0]
-    except InputError:
+    except (InputError, SingularPivot):
         return part

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.series_springs import condensed
 from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.time_steps import models_of_steps
@@ -37,7 +39,9 @@ class Traced:
     @cached_property
     def package(self) -> Package:
         """The package for the targets; raises `InputError` for reserved names."""
-        return package(self.machine, self.models, self.folded, summary(self.scene, self.models), self.scene.steps)
+        notes = condensed(self.whole).notes if self.scene.condense else ()
+        scene = ", ".join(filter(None, (summary(self.scene, self.models), *notes)))
+        return package(self.machine, self.models, self.folded, scene, self.scene.steps)
 
 
 def traced(machine: Machine, scene: Scene) -> Traced:
@@ -55,7 +59,12 @@ def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) ->
 def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
     """Summary of a scene and its models; empty for the whole machine."""
     parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
+    parts += [f"{name} static, held {_position(value)}" for name, value in scene.static.items()]
     parts += ["without gravity"] if not scene.gravity else []
     if any(model.merged for model in models):
         parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
     return ", ".join(parts)
+
+
+def _position(value: Formula | None) -> str:
+    return "where its spring is neutral" if value is None else f"at {value}"

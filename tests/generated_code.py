@@ -27,13 +27,14 @@ from symoro_elastic.models.closed_chains import CLOSED_CHAINS
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.static_deflections import STATIC_SPRINGS
 from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(
     name
     for name, model in MODELS.items()
-    if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS)
+    if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS, *STATIC_SPRINGS)
 )
 """The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

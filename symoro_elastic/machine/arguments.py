@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.machine import Given, Joint, Machine
 from symoro_elastic.quantities import QUANTITIES, Quantity, Role
 
 PARAMETERS = "p"
@@ -13,17 +13,18 @@ PARAMETERS = "p"
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument."""
-    of = {"n": machine.moving, "m": machine.motors, "d": machine.dependent, "": ()}
+    numbers = {"n": machine.moving, "m": machine.motors, "d": machine.dependent, "": ()}
+    of = {letter: {j: machine.joint(j) for j in joints} for letter, joints in numbers.items()} | {"s": machine.static}
     inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
     rows = [row for row in inputs if row.entries or row.follows]
-    return {row.name: _entries(machine, row, of[row.follows]) for row in rows}
+    return {row.name: _entries(row, of[row.follows]) for row in rows}
 
 
-def _entries(machine: Machine, row: Quantity, joints: Sequence[int]) -> tuple[str, ...]:
+def _entries(row: Quantity, joints: Mapping[int, Joint]) -> tuple[str, ...]:
     if isinstance(row.entries, tuple):
         return row.entries
     if not row.entries:
-        return tuple(str(machine.joint(j).variable) for j in joints)
+        return tuple(str(joint.variable) for joint in joints.values())
     return tuple(row.entries.replace("@", str(j)) for j in joints)
 
 

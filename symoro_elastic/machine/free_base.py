@@ -34,7 +34,9 @@ def with_base_coordinates(machine: Machine) -> Machine:
     before = len(coordinates) + 1
     carried = [replace(joint, antecedent=joint.antecedent + before) for joint in machine.joints]
     loops = tuple(replace(loop, cut=loop.cut + before, meets=loop.meets + before) for loop in machine.loops)
-    return replace(machine, joints=(*coordinates, base, *carried), loops=loops, floating=None, scene=None)
+    static = {j + before: replace(row, antecedent=row.antecedent + before) for j, row in machine.static.items()}
+    joints = (*coordinates, base, *carried)
+    return replace(machine, joints=joints, loops=loops, static=static, floating=None, scene=None)
 
 
 def _coordinate(k: int, name: str) -> Joint:

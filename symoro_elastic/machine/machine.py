@@ -133,6 +133,7 @@ class Machine:
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
     `motions` are to be simulated, `wanted` is what is wanted of them: no model uses them either.
     `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
+    `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect.
     """
 
     name: str
@@ -148,6 +149,7 @@ class Machine:
     loops: tuple[Loop, ...] = ()
     motions: tuple[PrescribedMotion, ...] = ()
     wanted: Wanted | None = None
+    static: dict[int, Joint] = field(default_factory=dict)
 
     @property
     def is_grouped(self) -> bool:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import refuse_locking
 from symoro_elastic.machine.scene import BASE, STEPS, Asked, Offer, Parts, Scene
+from symoro_elastic.machine.static_springs import Positions, without_spring
 
+Position = TypeVar("Position", bound=Formula | None)
 Models = Mapping[str, Offer]
 """The models that there are, by name."""
 
@@ -36,15 +39,23 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     }
     if models is not None:
         _check_offered(scene.outputs, machine, models, source)
-    locked = {joints[_known(name, joints, "joint", source, "locked")]: value for name, value in scene.locked.items()}
-    if len(locked) < len(scene.locked):
-        raise InputError(source, "scene, locked", "a joint is locked twice, by two of its names")
+    locked = _by_name(scene.locked, joints, source, "locked")
+    static = _by_name(scene.static, joints, source, "static")
     _check_locked(locked, machine, source)
-    static = tuple(dict.fromkeys(joints[_known(name, joints, "joint", source, "static")] for name in scene.static))
     _check_static(static, locked, machine, source)
     for name in scene.steps:
         _known(name, STEPS, "time step", source, "steps")
     return replace(scene, outputs=outputs, locked=locked, static=static, source=source)
+
+
+def _by_name(
+    positions: Mapping[str, Position], joints: Mapping[str, str], source: str, key: str
+) -> dict[str, Position]:
+    """Positions by the names of joints, which may be called by their variables or numbers."""
+    found = {joints[_known(name, joints, "joint", source, key)]: value for name, value in positions.items()}
+    if len(found) < len(positions) and any(positions.values()):
+        raise InputError(source, f"scene, {key}", f"a joint is {key} twice, by two of its names")
+    return found
 
 
 def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
@@ -143,15 +154,15 @@ def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> 
         _check_value(value, machine, source, f"locked, {joint}")
 
 
-def _check_static(static: Iterable[str], locked: Mapping[str, Formula], machine: Machine, source: str) -> None:
+def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Machine, source: str) -> None:
     """Refuse static joints without a spring, and those that are locked."""
-    kinds = {joint.name: joint.kind for joint in machine.joints}
-    for name in static:
-        if kinds[name] is not Kind.ELASTIC:
-            what = f"the joint is {kinds[name].value}: only elastic joints have a spring that can follow statically"
-            raise InputError(source, f"scene, static, {name}", what)
-        if name in locked:
-            raise InputError(source, f"scene, static, {name}", "it is locked too: leave it in one of both")
+    rows = {joint.name: joint for joint in machine.joints}
+    for name, value in static.items():
+        reason = without_spring(machine, rows[name])
+        if reason or name in locked:
+            raise InputError(source, f"scene, static, {name}", reason or "it is locked too: leave it in one of both")
+        if value is not None:
+            _check_value(value, machine, source, f"static, {name}")
 
 
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:

@@ -12,24 +12,39 @@ from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.series_springs import condensed
+from symoro_elastic.machine.static_springs import held_positions, refuse_static, static_rows
 
 
 def restricted(machine: Machine, scene: Scene) -> Machine:
-    """The machine with the joints of the scene locked, without gravity if the scene says so.
+    """The machine with the joints of the scene held, springs condensed and gravity left out if the scene says so.
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
-    coupled where its cell holds the variables of others. Raises `InputError` for joints that cannot be locked.
+    coupled where its cell holds the variables of others. Static joints are held likewise; `static` of the machine
+    has their rows. Raises `InputError` for joints that cannot be locked or static.
     """
     base = machine.base if scene.gravity else replace(machine.base, gravity=NO_VECTOR)
     machine = replace(machine, base=base)
-    if scene.locked.keys().isdisjoint(joint.name for joint in machine.joints):
+    if scene.condense:
+        machine = condensed(machine).machine
+    machine = held(machine, scene.locked, "locked")
+    if not scene.static:
         return machine
-    refuse_locking(machine, scene.locked, machine.label)
-    locked = {str(j.variable): scene.locked[j.name] for j in machine.joints if j.name in scene.locked}
+    refuse_static(machine, scene)
+    rows = static_rows(machine, scene.static)
+    return replace(held(machine, held_positions(machine, scene.static), "static"), static=rows)
+
+
+def held(machine: Machine, positions: Mapping[str, Formula], key: str) -> Machine:
+    """The machine with joints, by name, held at these positions, rad or m; `key` of a scene is named in messages."""
+    if positions.keys().isdisjoint(joint.name for joint in machine.joints):
+        return machine
+    refuse_locking(machine, positions, machine.label, key)
+    locked = {str(j.variable): positions[j.name] for j in machine.joints if j.name in positions}
     try:
         joints = tuple(_with_locked(joint, locked) for joint in machine.joints)
     except FormulaError as error:
-        raise machine.error("scene, locked", f"{', '.join(locked)}: {error}") from None
+        raise machine.error(f"scene, {key}", f"{', '.join(locked)}: {error}") from None
     joints = tuple(_still_if_coupled(joint, machine.variables) for joint in joints)
     return replace(machine, joints=joints, loops=tuple(_unlocked(loop, locked) for loop in machine.loops))
 
@@ -41,13 +56,13 @@ def folded(machine: Machine, scene: Scene) -> tuple[str, ...]:
     return tuple(scene.fold)
 
 
-def refuse_locking(machine: Machine, names: Iterable[str], source: str) -> None:
-    """Raise `InputError` for a joint, by name, whose variable is not independent."""
+def refuse_locking(machine: Machine, names: Iterable[str], source: str, key: str = "locked") -> None:
+    """Raise `InputError` for a joint, by name, whose variable is not independent; `key` is that of the scene."""
     rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     for name in names:
         reason = _not_lockable(machine, rows[name]) if name in rows else ""
         if reason:
-            raise InputError(source, f"scene, locked, {name}", reason)
+            raise InputError(source, f"scene, {key}, {name}", reason)
 
 
 def _not_lockable(machine: Machine, j: int) -> str:

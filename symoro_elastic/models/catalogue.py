@@ -22,13 +22,23 @@ from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Frame, Frames, Joints, Model, TracedModel
+from symoro_elastic.models.static_deflections import DEFLECTIONS, STATIC_SPRINGS
 from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.program import Input
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-FAMILIES = (DYNAMIC, DERIVATIVES, FEED_FORWARD, GEOMETRIC, INVERSE_GEOMETRIC, IDENTIFICATION, CLOSED_CHAINS)
+FAMILIES = (
+    DYNAMIC,
+    DERIVATIVES,
+    FEED_FORWARD,
+    GEOMETRIC,
+    INVERSE_GEOMETRIC,
+    IDENTIFICATION,
+    CLOSED_CHAINS,
+    STATIC_SPRINGS,
+)
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 
@@ -66,6 +76,7 @@ def expressions(
     _refuse_on_floating_base(machine, name)
     _refuse_on_coupled(machine, name)
     model = on_its_base(MODELS[name], machine)
+    machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
     bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
     results = model.run(bound, tuple(asked) or _everything(machine, model))
@@ -123,7 +134,7 @@ def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
     """
     scene = resolve(scene, machine, MODELS)
     kept, constants = restricted(machine, scene), _constants(machine, scene)
-    models = scene.models or DEFAULT_MODELS
+    models = models_of(scene)
     _refuse_idle_outputs(kept, scene, models)
     _refuse_changed_by_grouping(kept, models)
     asked = {name: _asked(kept, scene, name) for name in models}
@@ -131,6 +142,12 @@ def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
     merge = scene.merge_angles is not None
     by = {name: _columns(kept, scene, name, constants) for name in models}
     return [expressions(kept, name, some, constants, points, merge, by[name]) for name, some in asked.items()]
+
+
+def models_of(scene: Scene) -> tuple[str, ...]:
+    """Names of the models that a scene asks for; with static springs their deflections are among them."""
+    named = scene.models or DEFAULT_MODELS
+    return tuple(dict.fromkeys((*named, DEFLECTIONS))) if scene.static else tuple(named)
 
 
 def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:
@@ -164,7 +181,8 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     for j in joints:
         if j not in kept.moving:
             joint = kept.joint(j).name
-            why = "is locked" if joint in scene.locked else "is a fixed frame"
+            held = "is locked" if joint in scene.locked else "is static" if joint in scene.static else ""
+            why = held or "is a fixed frame"
             what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)
     return joints

@@ -16,9 +16,12 @@ from symoro_elastic.equations.floating_base import WrenchKnown
 from symoro_elastic.equations.mechanism import Mechanism
 from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.series_springs import springs_in_series
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.degenerate_coupled import motions_without_inertia
 from symoro_elastic.models.modular import modulo_prime
+
+__all__ = ["Degeneracy", "SingularPivot", "degeneracies"]
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,17 @@ class Degeneracy:
             )
         return (
             f"H{self.joint} is zero at every position: {_listed(names)} can move against each other without moving "
-            f"any mass, {_reason(joints)}; give a body between them inertia, {_merge(joints)}, "
+            f"any mass, {_reason(joints)}; give a body between them inertia, {_merge(joints)}{self._offer(machine)}, "
             "or check alpha and theta of these rows"
+        )
+
+    def _offer(self, machine: Machine) -> str:
+        """How to condense the springs where that is exact, else why it is not."""
+        pairs = [one for one in springs_in_series(machine) if {one.first, one.last} == {*self.moving_together}]
+        if not pairs:
+            return ""
+        return (
+            f" (not by condense: {pairs[0].obstacle})" if pairs[0].obstacle else " (condense = true in a scene does it)"
         )
 
 

@@ -32,7 +32,8 @@ from symoro_elastic.symbolic.program import Section
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
 
 
-def _geometric_model(bound: Bound, asked: Frames) -> Results:
+def geometric_model(bound: Bound, asked: Frames) -> Results:
+    """Placements of frames, and of points of them, seen from frame 0 or from others."""
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
@@ -141,7 +142,7 @@ GEOMETRIC = (
         "[1], [2]",
         ("q",),
         ("T",),
-        _geometric_model,
+        geometric_model,
         FAMILY,
         Parts.POINTS,
         on_base=(),

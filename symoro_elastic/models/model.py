@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts, Point
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.cells import Points
@@ -111,6 +112,8 @@ class Model:
     """Whether it is offered where joints are coupled, by their cells or by loops."""
     has_loop_forces: bool = False
     """Whether forces of loops are in it, for which it takes torques of motors on dependent joints."""
+    binds: Callable[[Machine], Machine] | None = None
+    """The machine that it is of, where that is not the one restricted to the scene."""
     other_way_of: str = ""
     """The model that has the same results."""
 

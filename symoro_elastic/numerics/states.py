@@ -24,7 +24,7 @@ MOTIONS = tuple(row.name for row in MOTION)
 
 def depends_on_state(arguments: Sequence[str]) -> bool:
     """Whether arguments are those of a state of joints and motors, or wanted motions."""
-    return {*arguments} <= {*ARGUMENTS, *MOTIONS}
+    return {*arguments} <= {*ARGUMENTS, *MOTIONS, "q_static"}
 
 
 def _none() -> Array:
@@ -39,7 +39,8 @@ class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
     SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base, q_dep to
-    loops, and are empty where there is none. `motion` (N, 13, m) holds reference motions: y, yd ... by their names.
+    loops, q_static to static springs, and are empty where there is none. `motion` (N, 13, m) holds reference
+    motions: y, yd ... by their names.
     """
 
     q: Array
@@ -56,6 +57,7 @@ class States:
     f0: Array = field(default_factory=_none)
     motion: Array = field(default_factory=_none)
     q_dep: Array = field(default_factory=_none)
+    q_static: Array = field(default_factory=_none)
 
     def __getattr__(self, name: str) -> Array:
         """y or one of its derivatives (N, m)."""
@@ -68,8 +70,8 @@ class States:
     def arguments(self) -> tuple[str, ...]:
         """Names of the arrays that have values."""
         on_base = tuple(row.name for row in ON_BASE) if self.V0.shape[1] else ()
-        of_loops = ("q_dep",) if self.q_dep.shape[1] else ()
-        return (*ARGUMENTS, *of_loops, *on_base, *(("motion",) if self.motion.size else ()))
+        more = tuple(name for name in ("q_dep", "q_static") if getattr(self, name).shape[1])
+        return (*ARGUMENTS, *more, *on_base, *(("motion",) if self.motion.size else ()))
 
     def __len__(self) -> int:
         return len(self.titles)
@@ -120,6 +122,7 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     drawn = [("moderate", _moderate(variables, motors, rng, wide=k % 2 == 0)) for k in range(count)]
     states = _assembled(machine, _stacked(drawn, len(variables), motors), values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 5]))
+    states = _with_deflections(machine, states, values, np.random.default_rng([seed, 7]))
     return _with_base(machine, states, np.random.default_rng([seed, 3]))
 
 
@@ -141,6 +144,7 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
         found.append((title, state))
     states = _assembled(machine, _stacked(found, len(variables), motors), values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 6]))
+    states = _with_deflections(machine, states, values, np.random.default_rng([seed, 8]))
     return _with_base(machine, states, np.random.default_rng([seed, 4]))
 
 
@@ -158,6 +162,15 @@ def _with_base(machine: Machine, states: States, rng: Rng) -> States:
         return states
     kept = {name: getattr(states, name) for name in states.arguments}
     return States(**kept | base_states(states.titles, rng), titles=states.titles)
+
+
+def _with_deflections(machine: Machine, states: States, values: ParameterValues, rng: Rng) -> States:
+    """The states, positions of static joints too, within the deflections of a working load."""
+    drawn = [
+        [variable.centre + variable.extent * float(rng.uniform(-1, 1)) for _ in states.titles]
+        for variable in (_variable(joint, values) for joint in machine.static.values())
+    ]
+    return replace(states, q_static=np.array(drawn).reshape(len(drawn), len(states)).T)
 
 
 def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> States:

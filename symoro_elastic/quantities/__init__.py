@@ -58,6 +58,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.ON_BASE,
         signatures.COLUMNS,
         closed_chains.OF_CLOSED_CHAINS,
+        signatures.OF_STATIC_SPRINGS,
         signatures.OF_MACHINES,
         time_steps.OF_TIME_STEPS,
     )

@@ -39,7 +39,7 @@ class Quantity:
     unit: Unit | PairUnit | None
     """None where it depends on more than the joints that an entry belongs to."""
     shape: str
-    """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent joints, numbers."""
+    """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent, `s` static, numbers."""
     roles: tuple[Role, ...]
     frame: str = ""
     """Frame of the components, in words."""
@@ -95,8 +95,8 @@ class Quantity:
 
     @property
     def follows(self) -> str:
-        """What entries of an argument belong to: "n" joints, "m" motors, "d" dependent joints, or none of them."""
-        return self.shape if self.shape in ("n", "m", "d") else ""
+        """What entries of an argument belong to: "n" joints, "m" motors, "d" dependent, "s" static ones, or none."""
+        return self.shape if self.shape in ("n", "m", "d", "s") else ""
 
 
 @dataclass(frozen=True)

@@ -271,6 +271,17 @@ OF_FRAMES = (
         equations=(15, 35, 58),
     ),
 )
+OF_STATIC_SPRINGS = (
+    Quantity(
+        name="q_static",
+        meaning="variables of the joints whose springs are static, in table order",
+        symbol="q^{E}",
+        unit=POSITION,
+        shape="s",
+        roles=BOTH,
+        equations=(9, 35, 58),
+    ),
+)
 OF_MACHINES = (
     Quantity(
         name="A",

@@ -233,8 +233,8 @@ def catalogue_lines(width: int) -> list[str]:
 
 
 NOTES = (
-    "n joints that move, m motors, so n - m elastic and passive joints; frames: all rows of the table, or those a "
-    "scene asks for ('tool at (0.1, 0, L2)' is a point in axes of tool, m)",
+    "n joints that move, m motors, so n - m elastic and passive joints; s static joints; frames: all rows of the "
+    "table, or those a scene asks for ('tool at (0.1, 0, L2)' is a point in axes of tool, m)",
     "'tool in ram': geometric_model gives the placement of tool relative to ram; velocities, accelerations, jacobian "
     "and jacobian_dot_qd give its motion relative to frame 0, with components along the axes of ram",
     "inverse models: a target that is out of reach by more than rounding (1e-12) has no solution, so that fewer joints "

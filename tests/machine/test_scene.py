@@ -53,7 +53,7 @@ def test_a_joint_name_goes_before_the_variable_of_another(tmp_path: Path) -> Non
 
 
 def test_static_joints_by_any_name_each_once(machine: Machine, tmp_path: Path) -> None:
-    assert read_scene(written('static = ["q2", "2", "lift"]', tmp_path), machine).static == ("lift",)
+    assert read_scene(written('static = ["q2", "2", "lift"]', tmp_path), machine).static == {"lift": None}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_static_joints_by_any_name_each_once(machine: Machine, tmp_path: Path) -
         ('static = ["base_yaw"]', "scene, static, base_yaw", "the joint is motor: only elastic joints"),
         ('static = ["tip"]', "scene, static, tip", "the joint is fixed: only elastic joints"),
         ('static = ["q2"]\nlocked = { lift = 0 }', "scene, static, lift", "it is locked too: leave it in one of both"),
-        ("static = { lift = 0 }", "static", "list of texts"),
+        ("static = { lift = 0, q2 = 1 }", "scene, static", "static twice"),
         ('steps = ["rk5"]', "scene, steps", "no time step 'rk5'; did you mean 'rk4'?"),
         ('fold = ["L3"]', "scene, fold", "no parameter 'L3'"),
         ('fold = "some"', "fold", "list of texts"),

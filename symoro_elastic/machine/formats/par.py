@@ -139,6 +139,7 @@ def _formulas_of_extensions(
         yield from (*body.moments, *body.inertia)
     if scene:
         yield from scene.locked.values()
+        yield from filter(None, scene.static.values())
         yield from coordinates(scene, source)
 
 
@@ -241,8 +242,8 @@ def _scene(found: ParText) -> Scene | None:
     if not isinstance(entries, dict):
         raise InputError(found.source, "(*! scene *)", "must be a table: {models = {...}, ...}")
     entries = {key: value or {} if key in ("outputs", "locked") else value for key, value in entries.items()}
-    if "gravity" in entries:
-        entries["gravity"] = {"true": True, "false": False}.get(str(entries["gravity"]), entries["gravity"])
+    for key in entries.keys() & {"gravity", "condense"}:
+        entries[key] = {"true": True, "false": False}.get(str(entries[key]), entries[key])
     return scene_of(Table(entries, found.source, "scene"))
 
 

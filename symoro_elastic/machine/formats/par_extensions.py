@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -116,9 +116,11 @@ def _scene(scene: Scene) -> str:
     if scene.locked:
         parts["locked"] = _entries({joint: word(value.text) for joint, value in scene.locked.items()})
     if scene.static:
-        parts["static"] = listed(map(word, scene.static))
+        parts["static"] = _static(scene.static)
     if scene.steps:
         parts["steps"] = listed(map(word, scene.steps))
+    if scene.condense:
+        parts["condense"] = "true"
     if scene.fold:
         parts["fold"] = scene.fold if isinstance(scene.fold, str) else listed(map(word, scene.fold))
     if not scene.gravity:
@@ -133,6 +135,12 @@ def _plain(x: Any) -> str:
     if isinstance(x, list):
         return listed(map(_plain, x))
     return word(x if isinstance(x, str) else repr(x))
+
+
+def _static(static: Mapping[str, Formula | None]) -> str:
+    if None in static.values():
+        return listed(map(word, static))
+    return _entries({joint: word(str(value)) for joint, value in static.items()})
 
 
 def listed(cells: Iterable[str]) -> str:

@@ -53,6 +53,13 @@ def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
     return ALL if table.entries[key] == ALL else table.texts(key)
 
 
+def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
+    """Joints with the position of each, None where only names are listed."""
+    if isinstance(table.entries[key], dict):
+        return {**keys.FORMULAS.read(table, key)}
+    return dict.fromkeys(table.texts(key))
+
+
 VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no value")
 UNIT = Key(
     "unit",
@@ -72,6 +79,11 @@ JOINT_OR_ROW = Type(
     "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, defined("name")]}, _joint_or_row
 )
 ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, defined("names")]}, _all_or_texts)
+NAMES_OR_POSITIONS = Type(
+    "list of texts, or table of numbers or formulas",
+    {"anyOf": [defined("names"), keys.FORMULAS.schema]},
+    _names_or_positions,
+)
 
 NAME = Key("name", keys.NAMED, "name of the joint, of its frame and of the body that it carries", '"elbow"')
 ANTECEDENT = Key(
@@ -221,13 +233,23 @@ SCENE = Section(
             unit="rad or m",
         ),
         Key(
-            *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
-            default=(),
+            *("static", NAMES_OR_POSITIONS),
+            "elastic joints that are left out of the motion: held at the neutral position of the spring, or at the one "
+            "given; their deflections follow from the reactions there, `static_deflections`",
+            '["wrist"]',
+            default={},
             otherwise="none",
+            unit="rad or m",
         ),
         Key(
-            *("static", keys.TEXTS, "elastic joints that are left out of the motion: their springs follow statically"),
-            '["gear"]',
+            *("condense", keys.TRUTH),
+            "whether springs in series with massless bodies between become one",
+            "true",
+            default=False,
+            otherwise="false",
+        ),
+        Key(
+            *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
             default=(),
             otherwise="none",
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.machine.columns import Column, Values, columns
@@ -191,9 +191,11 @@ def _scene(scene: Scene) -> list[str]:
     if scene.locked:
         lines.append(f"locked = {_inline([(_key(joint), _cell(v.text)) for joint, v in scene.locked.items()])}")
     if scene.static:
-        lines.append(f"static = {_names(scene.static)}")
+        lines.append(f"static = {_static(scene.static)}")
     if scene.steps:
         lines.append(f"steps = {_names(scene.steps)}")
+    if scene.condense:
+        lines.append("condense = true")
     if scene.fold:
         lines.append(f"fold = {_text(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
     return lines if scene.gravity else [*lines, "gravity = false"]
@@ -210,6 +212,12 @@ def _plain_value(x: Any) -> str:
     if isinstance(x, list):
         return "[" + ", ".join(map(_plain_value, x)) + "]"
     return _text(x) if isinstance(x, str) else repr(x)
+
+
+def _static(static: Mapping[str, Formula | None]) -> str:
+    if None in static.values():
+        return _names(static)
+    return _inline([(_key(joint), _cell(str(value))) for joint, value in static.items()])
 
 
 def _list(formulas: Iterable[Formula]) -> str:

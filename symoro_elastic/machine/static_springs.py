@@ -1,0 +1,82 @@
+"""Static springs: their joints are held in the motion, and their deflections follow from the reactions there.
+
+Where a spring is much stiffer than the motion is fast, its joint stands still but for q_E = q0_E - Gamma_E / k_E:
+Gamma_E = a . f of [35], [58] is the reaction at the joint, held at a position near its equilibrium.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.scene import Scene
+
+Positions = Mapping[str, Formula | None]
+"""Where joints are held, by name, rad or m; None for the neutral position of the spring."""
+
+
+def held_positions(machine: Machine, static: Positions) -> dict[str, Formula]:
+    """The position of each static joint, rad or m: the one given, else the neutral position of its spring."""
+    rows = {joint.name: joint for joint in machine.joints}
+    return {name: rows[name].spring.neutral if x is None else x for name, x in static.items()}
+
+
+def static_rows(machine: Machine, static: Positions) -> dict[int, Joint]:
+    """The rows of static joints as they are before they are held, by number."""
+    return {j: joint for j, joint in enumerate(machine.joints, start=1) if joint.name in static}
+
+
+def with_free_springs(machine: Machine) -> Machine:
+    """The machine in which its static springs can deflect."""
+    rows = enumerate(machine.joints, start=1)
+    return replace(machine, joints=tuple(machine.static.get(j, joint) for j, joint in rows))
+
+
+def refuse_static(machine: Machine, scene: Scene) -> None:
+    """Raise `InputError` for a joint whose spring a scene cannot leave out of the motion of a machine."""
+    source = scene.source or machine.label
+    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    for name in scene.static:
+        reason = _not_static(machine, rows[name]) if name in rows else "there is no such joint"
+        if reason:
+            raise InputError(source, f"scene, static, {name}", reason)
+    if None in scene.static.values() and any(scene.static.values()):
+        what = 'give the positions of all static joints, as in { name = 1e-6 }, or of none, as in ["name"]'
+        raise InputError(source, "scene, static", what)
+
+
+def without_spring(machine: Machine, joint: Joint) -> str:
+    """Why a joint has no spring that could be static; empty where it has one."""
+    if joint.kind is Kind.ELASTIC:
+        return ""
+    elastic = ", ".join(machine.joint(j).name for j in machine.elastic) or "none here"
+    return f"the joint is {joint.kind}: only elastic joints have a spring that can be static, {elastic}"
+
+
+def _not_static(machine: Machine, j: int) -> str:
+    """Why the spring of joint j cannot be static; empty where it can."""
+    joint = machine.joint(j)
+    if joint.spring.stiffness.is_zero and joint.kind is Kind.ELASTIC:
+        return f"its spring has no stiffness: give [springs] {joint.name} one, or leave it out of static"
+    return without_spring(machine, joint) or _shared(machine, j)
+
+
+def _shared(machine: Machine, j: int) -> str:
+    """With which other joints a spring has more in common than the reaction in its own; empty where with none."""
+    joint = machine.joint(j)
+    changed_by = joint.spring.stiffness.names & machine.variables.keys()
+    if changed_by:
+        return f"its stiffness changes with {', '.join(sorted(changed_by))}: only constant springs can be static"
+    for loop in machine.loops:
+        if j in machine.around(loop) or j in machine.owners_in(loop):
+            return f"it is part of loop {loop.name}, whose forces are no part of the reaction: keep it in the motion"
+    followers = [other.name for other in machine.joints if other is not joint and _holds(other, str(joint.variable))]
+    return f"{', '.join(followers)} follows its variable: keep it in the motion" if followers else ""
+
+
+def _holds(joint: Joint, variable: str) -> bool:
+    return any(variable in formula.names for _, formula in cells(joint))

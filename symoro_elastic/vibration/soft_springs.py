@@ -1,0 +1,46 @@
+"""Springs that gravity or a load bends further than they bend back: they cannot be left out of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.vibration.equilibrium import equilibrium, starting_point
+from symoro_elastic.vibration.linearization import motion_of
+
+LEAST = 1e-9
+"""Of the smallest eigenvalue of K_EE with the springs' own stiffness as unit: below, it is rounding."""
+
+
+def refuse_soft_static(
+    machine: Machine, names: Sequence[str], at: Mapping[str, float], values: Mapping[str, float] | None = None
+) -> None:
+    """Raise `InputError` unless K_EE of these joints is positive definite, springs neutral and at equilibrium.
+
+    K = dr/dq [8] holds springs, gravity and loads, with motors `at` their positions, rad or m. `values` are those of
+    parameters.
+    """
+    if not names:
+        return
+    motion = motion_of(machine, values)
+    entries = [motion.index(name, "scene, static") for name in names]
+    for q in (starting_point(motion, at), equilibrium(motion, at).q):
+        weakest = _weakest(motion, q, entries)
+        if weakest is not None:
+            what = "gravity or a load is stronger than its spring at this position: keep it in the motion"
+            raise machine.error(f"scene, static, {motion.names[weakest]}", what)
+
+
+def _weakest(motion: EquationsOfMotion, q: Array, entries: Sequence[int]) -> int | None:
+    """The joint that moves most where K_EE has an eigenvalue that is not positive; None where all are."""
+    at_rest = np.zeros_like(q)
+    (K,) = motion.matrices("K", q, at_rest, at_rest)
+    own = dict(zip(motion.springs, motion.spring_stiffnesses(q), strict=True))
+    units = np.sqrt([own[motion.names[k]] for k in entries])
+    K_EE = K[np.ix_(entries, entries)] / np.outer(units, units)
+    sizes, directions = np.linalg.eigh((K_EE + K_EE.T) / 2)
+    return None if sizes[0] > LEAST else entries[int(np.argmax(np.abs(directions[:, 0])))]
