@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,7 @@ def rungs(found: Ladder) -> Any:
     axes.axhline(found.tolerance[worst], linestyle="--", color="0.4", label="tolerance")
     if found.chosen is not None and found.chosen < len(static):
         axes.axvline(found.chosen, color="0.8", zorder=0, label="chosen")
-    new = [
-        next(iter({*rung.left_out} - {*before.left_out}), "") for before, rung in zip(static, static[1:], strict=False)
-    ]
+    new = [next(iter({*rung.left_out} - {*before.left_out}), "") for before, rung in pairwise(static)]
     axes.set_xticks(list(places), ["none", *(f"+ {name}" for name in new)], rotation=45, ha="right")
     axes.set_ylabel(f"error of {worst}, {unit_of(found.machine, worst)}")
     axes.set_xlabel("springs left out")

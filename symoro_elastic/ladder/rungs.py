@@ -78,11 +78,14 @@ class Rung:
     measured: Measured | None = None
 
     def is_trusted(self, tolerance: Mapping[str, float]) -> bool:
-        """Whether measured errors agree with the predicted ones, where they matter."""
-        if self.measured is None:
+        """Whether measured errors agree with the predicted ones, where they matter, and are within the tolerances."""
+        if self.measured is None or self.chosen is None:
             return True
+        of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
         return all(
-            _agree(self.predicted[name], self.measured.model[name], NEGLIGIBLE * limit)
+            _agree(predicted[name], measured[name], NEGLIGIBLE * limit)
+            and self.measured.model[name] + self.measured.steps[name] <= limit
+            for predicted, measured in (of_model, of_steps)
             for name, limit in tolerance.items()
         )
 
@@ -186,10 +189,8 @@ class _Climb:
     def measured(self, rungs: tuple[Rung, ...], progress: Progress) -> Ladder:
         """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
         full = self.steps_of(rungs[0], (RK4.name,))
-        order = sorted(
-            (k for k, rung in enumerate(rungs) if rung.chosen),
-            key=lambda k: rungs[k].chosen.cost if rungs[k].chosen else 0,
-        )
+        costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
+        order = sorted(costs, key=lambda k: costs[k])
         found, distrusted, chosen = list(rungs), [], None
         whole = self._outputs(rungs[0])
         for k in order:

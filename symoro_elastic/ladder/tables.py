@@ -54,7 +54,8 @@ def advice(found: Ladder) -> str:
     step = quantity(_step(found, rung), "s")
     many = "this motion" if len(found.references) == 1 else f"these {len(found.references)} motions"
     saved = f"{found.saving:.3g} times fewer operations than the whole machine with RK4"
-    return f"{within} over {many}: {_described(found, rung)}; {rung.chosen.method}, {rung.chosen.steps} steps of {step}, {saved}"
+    steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {step}"
+    return f"{within} over {many}: {_described(found, rung)}; {steps}, {saved}"
 
 
 def _described(found: Ladder, rung: Rung) -> str:

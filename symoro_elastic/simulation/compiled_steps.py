@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +66,7 @@ class CompiledSteps:
         self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion along a reference by even steps; entries are NaN or infinite where it grows without bound."""
+        """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
         state = self._state(reference, run)
@@ -76,7 +75,7 @@ class CompiledSteps:
         width = sum(run.written.values())
         for first in range(0, steps, CHUNK):
             count = min(CHUNK, steps - first)
-            rows = _rows(reference, method, np.arange(first, first + count) * h, h)
+            rows = _rows(reference, method, h * np.arange(first, first + count, dtype=float), h)
             record = np.empty((count, width))
             arrays = [rows[name] for name in run.read]
             began = time.perf_counter()

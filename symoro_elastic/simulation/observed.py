@@ -51,7 +51,7 @@ class Observer:
         return Motion(found.t, found.q, found.qd, qdd, found.tau)
 
     def outputs(self, motion: Motion) -> Array:
-        """Return the outputs (N, names); rotations are rotation vectors from the attitude at the start, axes of frame 0."""
+        """Return the outputs (N, names); rotations are vectors from the attitude at the start, in axes of frame 0."""
         columns = [self._column(signal, motion) for signal in self.signals]
         return np.stack(columns, axis=1) if columns else np.zeros((len(motion.t), 0))
 

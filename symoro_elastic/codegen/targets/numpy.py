@@ -91,7 +91,7 @@ def _step(method: Method, package: Package) -> dict[str, Any]:
 
 def _row(terms: Terms, stages: int) -> list[float]:
     """Coefficients of all stages; empty where there are none."""
-    found = dict((j, float(x)) for x, j in terms)
+    found = {j: float(x) for x, j in terms}
     return [found.get(j, 0.0) for j in range(stages)] if terms else []
 
 
