@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import click
 
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, writes
 from symoro_elastic.cli.output import print_json, print_table, staged, write_text
+from symoro_elastic.cli.parsing import WholeRange, among, parsed_by, ranges
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,11 +26,35 @@ if TYPE_CHECKING:
 @click.option(
     "--scene", required=True, metavar="FILE", type=InputFile(), help="TOML file with the tables [motion] and [wanted]."
 )
+@click.option(
+    "--from",
+    "box",
+    metavar="JOINT=LOW:HIGH",
+    multiple=True,
+    callback=parsed_by(ranges),
+    help="Range of positions at which the motion may start, rad or m; may be repeated.",
+)
+@click.option(
+    "--starts",
+    default=20,
+    show_default=True,
+    metavar="N",
+    type=WholeRange(1, 1000),
+    help="Positions in the ranges of --from that are tried, a Latin hypercube.",
+)
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Write the scene of the chosen rung to this .toml file.")
 @draws
 @writes
 @JSON
-def ladder(machine: str, scene: str, out: str | None, plots: Plots, as_json: bool) -> None:
+def ladder(
+    machine: str,
+    scene: str,
+    box: dict[str, tuple[float, float]],
+    starts: int,
+    out: str | None,
+    plots: Plots,
+    as_json: bool,
+) -> None:
     """Find the springs, the method and the step that a motion requires.
 
     Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
@@ -37,7 +63,7 @@ def ladder(machine: str, scene: str, out: str | None, plots: Plots, as_json: boo
     from symoro_elastic.ladder.tables import advice, ladder_json, ladder_table
 
     with staged() as (announce, progress):
-        found = _found(machine, scene, announce, progress)
+        found = _found(machine, scene, box, starts, announce, progress)
     if as_json:
         print_json(ladder_json(found))
     else:
@@ -48,14 +74,35 @@ def ladder(machine: str, scene: str, out: str | None, plots: Plots, as_json: boo
     plots.write(partial(plot_ladder, found))
 
 
-def _found(machine: str, scene: str, announce: Announce, progress: Progress) -> Ladder:
+def _found(
+    machine: str,
+    scene: str,
+    box: Mapping[str, tuple[float, float]],
+    starts: int,
+    announce: Announce,
+    progress: Progress,
+) -> Ladder:
     from symoro_elastic.cli.reading import read_restricted
     from symoro_elastic.ladder.rungs import ladder as ladder_of
     from symoro_elastic.simulation.tolerances import tolerances
 
     whole = read_restricted(machine, scene)
     motions, wanted = _tables(scene, whole)
+    motions = _from_box(motions, box, starts, whole)
     return ladder_of(whole, motions, tolerances(wanted, whole), wanted.period, announce, progress)
+
+
+def _from_box(
+    motions: Sequence[PrescribedMotion], box: Mapping[str, tuple[float, float]], count: int, machine: Machine
+) -> list[PrescribedMotion]:
+    """Return each motion from every position of a sample of the box; the same motions where there is none."""
+    from dataclasses import replace
+
+    from symoro_elastic.ladder.starts import starts
+
+    among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
+    places = starts(box, count) if box else [{}]
+    return [replace(motion, start={**motion.start, **place}) for motion in motions for place in places]
 
 
 def _tables(scene: str, machine: Machine) -> tuple[tuple[PrescribedMotion, ...], Wanted]:

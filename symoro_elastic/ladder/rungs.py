@@ -22,7 +22,7 @@ from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.recovery import Recovery
 from symoro_elastic.ladder.resolution import resolved_path
 from symoro_elastic.ladder.simulate import Request, Simulating, enough_steps
-from symoro_elastic.ladder.spring_errors import relative
+from symoro_elastic.ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -159,8 +159,11 @@ class _Climb:
         return Simulating(self._reduced_reference(rung, reference), self.request, self._path(rung, reference))
 
     def _path(self, rung: Rung, reference: Reference) -> tuple[LinearPath, tuple[int, ...]]:
-        path = self.paths[self.references.index(reference)]
+        path = self.paths[self._number(reference)]
         return path, tuple(path.joints.index(name) for name in rung.left_out)
+
+    def _number(self, reference: Reference) -> int:
+        return next(k for k, one in enumerate(self.references) if one is reference)
 
     def _reduced_reference(self, rung: Rung, reference: Reference) -> Reference:
         machine = held(self.machine, reference, rung.left_out)
@@ -192,41 +195,40 @@ class _Climb:
         costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
         order = sorted(costs, key=lambda k: costs[k])
         found, distrusted, chosen = list(rungs), [], None
-        whole = self._outputs(rungs[0])
         for k in order:
-            if not found[k].measured:
-                found[k] = replace(found[k], measured=self._measured(found[k], whole))
+            found[k] = replace(found[k], measured=self._measured(found[k]))
             if found[k].is_trusted(self.tolerance):
                 chosen = k
                 break
             distrusted.append(k)
         if chosen is not None and chosen + 1 < len(found) and not found[chosen + 1].locked:
-            found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1], whole))
+            found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1]))
         return Ladder(self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted))
 
-    def _measured(self, rung: Rung, whole: Sequence[Array]) -> Measured:
-        """Return the errors of a rung, largest over the motions: against the whole machine, and by halving steps."""
-        outputs = self._outputs(rung)
-        model = np.max([np.abs(a - b).max(axis=0) for a, b in zip(outputs, whole, strict=True)], axis=0)
-        names = tuple(self.tolerance)
-        steps, seconds = self._errors_of_steps(rung) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
+    def _measured(self, rung: Rung) -> Measured:
+        """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
+        reference = self.references[self._worst(rung)]
+        names, fine = tuple(self.tolerance), self._fine(reference)
+        whole, _ = self._observed(Rung((), False, {}), reference, "w3", fine)
+        outputs, _ = self._observed(rung, reference, "w3", fine)
+        model = np.abs(outputs - whole).max(axis=0)
+        steps, seconds = (
+            self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
+        )
         return Measured(dict(zip(names, model.tolist(), strict=True)), steps, seconds)
 
-    def _outputs(self, rung: Rung) -> list[Array]:
-        """Return the outputs (N, names) of a rung on each motion, by steps so fine that they do not matter."""
-        return [self._observed(rung, reference, "w3", self._fine(rung, reference))[0] for reference in self.references]
+    def _worst(self, rung: Rung) -> int:
+        """Return the number of the motion on which the model of a rung is predicted to be worst."""
+        entries = [tuple(path.joints.index(name) for name in rung.left_out) for path in self.paths]
+        each = [spring_errors([Deviations(path)], [left])[0] for path, left in zip(self.paths, entries, strict=True)]
+        errors = [relative(one.locked if rung.locked else one.static, self.tolerance) for one in each]
+        return int(np.argmax(errors))
 
-    def _fine(self, rung: Rung, reference: Reference) -> int:
+    def _fine(self, reference: Reference) -> int:
         """Return steps that take little of the tolerance, the same for all rungs of a motion."""
-        if reference.prescribed.place not in self._fine_steps:
-            simulating = self.reduced(Rung((), False, {}), reference)
-            limits = {name: FINE * limit for name, limit in self.tolerance.items()}
-            self._fine_steps[reference.prescribed.place] = enough_steps(simulating, METHODS["w3"], limits, 1.0)[0]
-        return self._fine_steps[reference.prescribed.place]
-
-    @cached_property
-    def _fine_steps(self) -> dict[str, int]:
-        return {}
+        simulating = self.reduced(Rung((), False, {}), reference)
+        limits = {name: FINE * limit for name, limit in self.tolerance.items()}
+        return enough_steps(simulating, METHODS["w3"], limits, 1.0)[0]
 
     def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
         reduced = self._reduced_reference(rung, reference)
@@ -238,7 +240,7 @@ class _Climb:
         return observer.outputs(whole), trajectory.seconds
 
     def _compiled(self, rung: Rung, reference: Reference, method: str) -> CompiledSteps:
-        key = rung.left_out, reference.prescribed.place, method
+        key = rung.left_out, self._number(reference), method
         if key not in self._libraries:
             machine = held(self.machine, reference, rung.left_out)
             with TemporaryDirectory() as folder:
@@ -246,18 +248,17 @@ class _Climb:
         return self._libraries[key]
 
     @cached_property
-    def _libraries(self) -> dict[tuple[tuple[str, ...], str, str], CompiledSteps]:
+    def _libraries(self) -> dict[tuple[tuple[str, ...], int, str], CompiledSteps]:
         return {}
 
-    def _errors_of_steps(self, rung: Rung) -> tuple[dict[str, float], float]:
+    def _errors_of_steps(self, rung: Rung, reference: Reference) -> tuple[dict[str, float], float]:
         assert rung.chosen is not None
-        method, worst, seconds = METHODS[rung.chosen.method], np.zeros(len(self.tolerance)), 0.0
-        for reference in self.references:
-            coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
-            fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
-            factor = 2**method.order / (2**method.order - 1)
-            worst = np.maximum(worst, factor * np.abs(fine[::2] - coarse).max(axis=0))
-        return dict(zip(self.tolerance, worst.tolist(), strict=True)), seconds
+        method = METHODS[rung.chosen.method]
+        coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
+        fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
+        factor = 2**method.order / (2**method.order - 1)
+        errors = factor * np.abs(fine[::2] - coarse).max(axis=0)
+        return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
 
 
 def held(machine: Machine, reference: Reference, names: Iterable[str]) -> Machine:
