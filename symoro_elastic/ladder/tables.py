@@ -9,6 +9,7 @@ from symoro_elastic.ladder.rungs import Ladder, Rung
 from symoro_elastic.ladder.spring_errors import relative
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.static_springs import held_positions
 from symoro_elastic.simulation.tolerances import unit_of
 
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"))
@@ -82,7 +83,7 @@ def reduced_scene(found: Ladder, scene: Scene) -> Scene:
     steps = tuple(dict.fromkeys((*scene.steps, rung.chosen.method)))
     if rung.locked:
         return replace(scene, locked={**scene.locked, **held}, steps=steps)
-    return replace(scene, static={**dict(scene.static), **held}, steps=steps)
+    return replace(scene, static={**held_positions(found.machine, scene.static), **held}, steps=steps)
 
 
 def ladder_json(found: Ladder) -> dict[str, Any]:

@@ -71,6 +71,11 @@ class Scene:
     steps: tuple[str, ...] = ()
     source: str = field(default="", compare=False)
 
+    def __post_init__(self) -> None:
+        """Raise `ValueError` where only some of the static joints have a position, which no file can say."""
+        if None in self.static.values() and any(self.static.values()):
+            raise ValueError("give the positions of all static joints, or of none: held_positions completes them")
+
 
 @dataclass(frozen=True)
 class Asked:

@@ -21,7 +21,7 @@ Positions = Mapping[str, Formula | None]
 
 def held_positions(machine: Machine, static: Positions) -> dict[str, Formula]:
     """The position of each static joint, rad or m: the one given, else the neutral position of its spring."""
-    rows = {joint.name: joint for joint in machine.joints}
+    rows = {joint.name: joint for joint in with_free_springs(machine).joints}
     return {name: rows[name].spring.neutral if x is None else x for name, x in static.items()}
 
 
@@ -44,9 +44,6 @@ def refuse_static(machine: Machine, scene: Scene) -> None:
         reason = _not_static(machine, rows[name]) if name in rows else "there is no such joint"
         if reason:
             raise InputError(source, f"scene, static, {name}", reason)
-    if None in scene.static.values() and any(scene.static.values()):
-        what = 'give the positions of all static joints, as in { name = 1e-6 }, or of none, as in ["name"]'
-        raise InputError(source, "scene, static", what)
 
 
 def without_spring(machine: Machine, joint: Joint) -> str:
