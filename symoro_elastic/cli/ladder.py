@@ -11,6 +11,7 @@ import click
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, writes
 from symoro_elastic.cli.output import print_json, print_table, staged, write_text
 from symoro_elastic.cli.parsing import WholeRange, among, parsed_by, ranges
+from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
@@ -63,33 +64,34 @@ def ladder(
     from symoro_elastic.ladder.tables import advice, ladder_json, ladder_table
 
     with staged() as (announce, progress):
-        found = _found(machine, scene, box, starts, announce, progress)
+        whole = read(machine, announce=announce)
+        found = _found(whole, scene, box, starts, announce, progress)
     if as_json:
         print_json(ladder_json(found))
     else:
         print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
         click.echo(advice(found))
     if out:
-        _write_reduced(found, scene, out)
+        _write_reduced(found, whole, scene, out)
     plots.write(partial(plot_ladder, found))
 
 
 def _found(
-    machine: str,
+    whole: Machine,
     scene: str,
     box: Mapping[str, tuple[float, float]],
     starts: int,
     announce: Announce,
     progress: Progress,
 ) -> Ladder:
-    from symoro_elastic.cli.reading import read_restricted
     from symoro_elastic.ladder.rungs import ladder as ladder_of
+    from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.simulation.tolerances import tolerances
 
-    whole = read_restricted(machine, scene)
-    motions, wanted = _tables(scene, whole)
-    motions = _from_box(motions, box, starts, whole)
-    return ladder_of(whole, motions, tolerances(wanted, whole), wanted.period, announce, progress)
+    machine = restricted(whole, scene_of(whole, scene))
+    motions, wanted = _tables(scene, machine)
+    motions = _from_box(motions, box, starts, machine)
+    return ladder_of(machine, motions, tolerances(wanted, machine), wanted.period, announce, progress)
 
 
 def _from_box(
@@ -116,12 +118,12 @@ def _tables(scene: str, machine: Machine) -> tuple[tuple[PrescribedMotion, ...],
     return motions, wanted
 
 
-def _write_reduced(found: Ladder, scene: str, out: str) -> None:
+def _write_reduced(found: Ladder, whole: Machine, scene: str, out: str) -> None:
     from symoro_elastic.ladder.tables import advice, reduced_scene
-    from symoro_elastic.machine.formats import read_scene, read_wanted
+    from symoro_elastic.machine.formats import read_wanted
     from symoro_elastic.machine.formats.toml_writing import write_scene
 
     motions = [reference.prescribed for reference in found.references]
-    reduced = reduced_scene(found, read_scene(scene, found.machine))
+    reduced = reduced_scene(found, whole, scene_of(whole, scene))
     write_text(write_scene(reduced, motions, read_wanted(scene), [advice(found)]), out)
     click.echo(f"wrote {out}", err=True)

@@ -29,7 +29,7 @@ from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
 
@@ -151,8 +151,18 @@ class _Climb:
         return tuple(replace(rung, chosen=self.steps_of(rung)) if self.fits(rung) else rung for rung in rungs)
 
     def fits(self, rung: Rung) -> bool:
-        """Whether the predicted errors of a rung leave room for those of steps."""
-        return relative(rung.predicted, self.tolerance) <= MODEL_SHARE
+        """Whether the predicted errors of a rung leave room for those of steps, and its springs hold their loads."""
+        if relative(rung.predicted, self.tolerance) > MODEL_SHARE:
+            return False
+        return rung.locked or all(self._holds(rung, path) for path in self.paths)
+
+    @staticmethod
+    def _holds(rung: Rung, path: LinearPath) -> bool:
+        """Whether the stiffness of the springs left out, with gravity and loads, is positive along a motion."""
+        rows = [path.joints.index(name) for name in rung.left_out]
+        block = path.K[:, rows][:, :, rows]
+        symmetric = (block + block.transpose(0, 2, 1)) / 2
+        return not rows or bool(np.linalg.eigvalsh(symmetric).min() > 0)
 
     def reduced(self, rung: Rung, reference: Reference) -> Simulating:
         """Return the machine of a rung on one motion, springs held where the whole machine starts."""
@@ -175,6 +185,8 @@ class _Climb:
     def steps_of(self, rung: Rung, only: Iterable[str] = ()) -> Steps:
         """Return the cheapest method and steps that suffice for all motions."""
         each = [self.reduced(rung, reference) for reference in self.references]
+        if not self._moves(rung):
+            return Steps("", 1, dict.fromkeys(self.tolerance, 0.0), 1)
         best: Steps | None = None
         for name in only or each[0].candidates():
             method = METHODS[name]
@@ -188,6 +200,11 @@ class _Climb:
             best = one if best is None or one.cost < best.cost else best
         assert best is not None
         return best
+
+    def _moves(self, rung: Rung) -> bool:
+        """Whether anything is left whose motion is not prescribed."""
+        path = self.paths[0]
+        return bool({*path.names(path.moved)} - {*rung.left_out})
 
     def measured(self, rungs: tuple[Rung, ...], progress: Progress) -> Ladder:
         """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
@@ -232,7 +249,10 @@ class _Climb:
 
     def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
         reduced = self._reduced_reference(rung, reference)
-        trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
+        if self._moves(rung):
+            trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
+        else:
+            trajectory = prescribed(reduced, steps)
         motion = Observer(reduced.machine, reduced, ()).motion(trajectory)
         static, locked = ((), rung.left_out) if rung.locked else (rung.left_out, ())
         whole = Recovery(self.machine, reference.start, static, locked).whole(motion)
@@ -253,6 +273,8 @@ class _Climb:
 
     def _errors_of_steps(self, rung: Rung, reference: Reference) -> tuple[dict[str, float], float]:
         assert rung.chosen is not None
+        if not rung.chosen.method:
+            return dict.fromkeys(self.tolerance, 0.0), 0.0
         method = METHODS[rung.chosen.method]
         coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
         fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)

@@ -8,6 +8,7 @@ from typing import Any
 from symoro_elastic.ladder.rungs import Ladder, Rung
 from symoro_elastic.ladder.spring_errors import relative
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
 from symoro_elastic.simulation.tolerances import unit_of
@@ -72,8 +73,8 @@ def _described(found: Ladder, rung: Rung) -> str:
     return f"keep {', '.join(kept)} as springs, {left}" if kept else f"all springs, {left}"
 
 
-def reduced_scene(found: Ladder, scene: Scene) -> Scene:
-    """Return the scene with the springs of the chosen rung static or locked where the motion starts, and its method."""
+def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
+    """Return the scene of a whole machine with the springs of the chosen rung static or locked where the motion starts, and its method."""
     if found.chosen is None:
         return scene
     rung, reference = found.rungs[found.chosen], found.references[0]
@@ -83,7 +84,7 @@ def reduced_scene(found: Ladder, scene: Scene) -> Scene:
     steps = tuple(dict.fromkeys((*scene.steps, rung.chosen.method)))
     if rung.locked:
         return replace(scene, locked={**scene.locked, **held}, steps=steps)
-    return replace(scene, static={**held_positions(found.machine, scene.static), **held}, steps=steps)
+    return replace(scene, static={**held_positions(whole, scene.static), **held}, steps=steps)
 
 
 def ladder_json(found: Ladder) -> dict[str, Any]:

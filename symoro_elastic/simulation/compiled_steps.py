@@ -117,6 +117,13 @@ class CompiledSteps:
         return found
 
 
+def prescribed(reference: Reference, steps: int) -> Trajectory:
+    """Return the motion of a machine all of whose joints follow the reference exactly."""
+    t = np.linspace(0.0, reference.duration, steps + 1)
+    q, qd, _ = (x[:, np.argsort(reference.machine.motor_entries)] for x in reference.at(t))
+    return Trajectory(t, q, qd, np.full_like(q, np.nan), "", reference.duration / steps, steps, 0.0)
+
+
 def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
     """Return what a step is given of the motors, a row for each node of each step."""
     nodes = np.array([float(x) for x in dict.fromkeys(times_of(METHODS[method]))], dtype=float)
