@@ -13,7 +13,7 @@ from symoro_elastic.simulation.reference import Reference
 
 IN_DETAIL = 20
 """Samples in the shortest move, rise of a force or period of a wobble."""
-OF_TOLERANCE, OF_DEVIATION = 0.1, 1e-3
+OF_TOLERANCE, OF_DEVIATION = 0.1, 5e-3
 """Difference to every second sample that is allowed, the larger counts: it is sixteen times that of the samples."""
 WINDOWS = 20
 """Parts of a motion whose largest deviations are compared: how late a long vibration is does not count."""
