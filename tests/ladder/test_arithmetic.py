@@ -18,7 +18,7 @@ from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
 from tests.ladder.scenes import moving, random_springs
 
-STEPS = 300
+STEPS = 150
 
 
 def springs_moved(compiled: CompiledPackage, reference: Reference) -> Array:
@@ -44,7 +44,7 @@ def springs_moved(compiled: CompiledPackage, reference: Reference) -> Array:
 
 def test_the_estimate_is_of_the_size_of_the_error(tmp_path: Path) -> None:
     """Between a fifth of the error and five times it: roundings are no random numbers."""
-    scene = moving("random", random_springs(1, 6, (30, 50, 70)), 0.3, 0.3, 1e-5)
+    scene = moving("random", random_springs(1, 6, (30, 50, 70)), 0.3, 0.15, 1e-5)
     package = traced(scene.reference.machine, Scene(models=("inverse_dynamics", "geometric_model"))).package
     double, single = (
         compile_package(package, tmp_path / precision.name, precision=precision, flags=("-O1",))

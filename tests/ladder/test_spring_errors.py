@@ -25,20 +25,20 @@ SMALLEST = 1e-11
 
 
 def slow_tool() -> Scene:
-    """The two-axis machine without its fastest spring, pushed while it moves."""
-    machine = restricted(two_axis(), Request(locked={"sensor_head": ZERO, "y_chain_1": ZERO}))
+    """The two-axis machine without its fastest springs, pushed while it moves."""
+    machine = restricted(two_axis(), Request(locked=dict.fromkeys(("sensor_head", "y_chain_1", "ram"), ZERO)))
     push = AppliedForce("tool", (200.0, 0.0, 100.0, 0.0, 0.0, 0.0), 0.01, 0.03)
-    moves = {"motor_x": (0.03, 0.06), "motor_y": (0.02, 0.06)}
-    reference = moved(machine, 0.08, moves, {"motor_y": 0.1}, forces=[push])
+    moves = {"motor_x": (0.03, 0.04), "motor_y": (0.02, 0.04)}
+    reference = moved(machine, 0.06, moves, {"motor_y": 0.1}, forces=[push])
     return Scene("two_axis", reference, ("tool.x", "tool.y", "motor_x.tau"), 1e-5)
 
 
 SCENES: dict[str, Callable[[], Scene]] = {
-    "flex4": lambda: moving("flex4", tuned(flex4(), (40,)), 0.3, 0.1, 1e-5),
+    "flex4": lambda: moving("flex4", tuned(flex4(), (40,)), 0.2, 0.07, 1e-5),
     "flex4, servos": lambda: moving("flex4", tuned(flex4(), (40,)), 0.2, 0.15, 1e-5, SERVO),
-    "rx90": lambda: moving("rx90", arm((40, 60), 0.01), 0.2, 0.1, 1e-5),
-    "random 1": lambda: moving("random", random_springs(1, 6, (30, 50, 70)), 0.2, 0.1, 1e-5),
-    "random 3": lambda: moving("random", random_springs(3, 7, (20, 80, 50), 0.02), 0.2, 0.1, 1e-5),
+    "rx90": lambda: moving("rx90", arm((40, 60), 0.01), 0.1, 0.06, 1e-5),
+    "random 1": lambda: moving("random", random_springs(1, 6, (30, 50, 70)), 0.1, 0.06, 1e-5),
+    "random 3": lambda: moving("random", random_springs(3, 7, (20, 80, 50), 0.02), 0.1, 0.06, 1e-5),
     "two_axis": slow_tool,
 }
 
