@@ -93,7 +93,7 @@ class LinearPath:
         return replace(self, outputs=self.outputs.thinned, **rows)
 
     def finer(self, samples: int) -> LinearPath:
-        """Return the model at other times, evenly spaced: cubic between those that are known."""
+        """Return the model at other times, evenly spaced: polynomials between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
         rows = {name: between(self.t, getattr(self, name), t) for name in ("M", "D", "K", "R")}
         return replace(self, t=t, outputs=self.outputs.at(self.t, t), **rows)

@@ -17,10 +17,10 @@ FARTHEST, APART = 15.0, 0.005
 HALVINGS = 40
 PLACES = 40
 """Positions along a motion at which poles are taken."""
-HALF = 0.5
-"""Part of its amplitude that a damped vibration keeps over a period, at most."""
-SLOWEST, FASTEST, FREQUENCIES = 1e-2, 1e4, 4000
-"""w h of the vibrations that are tried."""
+KEPT = 0.9
+"""Part of its amplitude that a vibration keeps over a period, up to which it counts as damped."""
+SLOWEST, FREQUENCIES = 1e-2, 2000
+"""w h of the slowest vibration that is tried; how many up to pi are."""
 
 
 def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
@@ -69,13 +69,14 @@ def _stable(method: Method, z: ComplexArray) -> BoolArray:
 
 
 def damped_above(method: Method, h: float) -> float | None:
-    """Return the frequency, Hz, above which a method with steps h damps a vibration to half in a period or faster.
+    """Return the frequency, Hz, above which vibrations are damped by steps h: by a tenth in a period, or faster.
 
-    None where it damps none: energy is kept, or a step that long is unstable first.
+    Vibrations of less than two steps a period are not followed at all. None where such steps damp none: they keep
+    the energy, or make it grow.
     """
-    wh = np.geomspace(SLOWEST, FASTEST, FREQUENCIES)
-    kept = np.abs(growth(method, 1j * wh)) ** (2 * np.pi / np.minimum(wh, np.pi))
-    if kept[-1] > HALF:
+    wh = np.geomspace(SLOWEST, np.pi, FREQUENCIES)
+    kept = np.abs(growth(method, 1j * wh))
+    if not kept[-1] < 1 - ROUNDING:
         return None
-    following = np.flatnonzero(kept > HALF)
-    return float(wh[following[-1]] / (2 * np.pi * h)) if len(following) else None
+    damped = kept ** (2 * np.pi / wh) <= KEPT
+    return float(wh[int(np.argmax(damped)) if damped.any() else -1] / (2 * np.pi * h))

@@ -2,7 +2,7 @@
 
     y' = y_r' + J (y - y_r) + [0; M^-1 R],    J = [0 I; -M^-1 K, -M^-1 D],    y = [q; v]
 
-M, D, K, R are cubic between their samples. T is that of generated steps: for W-methods the inertia at the beginning
+M, D, K, R are polynomials between their samples. T is that of generated steps: for W-methods the inertia at the beginning
 of the step, stiffness and damping of the joints themselves; for methods with exact derivatives J. Motors without servo
 are where they are prescribed to be at every stage. The exact solution is that of a fine run.
 """
@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.ladder.path import LinearPath
@@ -122,8 +123,14 @@ class StepErrors:
         return np.array([k for k in self.path.moved if k not in self.left_out], dtype=int)
 
     def errors(self, method: Method, steps: int) -> dict[str, float]:
-        """Return the largest error of each output at the ends of even steps; infinite where it grows out of range."""
+        """Return the largest error of each output at the ends of even steps; infinite where it grows out of range.
+
+        Raises `InputError` for a method with exact derivatives where motors follow exactly: it has no such steps.
+        """
         path = self.path
+        if isinstance(method, Rosenbrock) and path.reference.servo is None:
+            what = "its steps need torques, and motors without servo follow exactly: give servos, or take w3"
+            raise InputError(path.reference.machine.label, f"method {method.name}", what)
         t = np.linspace(0.0, path.t[-1], steps + 1)
         outputs = path.outputs.at(path.t, t)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -163,16 +170,25 @@ class StepErrors:
             self._states(t[1:]),
         )
 
-    def _rates(self, t: Array) -> _Rates:
+    @cached_property
+    def _sampled(self) -> tuple[Array, Array]:
+        """-M^-1 [K, D] (N, n, 2n) and v' at y_r (N, n) at the samples of the model.
+
+        They are smooth where the acceleration of a motor under a servo is not.
+        """
         path, rows = self.path, self.rows
-        M, D, K, R = (between(path.t, x, t) for x in (path.M, path.D, path.K, path.R))
-        q, v, a = self.path.states(t)
-        sides = np.concatenate([K, D, R[..., None]], axis=2)[:, rows]
-        solved = np.linalg.solve(M[:, rows[:, None], rows], sides)
-        slope = np.zeros((len(t), len(path.joints), 2 * len(path.joints)))
+        sides = np.concatenate([path.K, path.D, path.R[..., None]], axis=2)[:, rows]
+        solved = np.linalg.solve(path.M[:, rows[:, None], rows], sides)
+        slope = np.zeros((len(path.t), len(path.joints), 2 * len(path.joints)))
         slope[:, rows] = -solved[..., :-1]
-        a[:, rows] += solved[..., -1]
-        return _Rates(slope, np.concatenate([q, v], axis=1), a)
+        rate = path.states(path.t)[2]
+        rate[:, rows] += solved[..., -1]
+        return slope, rate
+
+    def _rates(self, t: Array) -> _Rates:
+        path = self.path
+        slope, rate = (between(path.t, x, t) for x in self._sampled)
+        return _Rates(slope, self._states(t), rate)
 
     def _around(self, t: Array) -> tuple[_Rates, _Rates, Array]:
         """Return f shortly before and after times t, and the time between."""

@@ -37,6 +37,8 @@ def pinocchio_dynamics(machine: Machine) -> Dynamics:
 
     model, order, _ = model_of(machine)
     data = model.createData()
+    upper = np.minimum.outer(order, order), np.maximum.outer(order, order)
+    rest = np.zeros(model.nv)
 
     def dynamics(q: Array, v: Array) -> tuple[Array, Array]:
         A, H = np.zeros((*q.shape, q.shape[1])), np.zeros_like(q)
@@ -44,8 +46,8 @@ def pinocchio_dynamics(machine: Machine) -> Dynamics:
             placed, moved = np.zeros(model.nq), np.zeros(model.nv)
             placed[order], moved[order] = position, velocity
             pin.crba(model, data, placed)
-            A[k] = (np.triu(data.M) + np.triu(data.M, 1).T)[np.ix_(order, order)]
-            H[k] = np.array(pin.rnea(model, data, placed, moved, np.zeros(model.nv)))[order]
+            A[k] = data.M[upper]
+            H[k] = pin.rnea(model, data, placed, moved, rest)[order]
         return A, H
 
     return dynamics
@@ -62,6 +64,8 @@ class Truth:
     precision: float = 1e-11
 
     def __post_init__(self) -> None:
+        nothing = np.zeros(0)
+        self._asked = np.nan, (nothing, nothing, nothing)
         machine = self.reference.machine
         rows = machine.moving_joints
         values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
@@ -81,12 +85,19 @@ class Truth:
         """What acts on the joints besides A and H: motors under servos, springs and dampers, applied forces."""
         forces = -self.k * (q - self.neutral) - self.damping * v
         if self.reference.servo:
-            y, yd, _ = (x[0] for x in self.reference.at(np.array([t])))
+            y, yd, _ = self.wanted(t)
             kp, kd = self.reference.servo
             motors = self.motors
             law = kp * (y - q[:, motors]) + kd * (yd - v[:, motors])
             forces[:, motors] += self.reference.start.tau[motors] + law
         return forces + self.pushed(t, q)
+
+    def wanted(self, t: float) -> tuple[Array, Array, Array]:
+        """y, y', y'' (m,) of the motors."""
+        if t != self._asked[0]:
+            y, yd, ydd = (x[0] for x in self.reference.at(np.array([t])))
+            self._asked = t, (y, yd, ydd)
+        return self._asked[1]
 
     def pushed(self, t: float, q: Array) -> Array:
         if self.jacobian is None:
@@ -97,7 +108,7 @@ class Truth:
         A, H = self.dynamics(q, v)
         given = np.zeros_like(q)
         if not self.reference.servo:
-            given[:, self.motors] = self.reference.at(np.array([t]))[2]
+            given[:, self.motors] = self.wanted(t)[2]
         left = (self.torques(t, q, v) - H - np.einsum("sij,sj->si", A, given)) * self.free
         held = A * self.free[:, :, None] * self.free[:, None, :] + np.eye(q.shape[1]) * (1 - self.free)[:, :, None]
         return given + np.linalg.solve(held, left[..., None])[..., 0]
@@ -120,7 +131,7 @@ class Truth:
     def _placed(self, t: float, y: Array) -> tuple[Array, Array]:
         q, v = np.split(y.copy(), 2, axis=1)
         if not self.reference.servo:
-            q[:, self.motors], v[:, self.motors] = (x[0] for x in self.reference.at(np.array([t]))[:2])
+            q[:, self.motors], v[:, self.motors] = self.wanted(t)[:2]
         return q, v
 
     def recovered(self) -> Array:
