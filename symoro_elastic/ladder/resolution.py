@@ -60,4 +60,6 @@ def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
 def _largest(outputs: Array) -> Array:
     """Return the largest absolute values (WINDOWS, outputs) in parts of a motion."""
     ends = np.linspace(0, len(outputs) - 1, WINDOWS + 1).astype(int)
-    return np.array([np.abs(outputs[first : last + 1]).max(axis=0) for first, last in zip(ends, ends[1:], strict=False)])
+    return np.array(
+        [np.abs(outputs[first : last + 1]).max(axis=0) for first, last in zip(ends, ends[1:], strict=False)]
+    )

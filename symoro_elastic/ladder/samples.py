@@ -26,6 +26,22 @@ def between(t: Array, x: Array, wanted: Array) -> Array:
     return total
 
 
+def joined(h: float, x: tuple[Array, Array, Array], wanted: Array) -> tuple[Array, Array]:
+    """Return x and x' (M, ...) at times (M,) from x, x', x'' (N, ...) at times h apart from 0.
+
+    Between samples they are polynomials of degree 5 with these values at both ends.
+    """
+    place = np.clip(wanted / h, 0.0, len(x[0]) - 1)
+    first = np.minimum(place.astype(int), len(x[0]) - 2)
+    s = (place - first).reshape(-1, *(1,) * (x[0].ndim - 1))
+    (a, b), (u, v), (f, g) = ((y[first] * h**k, y[first + 1] * h**k) for k, y in enumerate(x))
+    rise, turn, bend = b - a - u - f / 2, v - u - f, (g - f) / 2  # what the last three coefficients have to reach
+    c3, c4, c5 = 10 * rise - 4 * turn + bend, -15 * rise + 7 * turn - 2 * bend, 6 * rise - 3 * turn + bend
+    value = a + s * (u + s * (f / 2 + s * (c3 + s * (c4 + s * c5))))
+    rate = u + s * (f + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))
+    return value, rate / h
+
+
 def slopes(function: Callable[[Array], Array], x: Array) -> Array:
     """Return the derivatives (N, ..., n) of values (N, ...) by x (N, n), by central differences."""
     changes = STEP * np.eye(x.shape[1])

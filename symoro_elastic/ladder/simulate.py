@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS, Method
 from symoro_elastic.integration.rosenbrock import RODAS4
@@ -111,6 +111,16 @@ class Simulating:
         largest = np.abs(Deviations(self.path).outputs).max(axis=0)
         return {name: max(USUAL * float(x), LEAST) for name, x in zip(self.names, largest, strict=True)}
 
+    @cached_property
+    def step_errors(self) -> StepErrors:
+        """Errors of methods on the linear model."""
+        return StepErrors(*self.linear)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Poles along the motion, rad/s."""
+        return poles(*self.linear)
+
     def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
         """Return the steps that suffice for a method by prediction, and the errors predicted."""
         return enough_steps(self, method, self.tolerance)
@@ -121,7 +131,7 @@ class Simulating:
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        return largest_stable_step(method, poles(*self.linear)) if isinstance(method, Tableau) else math.inf
+        return largest_stable_step(method, self.poles) if isinstance(method, Tableau) else math.inf
 
     def in_periods(self, steps: int) -> int:
         """Return at least as many steps, a whole number of them in each period."""
@@ -166,7 +176,7 @@ def enough_steps(
 ) -> tuple[int, Mapping[str, float]]:
     """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors."""
     least = simulating.stable_steps(method)
-    choice = fewest_steps(StepErrors(*simulating.linear), method, tolerance, share, least)
+    choice = fewest_steps(simulating.step_errors, method, tolerance, share, least)
     return simulating.in_periods(choice.steps), choice.errors
 
 
@@ -203,7 +213,7 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     simulating.refuse_many(duration / step)
     simulating.refuse_unstable(method, step)
     steps = max(1, round(duration / step))
-    return steps, StepErrors(*simulating.linear).errors(method, steps) if steps <= MOST_PREDICTED else {}
+    return steps, simulating.step_errors.errors(method, steps) if steps <= MOST_PREDICTED else {}
 
 
 def _refined(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray, ComplexArray
@@ -14,7 +16,7 @@ GROWING = 1e-6
 """Real part of a pole, of its magnitude, above which its motion grows by itself."""
 FARTHEST, APART = 15.0, 0.005
 """Of |lambda h| in the search for a limit: beyond the explicit methods in use."""
-HALVINGS = 40
+HALVINGS, ANGLES = 40, 721
 PLACES = 40
 """Positions along a motion at which poles are taken."""
 KEPT = 0.9
@@ -46,8 +48,17 @@ def largest_stable_step(method: Method, of: ComplexArray) -> float:
     counted = (speeds > ROUNDING * speeds.max(initial=0.0)) & (directions.real <= GROWING)
     if not counted.any():
         return np.inf
-    directions = np.minimum(directions.real, 0.0) + 1j * directions.imag
-    return float(np.min(_reach(method, directions[counted]) / speeds[counted]))
+    chosen = directions[counted]
+    angles, reach = _boundary(method)
+    towards = np.angle(np.minimum(chosen.real, 0.0) + 1j * np.abs(chosen.imag))
+    return float(np.min(np.interp(towards, angles, reach) / speeds[counted]))
+
+
+@cache
+def _boundary(method: Method) -> tuple[Array, Array]:
+    """Return angles of z in the upper left quadrant, and by angle how far |R(z)| <= 1 holds."""
+    angles = np.linspace(np.pi / 2, np.pi, ANGLES)
+    return angles, _reach(method, np.minimum(np.cos(angles), 0.0) + 1j * np.sin(angles))
 
 
 def _reach(method: Method, directions: ComplexArray) -> Array:

@@ -20,14 +20,13 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.ladder.path import LinearPath
-from symoro_elastic.ladder.samples import between
+from symoro_elastic.ladder.samples import between, joined
 from symoro_elastic.ladder.schemes import Method, gamma, nodes, stepped
+from symoro_elastic.ladder.small_motion import SmallMotion
 from symoro_elastic.ladder.spring_errors import relative
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
-FINER = 2
-"""Its steps in one of the method, at least."""
 FEWEST, MOST_STEPS = 10, 20_000
 """Steps over a motion that are tried."""
 MARGIN, SAVED = 1.05, 1.15
@@ -142,10 +141,15 @@ class StepErrors:
 
     def _exact(self, t: Array) -> Array:
         """Return y (N, 2n) of the linear model at times t."""
-        path, steps = self.path, len(t) - 1
-        finer = max(FINER, -(-FINE * (len(path.t) - 1) // steps))
-        found = path.finer(steps * finer + 1).without([self.left_out])
-        return self._states(t) + np.concatenate([found.d[::finer, 0], found.dd[::finer, 0]], axis=1)
+        found = self._solution
+        h = self.path.h / FINE
+        value, rate = joined(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
+        return self._states(t) + np.concatenate([value, rate], axis=1)
+
+    @cached_property
+    def _solution(self) -> SmallMotion:
+        """The exact small motion, at times finer than those of the path."""
+        return self.path.finer(FINE * (len(self.path.t) - 1) + 1).without([self.left_out])
 
     def _run(self, method: Method, t: Array) -> Array:
         """Return y (N, 2n) of the method."""

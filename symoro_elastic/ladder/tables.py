@@ -74,7 +74,7 @@ def _described(found: Ladder, rung: Rung) -> str:
 
 
 def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
-    """Return the scene of a whole machine with the springs of the chosen rung static or locked where the motion starts, and its method."""
+    """Return the scene of a whole machine with the method of the chosen rung, and its springs held where they start."""
     if found.chosen is None:
         return scene
     rung, reference = found.rungs[found.chosen], found.references[0]

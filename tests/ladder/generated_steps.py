@@ -18,7 +18,6 @@ from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
 
 
-
 def with_steps(machine: Machine, *methods: str) -> ModuleType:
     """The generated numpy package with steps of these methods."""
     scene = Scene(models=("geometric_model",), steps=methods)
