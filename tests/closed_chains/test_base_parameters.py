@@ -75,7 +75,7 @@ def test_torques_stay(name: str) -> None:
     assert all("couplings and loops leave" in line and "QR" in line for line in warnings)
     check(regrouped)
     assert regrouped.is_grouped
-    for situation in situations(name):
+    for situation in situations(name)[:2]:
         before, after = (VirtualWork(some, situation.state) for some in (described, regrouped))
         udd, idle = inputs_of(described, situation, before.at)["qdd"], [0.0] * len(described.motors)
         one, other = (reference.residual(udd, idle).astype(float) for reference in (before, after))
