@@ -15,7 +15,6 @@ from symoro_elastic.symbolic.arithmetic import evaluate_nodes, multiprecision
 from symoro_elastic.symbolic.expression import reachable
 from tests.references.closed_chains import DIGITS, Array, Chain, State, exact, in_many_digits
 
-
 Results = dict[str, Array]
 
 
