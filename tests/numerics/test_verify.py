@@ -75,8 +75,9 @@ GOOD = [
 
 @pytest.mark.parametrize(("machine", "scene"), GOOD)
 def test_good_machines_pass(machine: Machine, scene: Scene) -> None:
+    """Each kind of extreme states twice."""
     seen: list[tuple[int, int]] = []
-    found = verify(machine, scene, progress=lambda done, total: seen.append((done, total)))
+    found = verify(machine, scene, states=(4, 16), progress=lambda done, total: seen.append((done, total)))
     assert found.ok and not found.missing and found.disagreement < 1e-40
     assert [model.name for model in found.models] == list(FIVE)
     assert seen == [(k, found.states) for k in range(1, found.states + 1)]
@@ -97,7 +98,8 @@ def test_default_models_and_equal_results() -> None:
 
 
 def test_thirty_joint_tree() -> None:
-    found = verify(random_machine(3, joints=30, symbolic=True), EVERYTHING, states=(4, 8))
+    models = ("direct_dynamics", "inverse_dynamics")
+    found = verify(random_machine(3, joints=30, symbolic=True), Scene(models=models), states=(2, 8))
     assert found.ok and found.models[0].numpy.error < 1e-12
 
 
