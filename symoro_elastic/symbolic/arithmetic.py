@@ -101,7 +101,11 @@ def evaluate_nodes(
         else:
             operands = [values[x.id] if type(x) is Expression else number(x) for x in node.operands]
             values[node.id] = operations[node.operation](*operands)
-    return lambda x: values[x.id] if type(x) is Expression else number(x)
+
+    def value(x: Value) -> Number:
+        return values[x.id] if type(x) is Expression else number(x)
+
+    return value
 
 
 def sign(x: Value) -> Value:
