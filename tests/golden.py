@@ -39,6 +39,8 @@ GOLDEN = (
     Golden("puma560.par", "."),
     Golden("flex4.par", "."),
     Golden("planar_2r.toml", "."),
+    Golden("ball_screw.toml", "."),
+    Golden("sr400.par", "."),
     Golden("planar_2r.toml", "all_models", FIVE, ("numpy", "c-batch")),
 )
 

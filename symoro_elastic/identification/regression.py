@@ -29,7 +29,8 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.identification import linear_parameters, refuse_varying_stiffness
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import Followed, start_of
+from symoro_elastic.numerics.assembled_states import start_of
+from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.random_motion import closed_states
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression

@@ -12,7 +12,7 @@ from symoro_elastic.integration.explicit import step
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.numerics.closed_positions import start_of
+from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.time_series.measurements import Measurements

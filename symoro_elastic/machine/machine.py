@@ -199,6 +199,11 @@ class Machine:
         return tuple(j for j in self.owners if self.joint(j).variable in names)
 
     @cached_property
+    def in_loops(self) -> frozenset[int]:
+        """Numbers of the joints on whose variables those of some loop depend."""
+        return frozenset(j for loop in self.loops for j in self.owners_in(loop))
+
+    @cached_property
     def antecedents(self) -> tuple[int, ...]:
         """Antecedent of each row."""
         return tuple(joint.antecedent for joint in self.joints)

@@ -99,9 +99,8 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
 
 def _continued(machine: Machine, plan: Plan, target: Mapping[int, float]) -> Position:
     """The assembled position at independent variables, by small steps from the start, which never change the branch."""
-    in_loops = {j for loop in machine.loops for j in machine.owners_in(loop) if j in target}
-    found: Position = {**plan.positions[0], **{j: x for j, x in target.items() if j not in in_loops}}
-    ways = {j: target[j] - found[j] for j in in_loops}
+    found: Position = {**plan.positions[0], **{j: x for j, x in target.items() if j not in machine.in_loops}}
+    ways = {j: x - found[j] for j, x in target.items() if j in machine.in_loops}
     longest = max(map(abs, ways.values()), default=0.0)
     if longest > FARTHEST:
         raise _open(machine)

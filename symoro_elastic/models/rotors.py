@@ -73,12 +73,11 @@ def _by_variable(machine: Machine, position: Mapping[str, float]) -> dict[str, f
 def _others(machine: Machine, position: Mapping[str, float]) -> Iterator[dict[str, float]]:
     """Positions with joints that turn somewhere, those of loops near their start."""
     source, here = random.Random(SEED), _by_variable(machine, position)
-    in_loops = {j for loop in machine.loops for j in machine.owners_in(loop)}
-    free = [machine.joint(j) for j in machine.moving if j not in in_loops and machine.joint(j).sigma == 0]
+    free = [machine.joint(j) for j in machine.moving if j not in machine.in_loops and machine.joint(j).sigma == 0]
     plan = plan_of(machine, Bound) if machine.loops else None
     for k in range(POSITIONS):
         near = plan.positions[k % len(plan.positions)] if plan else {}
-        closed = machine.by_variable({j: near[j] for j in in_loops})
+        closed = machine.by_variable({j: near[j] for j in machine.in_loops})
         yield here | closed | {str(joint.variable): source.uniform(-math.pi, math.pi) for joint in free}
 
 

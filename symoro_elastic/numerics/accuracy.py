@@ -24,7 +24,6 @@ from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosur
 from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.tails import bound_of_more, bound_of_quotients
 from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.symbolic.expression import reachable
 
 ComputedResults = Mapping[str, AnyArray | Sequence[AnyArray]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
@@ -94,8 +93,7 @@ class Reference:
     def __init__(self, traced: TracedModel, states: States, values: Mapping[str, float]) -> None:
         """States along the first axis; `values` are those of the parameters."""
         self.traced, self.states, self.values = traced, states, values
-        nodes = reachable(x for o in traced.program.outputs for x in o.entries)
-        self._step = max(1, NUMBERS_AT_ONCE // (1 + len(nodes)))
+        self._step = max(1, NUMBERS_AT_ONCE // (1 + len(traced.program.nodes)))
         self._known: dict[int, dict[str, AnyArray]] = {}
 
     def parts(self, count: int) -> list[slice]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,15 +22,28 @@ SHARES = (1.0, 0.5, 0.25, 0.125)
 """Of a way that is gone where the loops do not close at its end."""
 
 
-def in_loops(machine: Machine) -> Array:
-    """Whether the variable of each moving joint moves a joint of a loop."""
-    together = {j for loop in machine.loops for j in machine.owners_in(loop)}
-    return np.array([j in together for j in machine.moving], dtype=bool)
+@dataclass(frozen=True)
+class Start:
+    """One position at which the loops of a machine are closed: independent and dependent variables."""
+
+    machine: Machine
+    q: Array
+    q_dep: Array
+
+    @property
+    def by_variable(self) -> dict[str, float]:
+        """Values of all own variables, by name."""
+        owners, values = (*self.machine.moving, *self.machine.dependent), (*self.q.tolist(), *self.q_dep.tolist())
+        return self.machine.by_variable(dict(zip(owners, values, strict=True)))
 
 
-def start_of(machine: Machine) -> dict[str, float]:
-    """Values of all own variables, by name, at an assembled position: the start of the loops, zero elsewhere."""
-    return machine.by_variable(plan_of(machine, Bound).positions[0])
+def start_of(machine: Machine) -> Start:
+    """Return the position near the start of the file; zeros without loops."""
+    if not machine.loops:
+        return Start(machine, np.zeros(len(machine.moving)), np.zeros(0))
+    position = plan_of(machine, Bound).positions[0]
+    q, q_dep = (np.array([position[j] for j in joints]) for joints in (machine.moving, machine.dependent))
+    return Start(machine, q, q_dep)
 
 
 def assembled_states(machine: Machine, count: int, seed: int, values: Mapping[str, float]) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 from symoro_elastic.packages import imported
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, library
 from symoro_elastic.symbolic.operations import COSPI, SIGN
 from symoro_elastic.symbolic.program import Program
 
@@ -82,9 +82,7 @@ def _is_tight(entries: Balls, negligible: float) -> bool:
 
 def _evaluated(program: Program, symbols: Mapping[str, float]) -> dict[str, Balls]:
     balls, arb = _arithmetic(), _flint().arb
-    value = evaluate(
-        (x for output in program.outputs for x in output.entries), {name: arb(x) for name, x in symbols.items()}, balls
-    )
+    value = evaluate_nodes(program.nodes, {name: arb(x) for name, x in symbols.items()}, balls)
     return {output.name: [value(x) for x in output.entries] for output in program.outputs}
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
 from symoro_elastic.symbolic.arithmetic import evaluate
 
@@ -27,14 +27,6 @@ SETTLING = 2
 """Further runs of `assemble` at the position itself."""
 
 
-@dataclass(frozen=True)
-class Start:
-    """One position at which the loops of a machine are closed: independent and dependent variables."""
-
-    q: Array
-    q_dep: Array
-
-
 def drawn_values(machine: Machine, seed: int = 0) -> ParameterValues:
     """Return values of all parameters, drawn where none is given; those of the geometry are such that loops close."""
     values = parameter_values(machine, seed)
@@ -42,15 +34,6 @@ def drawn_values(machine: Machine, seed: int = 0) -> ParameterValues:
         return values
     closed, geometry = plan_of(machine, Bound).assembly.values, ZeroPosition(machine).geometry
     return values | {name: closed[name] for name in geometry}
-
-
-def start_of(machine: Machine) -> Start:
-    """Return the position near the start of the file; zeros without loops."""
-    if not machine.loops:
-        return Start(np.zeros(len(machine.moving)), np.zeros(0))
-    position = plan_of(machine, Bound).positions[0]
-    q, q_dep = (np.array([position[j] for j in joints]) for joints in (machine.moving, machine.dependent))
-    return Start(q, q_dep)
 
 
 class Followed:

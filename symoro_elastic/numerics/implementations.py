@@ -22,7 +22,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 from symoro_elastic.traced import traced
 
@@ -127,7 +127,7 @@ def _symbols(traced: TracedModel, states: States, state: int, values: Mapping[st
 
 def _evaluated(program: Program, symbols: Mapping[str, float]) -> list[Sequence[float]]:
     try:
-        value = evaluate((x for output in program.outputs for x in output.entries), symbols, FLOATS)
+        value = evaluate_nodes(program.nodes, symbols, FLOATS)
         return [[float(value(x)) for x in output.entries] for output in program.outputs]
     except (ArithmeticError, ValueError):
         return [[math.nan] * len(output.entries) for output in program.outputs]

@@ -19,7 +19,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import Followed, drawn_values, start_of
+from symoro_elastic.numerics.assembled_states import start_of
+from symoro_elastic.numerics.closed_positions import Followed, drawn_values
 from symoro_elastic.symbolic.arithmetic import evaluate
 
 SLIDE, VELOCITY, ACCELERATION, OF_BASE = 0.5, 3.0, 5.0, 5.0

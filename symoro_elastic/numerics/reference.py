@@ -23,7 +23,7 @@ from symoro_elastic.numerics import coupled_reference
 from symoro_elastic.numerics.coupled_disagreement import coupled_disagreement
 from symoro_elastic.numerics.coupled_reference import CoupledNumbers, CoupledPrograms
 from symoro_elastic.numerics.linear_systems import NumberMatrix, Numbers, distance, dot, inverse, product, solve
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, multiprecision
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, multiprecision
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
 
@@ -120,7 +120,7 @@ class StateReference:
         symbols = dict(self.names)
         for argument in program.inputs:
             symbols |= zip(argument.symbols, arguments[argument.name], strict=True)
-        value = evaluate((x for o in program.outputs for x in o.entries), symbols, self.arithmetic)
+        value = evaluate_nodes(program.nodes, symbols, self.arithmetic)
         return {output.name: [value(x) for x in output.entries] for output in program.outputs}
 
     def cell(self, formula: Formula, variables: Mapping[str, Any] | None = None) -> Any:

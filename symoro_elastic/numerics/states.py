@@ -10,7 +10,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.numerics.assembled_states import assembled_states, in_loops, start_of
+from symoro_elastic.numerics.assembled_states import assembled_states, start_of
 from symoro_elastic.numerics.base_states import base_states
 from symoro_elastic.numerics.reference_motions import reference_motions
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
@@ -153,7 +153,8 @@ def _assembled(machine: Machine, states: States, values: ParameterValues, seed: 
     if not machine.loops:
         return states
     q, q_dep = assembled_states(machine, len(states), seed, values)
-    return replace(states, q=np.where(in_loops(machine), q, states.q), q_dep=q_dep)
+    in_loops = np.array([j in machine.in_loops for j in machine.moving], dtype=bool)
+    return replace(states, q=np.where(in_loops, q, states.q), q_dep=q_dep)
 
 
 def _with_base(machine: Machine, states: States, rng: Rng) -> States:
@@ -189,7 +190,7 @@ def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) 
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
-    at_start = values | (start_of(machine) if machine.is_coupled else {})
+    at_start = values | (start_of(machine).by_variable if machine.is_coupled else {})
     return [_variable(joint, at_start) for joint in machine.moving_joints]
 
 

@@ -92,18 +92,19 @@ def evaluate_nodes(
     known: Mapping[int, Number] | None = None,
 ) -> Callable[[Scalar], Number]:
     """The same for nodes in order, operands before their users, as `reachable` finds them once for many values."""
-    values = dict(known or {})
-
-    def value(x: Value) -> Number:
-        return values[x.id] if type(x) is Expression else arithmetic.number(x)
-
+    values, number, operations = dict(known or {}), arithmetic.number, arithmetic.operations
     for node in nodes:
         if node.id in values:
             continue
         if node.operation == SYMBOL:
             values[node.id] = symbols[node.operands[0]]
         else:
-            values[node.id] = arithmetic.operations[node.operation](*map(value, node.operands))
+            operands = [values[x.id] if type(x) is Expression else number(x) for x in node.operands]
+            values[node.id] = operations[node.operation](*operands)
+
+    def value(x: Value) -> Number:
+        return values[x.id] if type(x) is Expression else number(x)
+
     return value
 
 

@@ -7,11 +7,12 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from functools import cached_property
 from string import ascii_lowercase
 from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Expression, Level, Operand
+from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.factoring import factored
 from symoro_elastic.symbolic.operations import NEGATE, OPERATIONS, SYMBOL
 
@@ -101,6 +102,11 @@ class Program:
     count_once: OperationCount
     constants: tuple[Expression, ...] = ()
     named_constants: tuple[NamedConstant, ...] = ()
+
+    @cached_property
+    def nodes(self) -> list[Expression]:
+        """Every node that the outputs need, operands before their users."""
+        return reachable(x for output in self.outputs for x in output.entries)
 
 
 class Names:

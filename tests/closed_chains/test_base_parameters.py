@@ -75,14 +75,14 @@ def test_torques_stay(name: str) -> None:
     assert all("couplings and loops leave" in line and "QR" in line for line in warnings)
     check(regrouped)
     assert regrouped.is_grouped
-    for situation in situations(name):
+    for situation in situations(name)[:2]:
         before, after = (VirtualWork(some, situation.state) for some in (described, regrouped))
         udd, idle = inputs_of(described, situation, before.at)["qdd"], [0.0] * len(described.motors)
         one, other = (reference.residual(udd, idle).astype(float) for reference in (before, after))
         assert np.abs(one - other).max() < TORQUES * np.abs(one).max()
 
 
-@pytest.mark.parametrize("name", ["sr400", "press", "geared_6r"])
+@pytest.mark.parametrize("name", ["sr400", "press", "coupled_wrist"])
 def test_the_order_of_rows_does_not_matter(name: str) -> None:
     one, other = (checked_grouping(some)[0].count for some in (machine(name), reordered(machine(name))))
     assert one == other

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +14,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine, Parameter
 from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_references import worst
-from tests.closed_chains.traced import results
+from tests.closed_chains.traced import Results, results, traced
 from tests.references.closed_chains import Array, State, exact, in_many_digits
 
 MACHINES = (
@@ -37,20 +38,23 @@ DRIVING = {"direct_dynamics": "tau", "inverse_dynamics": "qdd_motor"}
 def differences(described: Machine, model: str, arguments: dict[str, list[Any]], name: str) -> dict[str, Array]:
     """Derivatives of the results of a model by an argument, or by parameters p; loops stay closed."""
     columns: dict[str, list[Array]] = {}
+    function = traced(described, model)
     for k in range(len(arguments[name])):
-        ahead, behind = (_moved(described, model, arguments, name, k, sign * STEP) for sign in (1, -1))
+        ahead, behind = (_moved(function, described, arguments, name, k, sign * STEP) for sign in (1, -1))
         for result, x in ahead.items():
             columns.setdefault(result, []).append((x - behind[result]) / (2 * STEP))
     return {result: np.array(found, dtype=object).T for result, found in columns.items()}
 
 
-def _moved(described: Machine, model: str, arguments: dict[str, list[Any]], name: str, k: int, step: Any) -> Any:
+def _moved(
+    function: Callable[..., Results], described: Machine, arguments: dict[str, list[Any]], name: str, k: int, step: Any
+) -> Results:
     given = {key: list(map(exact, entries)) for key, entries in arguments.items()}
     given[name][k] += step
     guess = situations(described.name)[0].state.guess
     values = {p.name: x for p, x in zip(described.parameters, given.pop("p"), strict=True)}
     state = State(given.pop("q"), given.pop("qd"), guess)
-    return results(described, model, state, given, values=values)
+    return function(state, given, values)
 
 
 @in_many_digits

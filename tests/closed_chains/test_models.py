@@ -36,6 +36,23 @@ CONSTRAINED = [(name, k) for name, k in COUPLED if name not in ("ball_screw", "s
 """Those with loops or joints without a variable of their own."""
 ASSEMBLED = ("delta", "ring", "ring_with_slide", "spatial_four_bar")
 """Loops without a closed form."""
+TOGETHER = (
+    "direct_dynamics",
+    "direct_dynamics_by_inertia_matrix",
+    "inverse_dynamics",
+    "inertia_matrix",
+    "bias_forces",
+    "energy",
+    "reaction_wrenches",
+    "linearization",
+    "geometric_model",
+    "velocities",
+    "accelerations",
+    "jacobian",
+    "jacobian_dot_qd",
+)
+"""Models of all machines; `CLOSED_CHAINS` are those of machines with couplings and loops."""
+CLOSED_CHAINS = ("dependent_coordinates", "coupling_matrix")
 
 Results = dict[str, Any]
 
@@ -46,17 +63,29 @@ def reference(name: str, k: int) -> Multipliers:
     return Multipliers(machine(name), situations(name)[k].state, nearest_double)
 
 
-@cache
 def generated(name: str, model: str) -> tuple[ModuleType, tuple[str, ...]]:
-    """The numpy package of one model of a machine, and the names of its results."""
-    return package_of(machine(name), model)
+    """A numpy package of a machine that has this model, and the names of its results."""
+    module, results = _generated(name, models_of(name) if model in models_of(name) else (model,))
+    return module, results[model]
 
 
-def package_of(described: Machine, model: str) -> tuple[ModuleType, tuple[str, ...]]:
-    found = traced(described, Scene(models=(model,)))
+@cache
+def _generated(name: str, models: tuple[str, ...]) -> tuple[ModuleType, dict[str, tuple[str, ...]]]:
+    return package_of(machine(name), *models)
+
+
+def models_of(name: str) -> tuple[str, ...]:
+    """Models that are generated together, so that the machine is traced once."""
+    coupled = CLOSED_CHAINS if (name, 0) in COUPLED else ()
+    return (*TOGETHER, *coupled, *(("constraint_forces",) if (name, 0) in CONSTRAINED else ()))
+
+
+def package_of(described: Machine, *models: str) -> tuple[ModuleType, dict[str, tuple[str, ...]]]:
+    """The numpy package of some models, and the names of the results of each."""
+    found = traced(described, Scene(models=models))
     with TemporaryDirectory() as folder:
         module = import_package(render_numpy(found.package), Path(folder) / "numpy")
-    return module, tuple(found.models[0].rows)
+    return module, {one.model.name: tuple(one.rows) for one in found.models}
 
 
 def computed(name: str, k: int, model: str, **more: Any) -> Results:
@@ -235,6 +264,7 @@ def test_reaction_wrenches(name: str, k: int) -> None:
     assert_near(name, results["f"][rows], [wanted[j] for j in rows])
 
 
+@cache
 def driven(name: str, k: int) -> tuple[Multipliers, Array, Array]:
     """The reference, torques of its motors as the inverse model gives them, and qdd under these, in doubles."""
     found = reference(name, k)

@@ -113,13 +113,18 @@ def test_loops_and_branches_have_braces(name: str) -> None:
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)
 def test_names_begin_with_that_of_the_machine(name: str, precision: Precision, tmp_path: Path) -> None:
-    """Functions, types, macros, enumerators; the macros of compilers are only asked for."""
+    """Functions, types, macros, enumerators; the macros of compilers are only asked for.
+
+    Symbols are listed of all machines in double precision, of one in the others.
+    """
     own = machine(name).name
     header = files(name, precision)[f"{own}{precision.suffix}.h"]
     for text in map(code, (header, scalar(name, precision))):
         macros = re.findall(r"#define (\w+)", text) + re.findall(r"^    (\w+),?$", text, re.MULTILINE)
         assert all(macro.startswith(f"{own.upper()}_") for macro in macros), macros
         assert all(found.startswith(f"{own}_") for found in re.findall(r"^\} (\w+);", text, re.MULTILINE))
+    if precision is not DOUBLE and name != "flex4.par":
+        return
     compiled(files(name, precision), tmp_path, COMPILERS[0], "-std=c99", "-O0", "-c")
     command = ["nm", f"{own}{precision.suffix}.o"]
     listed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout

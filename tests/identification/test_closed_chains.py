@@ -22,7 +22,7 @@ from symoro_elastic.identification.validation import validated
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
-from symoro_elastic.numerics.closed_positions import start_of
+from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.time_series.measurements import Measurements, from_columns
 from tests.closed_chains.machines import machine, situations

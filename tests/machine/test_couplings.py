@@ -89,13 +89,13 @@ def test_a_machine_with_loops_survives_writing() -> None:
 
 
 @given(coupled_machines())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_random_coupled_machines_survive_writing(machine: Machine) -> None:
     assert toml.read(toml.write(machine), "") == machine
 
 
 @given(coupled_machines())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_own_variables_that_are_not_named_are_found_or_in_doubt(machine: Machine) -> None:
     """A row never gets the variable of another."""
     text = re.sub(r', variable = "\w+" }', " }", toml.write(machine))

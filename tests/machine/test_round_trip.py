@@ -35,13 +35,13 @@ def test_example_survives_writing(path: Path, format_, tmp_path: Path) -> None:
 
 
 @given(machines())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_random_machine_through_toml(machine: Machine) -> None:
     assert toml.read(toml.write(machine), "") == machine
 
 
 @given(machines())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_random_machine_through_par(machine: Machine) -> None:
     assert par.read(par.write(machine), "") == machine
 

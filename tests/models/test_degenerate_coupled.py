@@ -28,7 +28,7 @@ def without_inertia(whole: Machine, joints: set[int]) -> Machine:
 def directions(whole: Machine, name: str) -> int:
     """Dimension of the null space of the inertia matrix of the reference, at the state where it is smallest."""
     found = []
-    for situation in situations(name):
+    for situation in situations(name)[:2]:
         with mpmath.workdps(70):
             A = mpmath.matrix(Multipliers(whole, situation.state).inertia().tolist())
             scale = [mpmath.sqrt(abs(A[k, k])) or mpmath.mpf(1) for k in range(A.rows)]

@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from symoro_elastic.codegen import compile as compiling
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
@@ -25,7 +26,10 @@ from tests.references.constraint_multipliers import Multipliers
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_all_machines_pass(name: str) -> None:
+def test_all_machines_pass(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only the C of the SR400 is optimised, as `check` does: compilers take half the time."""
+    if name != "sr400":
+        monkeypatch.setattr(compiling, "optimisation", lambda package: "-O0")
     found = verify(machine(name), Scene(), states=(4, 8))
     assert found.ok and not found.missing and found.disagreement < 1e-40
     for model in found.models:
@@ -61,9 +65,9 @@ def _cuts(whole: Any) -> dict[str, float]:
 @pytest.mark.parametrize("name", [name for name in FILES if machine(name).loops])
 def test_loops_close_at_every_state(name: str, draw: Any) -> None:
     whole, chain = machine(name), Chain(machine(name))
-    states = draw(whole, 3)
-    assert states.q_dep.shape == (3, len(whole.dependent)) and len(np.unique(states.q, axis=0)) == 3
-    for k in range(3):
+    states = draw(whole, 2)
+    assert states.q_dep.shape == (2, len(whole.dependent)) and len(np.unique(states.q, axis=0)) == 2
+    for k in range(2):
         guess = dict(zip(chain.dependent, states.q_dep[k].tolist(), strict=True))
         with mpmath.workdps(DIGITS):
             found = chain.assemble(State(states.q[k].tolist(), states.qd[k].tolist(), guess | _cuts(whole)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 import shutil
 import subprocess
@@ -15,19 +16,27 @@ import pytest
 
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Machine, Parameter
+from symoro_elastic.machine.machine import Kind, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.pipeline import generate
 from tests.generated_code import COMPILERS, RESULTS, STRICT, Array, call, compiled, imported
 from tests.golden import FIVE, GENERATED, GOLDEN, ROOT, Golden, differences, left_over, make
 from tests.references import multiprecision as reference
+from tests.references.closed_chains import State
+from tests.references.constraint_multipliers import Multipliers
 from tests.references.random_machines import chain, random_machine, random_state
 
 CONTRACT = 1e-12
 NOT_COMMITTED = Golden("two_axis.toml", "all_models", FIVE)
 FOLDERS = [pytest.param(golden, id=f"{golden.folder}/{golden.example}") for golden in GOLDEN]
 ALL_FOLDERS = [*FOLDERS, pytest.param(NOT_COMMITTED, id="not committed/two_axis.toml")]
-SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1")
+SANITIZED = [
+    folder
+    for folder in ALL_FOLDERS
+    if folder.id not in ("./two_axis.toml", "./planar_2r.toml", "./puma560.par", "./ball_screw.toml")
+]
+"""Without folders whose functions stand in another one too, and others like the RX90 and the SR400."""
+SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O0")
 
 
 # The same bytes
@@ -83,11 +92,27 @@ def values_of(machine: Machine) -> dict[str, float]:
 
 
 def expected(machine: Machine, model: str, state: tuple[Any, ...]) -> list[Any]:
-    """The 50-digit reference, a list of results."""
+    """The reference in 50 digits or more, a list of results."""
     q, qd, drive = state
+    if machine.is_coupled:
+        return of_coupled(Multipliers(machine, State(q, qd, start(machine))), model, drive)
     arguments = {"direct_dynamics": (q, qd, drive), "inverse_dynamics": (q, qd, drive), "bias_forces": (q, qd)}
     found = getattr(reference, model)(machine, *arguments.get(model, (q,)))
     return list(found) if model == "inverse_dynamics" else [found]
+
+
+def of_coupled(found: Multipliers, model: str, drive: Any) -> list[Any]:
+    """Results of the direct or inverse model: accelerations of the independent joints only."""
+    entries = [found.chain.own.index(name) for name in found.chain.independent]
+    if model == "direct_dynamics":
+        return [found.direct(drive)[entries]]
+    torques, accelerations = found.inverse(drive)
+    return [torques, accelerations[entries]]
+
+
+def start(machine: Machine) -> dict[str, float]:
+    """Positions by variable at which the loops close."""
+    return {name: value.value() for loop in machine.loops for name, value in loop.start.items()}
 
 
 def inputs_of(model: str, state: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -101,7 +126,18 @@ def worst(found: Any, wanted: Any) -> float:
 
 
 def states(machine: Machine) -> list[tuple[Any, ...]]:
-    return [random_state(machine, seed) for seed in range(3)]
+    return [coupled_state(machine, seed) if machine.is_coupled else random_state(machine, seed) for seed in range(3)]
+
+
+def coupled_state(machine: Machine, seed: int) -> tuple[list[float], list[float], list[float]]:
+    """Near the start of the loops, so that they close on its branch; springs are deflected by a tenth of that."""
+    chooser = random.Random(seed)
+    joints, near = [machine.joint(j) for j in machine.moving], start(machine)
+    reach = [0.03 if joint.kind is Kind.ELASTIC else 0.3 for joint in joints]
+    q = [
+        near.get(str(joint.variable), 0.0) + x * chooser.uniform(-1, 1) for joint, x in zip(joints, reach, strict=True)
+    ]
+    return q, [chooser.uniform(-1, 1) for _ in joints], [chooser.uniform(-20, 20) for _ in machine.motors]
 
 
 def tuple_of(result: Any) -> tuple[Any, ...]:
@@ -140,6 +176,7 @@ def test_committed_packages_keep_the_contract(golden: Golden, tmp_path: Path) ->
     machine, module = valued(golden.example), imported(folder_of(golden, tmp_path))
     rows = [machine.joints[j - 1] for j in machine.moving]
     assert tuple(row.name for row in rows) == module.JOINTS
+    assert tuple(machine.joint(j).name for j in machine.dependent) == getattr(module, "DEPENDENT", ())
     assert tuple(k for k, row in enumerate(rows) if row.kind == "motor") == module.MOTORS
     assert tuple(k for k, row in enumerate(rows) if row.kind == "elastic") == module.ELASTIC
     assert tuple(p.name for p in machine.parameters) == module.PARAMETERS
@@ -280,9 +317,18 @@ def sanitized(folder: Path, build: Path, compiler: str, shorter: str = "") -> su
     program = build / f"main_{compiler}"
     strict = () if shorter else ("-Wall", "-Wextra", "-Werror")  # GCC warns by itself: prototypes state the sizes
     command = [compiler, "-std=c99", *strict, *SANITIZE, f"-I{folder}", str(build / "main.c")]
-    sources = [str(folder / f"{folder.name}{kind}.c") for kind in ("", "_batch")]
-    subprocess.run([*command, *sources, "-lm", "-o", str(program)], check=True)
+    objects = [str(sanitized_object(folder / f"{folder.name}{kind}.c", build, compiler)) for kind in ("", "_batch")]
+    subprocess.run([*command, *objects, "-lm", "-o", str(program)], check=True)
     return subprocess.run([str(program)], capture_output=True, text=True, check=False)
+
+
+def sanitized_object(source: Path, build: Path, compiler: str) -> Path:
+    """A compiled source; what is compiled there already is used again."""
+    made = build / f"{source.stem}_{compiler}.o"
+    if not made.exists():
+        command = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", *SANITIZE, "-c", str(source), "-o", str(made)]
+        subprocess.run(command, check=True)
+    return made
 
 
 def with_batch(golden: Golden, out: Path) -> Path:
@@ -306,7 +352,7 @@ def sanitizer() -> str:
     return ""
 
 
-@pytest.mark.parametrize("golden", ALL_FOLDERS)
+@pytest.mark.parametrize("golden", SANITIZED)
 def test_no_function_leaves_its_arrays(golden: Golden, tmp_path: Path) -> None:
     """Every function, on arrays of exactly the declared sizes, under the address and undefined-behaviour sanitizers."""
     if not sanitizer():
@@ -315,18 +361,18 @@ def test_no_function_leaves_its_arrays(golden: Golden, tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr
 
 
-@pytest.mark.parametrize("shorter", ["q", "tau", "p", "c", "A", "T"])
-def test_an_array_too_short_is_noticed(shorter: str, tmp_path: Path) -> None:
+def test_an_array_too_short_is_noticed(tmp_path: Path) -> None:
     if not sanitizer():
         pytest.skip("needs sanitizers")
-    run = sanitized(GENERATED / "all_models" / "planar_2r", tmp_path, sanitizer(), shorter)
-    assert run.returncode != 0 and "heap-buffer-overflow" in run.stderr
+    for shorter in ("q", "tau", "p", "c", "A", "T"):
+        run = sanitized(GENERATED / "all_models" / "planar_2r", tmp_path, sanitizer(), shorter)
+        assert run.returncode != 0 and "heap-buffer-overflow" in run.stderr, shorter
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_random_trees_compile_without_a_warning_and_agree(seed: int, tmp_path: Path) -> None:
     """Friction, wrenches, a moving base, parameters for everything; all five models."""
-    machine = random_machine(seed, joints=6, symbolic=True, moving_base=True)
+    machine = random_machine(seed, joints=4, symbolic=True, moving_base=True)
     generate(machine, Scene(FIVE), ("numpy", "c-batch"), tmp_path)
     folder = tmp_path / machine.name
     module = imported(folder)

@@ -18,9 +18,10 @@ import mpmath
 import numpy as np
 from mpmath import mp, mpf
 
+from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Closing, Joint, Kind, Loop, Machine
-from tests.references.elimination import independent_rows, least_squares, solve, zeros
+from tests.references.elimination import identity, independent_rows, least_squares, solve, zeros
 from tests.references.numbers_of_machine import Arithmetic, JointNumbers, MachineNumbers, Values, numbers_of
 from tests.references.series import FUNCTIONS, Series, coefficient, cos, sin
 
@@ -81,13 +82,22 @@ class Chain:
         self.cuts = [_variable(joint) for joint in machine.joints if joint.kind is Kind.CUT and joint.sigma != 2]
         self.articulated = [j - 1 for j in machine.articulated]
         self.arithmetic = Arithmetic(number, +mp.pi, FUNCTIONS)
+        self.constant = self._constant_rows()
+        self.before = {j: _before_joint(row) for j, row in self.constant.items()}
 
     def _names(self, joints: Sequence[int]) -> list[str]:
         return [_variable(self.machine.joint(j)) for j in joints]
 
     def numbers(self, variables: Variables) -> MachineNumbers:
         """The table, cells and stiffnesses evaluated at these values; own variables are not added yet."""
-        return numbers_of(self.machine, self.arithmetic, {**self.values, **variables})
+        return numbers_of(self.machine, self.arithmetic, {**self.values, **variables}, self.constant)
+
+    def _constant_rows(self) -> dict[int, JointNumbers]:
+        """Rows (from 0) of which no cell is a formula of variables."""
+        variables = dict.fromkeys([*self.own, *self.cuts], mpf(0))
+        rows = numbers_of(self.machine, self.arithmetic, {**self.values, **variables}).joints
+        joints = enumerate(self.machine.joints)
+        return {j: rows[j] for j, joint in joints if not any(x.names & variables.keys() for _, x in cells(joint))}
 
     def joint_values(self, numbers: MachineNumbers, variables: Variables) -> list[Any]:
         """q_j = F_j(x) of each row, from the cell that sigma selects; 0 at fixed frames."""
@@ -103,11 +113,11 @@ class Chain:
         """0Tj of every row; cut rows are moved by their variables."""
         numbers = self.numbers(variables)
         frames: list[Array] = []
-        for row, q in zip(numbers.joints, self.joint_values(numbers, variables), strict=True):
+        for j, (row, q) in enumerate(zip(numbers.joints, self.joint_values(numbers, variables), strict=True)):
             theta, r = (q if row.sigma == 0 else row.theta), (q if row.sigma == 1 else row.r)
-            screws = _about_z(row.gamma, row.b) @ _about_x(row.alpha, row.d) @ _about_z(theta, r)
-            before = frames[row.antecedent - 1] if row.antecedent else base
-            frames.append(screws if before is None else before @ screws)
+            before = self.before[j] if j in self.before else _before_joint(row)
+            antecedent = frames[row.antecedent - 1] if row.antecedent else base
+            frames.append(_screwed_about_z(before if antecedent is None else antecedent @ before, theta, r))
         return frames
 
     def gaps(self, variables: Variables) -> list[Any]:
@@ -183,8 +193,12 @@ class Chain:
 
 
 def along(at: Variables, *coefficients: Variables) -> dict[str, Any]:
-    """Each variable as a power series: its value, then the coefficients that are given for it by name."""
-    return {name: Series([value, *(c.get(name, mpf(0)) for c in coefficients)]) for name, value in at.items()}
+    """Variables as power series: the value, then the coefficients given by name; as they are where none is given."""
+    moving = {name for given in coefficients for name in given}
+    return {
+        name: Series([value, *(c.get(name, mpf(0)) for c in coefficients)]) if name in moving else value
+        for name, value in at.items()
+    }
 
 
 def _with_reflected_inertia(joint: Joint) -> Joint:
@@ -205,11 +219,18 @@ def _gaps(loop: Loop, frames: Sequence[Array]) -> list[Any]:
     return list((frames[loop.cut - 1][:3, columns] - frames[loop.meets - 1][:3, columns]).ravel())
 
 
-def _about_z(angle: Any, shift: Any) -> Array:
-    c, s, o, one = cos(angle), sin(angle), mpf(0), mpf(1)
-    return np.array([[c, -s, o, o], [s, c, o, o], [o, o, one, shift], [o, o, o, one]], dtype=object)
+def _before_joint(row: JointNumbers) -> Array:
+    """Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d)."""
+    return _screwed_about_x(_screwed_about_z(identity(4), row.gamma, row.b), row.alpha, row.d)
 
 
-def _about_x(angle: Any, shift: Any) -> Array:
-    c, s, o, one = cos(angle), sin(angle), mpf(0), mpf(1)
-    return np.array([[one, o, o, shift], [o, c, -s, o], [o, s, c, o], [o, o, o, one]], dtype=object)
+def _screwed_about_z(frame: Array, angle: Any, shift: Any) -> Array:
+    """T Rot(z, angle) Trans(z, shift), by the columns of T."""
+    (x, y, z, p), c, s = frame.T, cos(angle), sin(angle)
+    return np.array([x * c + y * s, y * c - x * s, z, p + z * shift], dtype=object).T
+
+
+def _screwed_about_x(frame: Array, angle: Any, shift: Any) -> Array:
+    """T Rot(x, angle) Trans(x, shift), by the columns of T."""
+    (x, y, z, p), c, s = frame.T, cos(angle), sin(angle)
+    return np.array([x, y * c + z * s, z * c - y * s, p + x * shift], dtype=object).T

@@ -33,10 +33,10 @@ def solve(matrix: Array, right: Array) -> Array:
     for k in range(size):
         pivot = max(range(k, size), key=lambda i: abs(rows[i, k]))
         rows[[k, pivot]] = rows[[pivot, k]]
-        rows[k] = rows[k] / rows[k, k]
+        rows[k, k:] = rows[k, k:] / rows[k, k]
         for i in range(size):
             if i != k and rows[i, k]:
-                rows[i] = rows[i] - rows[i, k] * rows[k]
+                rows[i, k:] = rows[i, k:] - rows[k, k:] * rows[i, k]
     return rows[:, size:].reshape(right.shape)
 
 
@@ -53,7 +53,7 @@ def independent_rows(matrix: Array) -> list[int]:
     for i, row in enumerate(matrix):
         rest = row.copy()
         for column, other in reduced:
-            rest = rest - rest[column] * other
+            rest = rest - other * rest[column]
         column = max(range(len(rest)), key=lambda k: abs(rest[k]), default=0)
         if len(rest) and abs(rest[column]) > scale * NOTHING:
             reduced.append((column, rest / rest[column]))

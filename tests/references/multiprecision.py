@@ -25,6 +25,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from symoro_elastic.machine.machine import Kind, Machine
+from tests.references.elimination import identity, solve, zeros
 from tests.references.numbers_of_machine import (
     Arithmetic,
     Array,
@@ -114,7 +115,7 @@ def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, val
     forces = _joint_forces(numbers, q, qd)
     for k, motor_torque in zip(numbers.motors, tau, strict=True):
         forces[k] = _number(motor_torque)
-    return _list(_solve(inertia, forces - _generalized_forces(numbers, q, qd)))
+    return _list(solve(inertia, forces - _generalized_forces(numbers, q, qd)))
 
 
 @_in_many_digits
@@ -125,10 +126,10 @@ def inverse_dynamics(
     numbers = _read(machine, values)
     inertia, bias = _inertia_matrix(numbers, _frames(numbers, q)), _generalized_forces(numbers, q, qd)
     rigid, soft = numbers.motors, numbers.among_moving(Kind.ELASTIC, Kind.PASSIVE)
-    qdd = _zeros(len(numbers.moving))
+    qdd = zeros(len(numbers.moving))
     for k, acceleration in zip(rigid, qdd_motor, strict=True):
         qdd[k] = _number(acceleration)
-    qdd[soft] = _solve(inertia[np.ix_(soft, soft)], (_joint_forces(numbers, q, qd) - bias - inertia @ qdd)[soft])
+    qdd[soft] = solve(inertia[np.ix_(soft, soft)], (_joint_forces(numbers, q, qd) - bias - inertia @ qdd)[soft])
     return _list((inertia @ qdd + bias)[rigid]), _list(qdd)
 
 
@@ -141,7 +142,7 @@ def reaction_wrenches(
     frames = _frames(numbers, q, qd, qdd)
     reactions = []
     for j, frame in enumerate(frames):
-        force, moment = _zeros(3), _zeros(3)
+        force, moment = zeros(3), zeros(3)
         for i in range(j, len(frames)):
             if j in _path(numbers, i):
                 f, m = _needed_wrench(numbers.joints[i], frames[i], numbers.base)
@@ -224,14 +225,15 @@ def _joint_transform(joint: JointNumbers, q: Any, qd: Any, qdd: Any) -> _Series:
     turned = mpf(joint.sigma == 0)
     moved = mpf(joint.sigma == 1)
     value = _about_z(joint.theta + turned * q, joint.r + moved * q)
-    turn, move = _zeros(4, 4), _zeros(4, 4)  # d/dt Screw(z; theta, r) = (turn theta' + move r') Screw
+    turn, move = zeros(4, 4), zeros(4, 4)  # d/dt Screw(z; theta, r) = (turn theta' + move r') Screw
     turn[1, 0], turn[0, 1], move[2, 3] = mpf(1), mpf(-1), mpf(1)
-    spin = turned * turn + moved * move
-    return _Series(before @ value, before @ (qd * spin) @ value, before @ (qdd * spin + qd**2 * (spin @ spin)) @ value)
+    spin = turn * turned + move * moved
+    turning, twice = spin @ value, spin @ spin @ value
+    return _Series(before @ value, before @ (turning * qd), before @ (turning * qdd + twice * qd**2))
 
 
 def _base_motion(base: BaseNumbers) -> _Series:
-    value, first, second = _identity(4), _zeros(4, 4), _zeros(4, 4)
+    value, first, second = identity(4), zeros(4, 4), zeros(4, 4)
     spin = _hat(base.angular_velocity)
     first[:3, :3], first[:3, 3] = spin, base.velocity
     second[:3, :3], second[:3, 3] = _hat(base.angular_acceleration) + spin @ spin, base.acceleration
@@ -240,14 +242,14 @@ def _base_motion(base: BaseNumbers) -> _Series:
 
 def _about_z(angle: Any, shift: Any) -> Array:
     c, s = mpmath.cos(angle), mpmath.sin(angle)
-    transform = _identity(4)
+    transform = identity(4)
     transform[0, 0], transform[0, 1], transform[1, 0], transform[1, 1], transform[2, 3] = c, -s, s, c, shift
     return transform
 
 
 def _about_x(angle: Any, shift: Any) -> Array:
     c, s = mpmath.cos(angle), mpmath.sin(angle)
-    transform = _identity(4)
+    transform = identity(4)
     transform[1, 1], transform[1, 2], transform[2, 1], transform[2, 2], transform[0, 3] = c, -s, s, c, shift
     return transform
 
@@ -265,7 +267,7 @@ def _path(numbers: MachineNumbers, j: int) -> list[int]:
 
 def _jacobian(numbers: MachineNumbers, frames: list[_Frame], j: int) -> tuple[Array, Array]:
     """(Jp, Jw), 3 x n each: velocity of the origin of frame j and angular velocity, in frame 0."""
-    linear, angular = _zeros(3, len(numbers.moving)), _zeros(3, len(numbers.moving))
+    linear, angular = zeros(3, len(numbers.moving)), zeros(3, len(numbers.moving))
     path = set(_path(numbers, j))
     for column, k in enumerate(numbers.moving):
         axis = frames[k].rotation[:, 2]
@@ -283,7 +285,7 @@ def _inertia_matrix(numbers: MachineNumbers, frames: list[_Frame]) -> Array:
         linear, angular = _jacobian(numbers, frames, j)
         coupling = linear.T @ _hat(frame.rotation @ joint.body.first_moment) @ angular
         inertia = frame.rotation @ joint.body.inertia @ frame.rotation.T
-        matrix = matrix + joint.body.mass * (linear.T @ linear) - coupling - coupling.T + angular.T @ inertia @ angular
+        matrix = matrix + (linear.T @ linear) * joint.body.mass - coupling - coupling.T + angular.T @ inertia @ angular
     return matrix
 
 
@@ -292,7 +294,7 @@ def _needed_wrench(joint: JointNumbers, frame: _Frame, base: BaseNumbers) -> tup
     moment_of_mass = frame.rotation @ joint.body.first_moment
     inertia = frame.rotation @ joint.body.inertia @ frame.rotation.T
     fall = frame.a - base.gravity
-    force = joint.body.mass * fall + _cross(frame.wd, moment_of_mass)
+    force = fall * joint.body.mass + _cross(frame.wd, moment_of_mass)
     force = force + _cross(frame.w, _cross(frame.w, moment_of_mass)) + frame.rotation @ joint.force
     moment = inertia @ frame.wd + _cross(frame.w, inertia @ frame.w) + _cross(moment_of_mass, fall)
     return force, moment + frame.rotation @ joint.moment
@@ -318,7 +320,7 @@ def _generalized_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers, qdd: N
 
 def _joint_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers) -> Array:
     """Gamma of the springs [9], -k (q - q0) - d qd; zero elsewhere."""
-    forces = _zeros(len(numbers.moving))
+    forces = zeros(len(numbers.moving))
     for k in numbers.among_moving(Kind.ELASTIC):
         joint = numbers.joints[numbers.moving[k]]
         forces[k] = -joint.stiffness * (_number(q[k]) - joint.neutral) - joint.damping * _number(qd[k])
@@ -330,16 +332,6 @@ def _joint_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers) -> Array:
 
 def _list(array: Array) -> list[Any]:
     return list(array.tolist())
-
-
-def _zeros(*shape: int) -> Array:
-    return np.full(shape, mpf(0), dtype=object)
-
-
-def _identity(size: int) -> Array:
-    identity = _zeros(size, size)
-    np.fill_diagonal(identity, mpf(1))
-    return identity
 
 
 def _cross(a: Array, b: Array) -> Array:
@@ -355,10 +347,3 @@ def _axial(matrix: Array) -> Array:
     """Vector of the antisymmetric part."""
     pairs = ((2, 1), (0, 2), (1, 0))
     return np.array([(matrix[i, j] - matrix[j, i]) / 2 for i, j in pairs], dtype=object)
-
-
-def _solve(matrix: Array, right: Array) -> Array:
-    """`ZeroDivisionError` where the matrix is singular."""
-    if not len(right):
-        return right
-    return np.array(list(mpmath.lu_solve(mpmath.matrix(matrix.tolist()), mpmath.matrix(right.tolist()))), dtype=object)

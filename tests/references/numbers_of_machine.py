@@ -105,8 +105,16 @@ def spread(machine: MachineNumbers, q: Any, zero: Any) -> list[Any]:
     return [next(entries) if joint.sigma != 2 else zero for joint in machine.joints]
 
 
-def numbers_of(machine: Machine, arithmetic: Arithmetic = FLOATS, values: Values | None = None) -> MachineNumbers:
-    """The machine in numbers; `values` go before those that the machine gives. `ValueError` names what has none."""
+def numbers_of(
+    machine: Machine,
+    arithmetic: Arithmetic = FLOATS,
+    values: Values | None = None,
+    known: Mapping[int, JointNumbers] | None = None,
+) -> MachineNumbers:
+    """The machine in numbers; `values` go before those that the machine gives. `ValueError` names what has none.
+
+    Rows (from 0) that are `known` already are taken as they are.
+    """
     names = _names(machine, arithmetic, values or {})
 
     def number(formula: Formula) -> Any:
@@ -117,7 +125,9 @@ def numbers_of(machine: Machine, arithmetic: Arithmetic = FLOATS, values: Values
 
     base = BaseNumbers(*(vector(getattr(machine.base, entry.name)) for entry in fields(Base)))
     floating = _body(machine.floating.body, number, vector) if machine.floating else None
-    return MachineNumbers([_joint(joint, number, vector) for joint in machine.joints], base, floating)
+    found = known or {}
+    rows = [found[j] if j in found else _joint(joint, number, vector) for j, joint in enumerate(machine.joints)]
+    return MachineNumbers(rows, base, floating)
 
 
 def _joint(joint: Joint, number: Scalar, vector: Vector) -> JointNumbers:
@@ -141,8 +151,8 @@ def _body(body: Body, number: Scalar, vector: Vector) -> BodyNumbers:
     if not body.central:
         return BodyNumbers(mass, moments, inertia)
     identity = np.array([[int(i == j) for j in range(3)] for i in range(3)])
-    shift = moments @ moments * identity - np.outer(moments, moments)
-    return BodyNumbers(mass, mass * moments, inertia + mass * shift)
+    shift = identity * (moments @ moments) - np.outer(moments, moments)
+    return BodyNumbers(mass, moments * mass, inertia + shift * mass)
 
 
 def _names(machine: Machine, arithmetic: Arithmetic, values: Values) -> dict[str, Any]:
