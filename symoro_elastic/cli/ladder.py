@@ -90,8 +90,8 @@ def _found(
 
     machine = restricted(whole, scene_of(whole, scene))
     motions, wanted = _tables(scene, machine)
-    motions = _from_box(motions, box, starts, machine)
-    return ladder_of(machine, motions, tolerances(wanted, machine), wanted.period, announce, progress)
+    placed = _from_box(motions, box, starts, machine)
+    return ladder_of(machine, placed, tolerances(wanted, machine), wanted.period, announce, progress)
 
 
 def _from_box(
