@@ -23,7 +23,7 @@ LANES = 16
 class StepFunction:
     """A function for users in a header: its comment, its prototypes."""
 
-    comment: tuple[str, ...]
+    comment: str
     prototypes: tuple[str, ...]
 
 
@@ -205,7 +205,7 @@ class CSteps:
         ]
         return with_arguments(f"void {self._name(method, variant, with_error)}_batch", ["size_t states", *pointers])
 
-    def _comment(self, method: MethodText, variant: Variant, with_error: bool) -> tuple[str, ...]:
+    def _comment(self, method: MethodText, variant: Variant, with_error: bool) -> str:
         lines = [f"One step h [s] of the {method.title}{variant.words}."]
         rows = ", ".join(variant.of_nodes)
         lines.append(f"{rows}: a row for each of the times {', '.join(method.times)}")
@@ -214,7 +214,7 @@ class CSteps:
         lines.append("q, qd: the state, at t when called, at t + h then")
         if with_error:
             lines.append("-> error: difference of q, then of qd, from the embedded method")
-        return tuple(lines)
+        return "\n * ".join(lines)
 
 
 def render_runs(package: Package, text: CSteps) -> dict[str, str]:
