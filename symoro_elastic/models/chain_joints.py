@@ -100,10 +100,10 @@ def _check_kinds(bound: Bound, variables: Sequence[int]) -> None:
 
 
 def _motors_set_all(bound: Bound) -> bool:
-    """Whether motors on dependent joints determine all independent variables."""
+    """Whether motors, of which some are on dependent joints, determine all independent variables but deflections."""
     if not any(j in bound.machine.dependent for j in bound.motors):
         return False
-    rows = {m: bound.coordinates.S_x[m] for m in bound.motors}
+    rows = {j: bound.coordinates.S_x[j] for j in (*bound.motors, *bound.machine.elastic)}
     return len(independent_motors(bound, rows)) == len(bound.machine.moving)
 
 

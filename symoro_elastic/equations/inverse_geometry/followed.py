@@ -7,6 +7,7 @@ the others must stand where u puts them.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
 
@@ -50,7 +51,7 @@ def inverse(is_zero: IsZero, S: Rows) -> dict[int, Row]:
 
     Elimination takes the shortest row first: a gear is one quotient, a coupled wrist is followed from its first joint.
     """
-    left = {j: (row, {j: 1}) for j, row in S.items()}
+    left: dict[int, tuple[Row, Row]] = {j: (row, {j: 1}) for j, row in S.items()}
     steps: list[tuple[int, Row, Row]] = []
     while left:
         row, x = left.pop(min(left, key=lambda j: len(left[j][0])))
@@ -62,8 +63,8 @@ def inverse(is_zero: IsZero, S: Rows) -> dict[int, Row]:
         steps.append((v, after, given))
         for j, (other, known) in left.items():
             factor = -other.get(v, 0)
-            rest = combination([(1, _without(v, other)), (factor, after)])
-            left[j] = _without_zeros(is_zero, rest), combination([(1, known), (factor, given)])
+            reduced = combination([(1, _without(v, other)), (factor, after)])
+            left[j] = _without_zeros(is_zero, reduced), combination([(1, known), (factor, given)])
     found: dict[int, Row] = {}
     for v, after, given in reversed(steps):
         found[v] = combination([(1, given), *((-entry, found[k]) for k, entry in after.items())])
@@ -79,4 +80,4 @@ def _without_zeros(is_zero: IsZero, row: Row) -> Row:
 
 
 def _is_whole(x: Scalar) -> bool:
-    return isinstance(x, int) or getattr(x, "denominator", None) == 1
+    return isinstance(x, int | Fraction) and x.denominator == 1
