@@ -35,14 +35,14 @@ def refuse_unfit(bound: Bound, found: Sequence[Chain], damped: bool) -> None:
 
 
 def _refuse_loops(bound: Bound) -> None:
-    """Raise `InputError` for motors and springs on dependent joints, and for loops without closed form."""
+    """Raise `InputError` for motors on dependent joints, and for loops without closed form."""
     machine = bound.machine
     for one in bound.loops:
         if one.is_assembled:
             _refuse(bound, f"loop {one.loop.name}", "it has no closed form whose derivatives by time could be taken")
     for j in machine.dependent:
         joint = machine.joint(j)
-        if joint.kind is not Kind.PASSIVE:
+        if joint.kind is Kind.MOTOR:
             what = "its variable follows from a loop: choose other dependent joints (dependent = [...])"
             _refuse(bound, place_of(j, joint, "kind"), what)
 
@@ -80,7 +80,8 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
     if not is_zero(bound.cell(joint.rotor_inertia)):
         yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
     if not joint.spring.stiffness.names.isdisjoint(bound.machine.variables):
-        yield "stiffness", "it depends on positions, so the deflection has no closed form: make it a constant"
+        if not is_zero(damping_of(bound, j)):
+            yield "stiffness", "it depends on positions, and the spring has damping: make it a constant, or the other 0"
     elif is_zero(bound.cell(joint.spring.stiffness)):
         yield "stiffness", "a spring without stiffness transmits no torque: give it one"
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
+from symoro_elastic.equations.coordinates import projection
 from symoro_elastic.equations.feed_forward import Drive, mounted_in_parallel, sense
 from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import AxialTransform, Z, is_zero
@@ -27,7 +28,8 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinates import Coupling
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
+from symoro_elastic.symbolic.differentiation import substituted as substituted_expressions
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.functions import cosine_sine
 
@@ -206,9 +208,54 @@ class LoadCoordinates(Bound):
         return AxialTransform(Z, *cosine_sine(self.graph, theta), r)
 
     def lost_forces(self) -> dict[int, Scalar]:
-        """Friction, dampers and springs of joints that follow others, on the coordinates."""
+        """Friction, dampers and springs of joints that follow others, and changes of stiffness, on the coordinates.
+
+        What the coordinate behind a spring changes of its own stiffness is left to `spring_law`.
+        """
         dependent = {j: self.friction(j) - self.passive_torque(j) for j in self.machine.dependent}
-        return self._projected(dependent, {j: self.friction(j) for j in self._coupled})
+        found = self._projected(dependent, {j: self.friction(j) for j in self._coupled})
+        for j, slopes in self.stiffness_slopes.items():
+            for k, slope in slopes.items():
+                found[k] = found[k] + (0 if k == j else self._of_change(j, slope))
+        return found
+
+    def _of_change(self, j: int, slope: Scalar) -> Scalar:
+        """Force of a change of stiffness of joint j: k' (x - x0)^2/2."""
+        _, deflection = self.spring(j)
+        return slope * deflection * deflection / 2
+
+    def stiffening(self, j: int) -> Scalar:
+        """Force on z_j of the change of stiffness of joint j with z_j."""
+        return self.senses[j] * self._of_change(j, self.stiffness_slopes.get(j, {}).get(j, 0))
+
+    def spring(self, j: int) -> tuple[Scalar, Scalar]:
+        """Stiffness of joint j and deflection of its spring; zero for joints without."""
+        stiffness, deflection = super().spring(j)
+        if j in self.stages:
+            own = self._coupling(self.own_variables[self._name(j)])
+            deflection = own.value - self.cell(self.machine.joint(j).spring.neutral)
+        return stiffness, deflection
+
+    @cached_property
+    def stiffness_slopes(self) -> dict[int, dict[int, Scalar]]:
+        """Derivatives of stiffnesses that change with positions, by joint and coordinate."""
+        found: dict[int, dict[int, Scalar]] = {}
+        for j in self.machine.elastic:
+            by_own = Coupling(self, self.machine.joint(j).spring.stiffness).partials
+            if by_own:
+                found[j] = projection(self.coordinates.S_x, by_own)
+        return found
+
+    def spring_law(self, j: int, x: Expression) -> Scalar:
+        """Force against the variable of spring j at x of its own, which the coordinate before the spring follows."""
+        spring, stage = self.machine.joint(j).spring, self.stages[j]
+        deflection = x - self.cell(spring.neutral)
+        slope = self.stiffness_slopes[j].get(j, 0)
+        force = Coupling(self, spring.stiffness).value * deflection + slope * deflection * deflection / 2
+        beside = self.others[j].value if j in self.others else 0
+        before = (stage.sense * (self.variables[j] - x) - beside) / stage.ratio
+        followed = {self._name(stage.before): self.senses[stage.before] * before}
+        return substituted_expressions(self.graph, [force], followed)[0]
 
     def _mechanism(self) -> Mechanism:
         found = super()._mechanism()
@@ -253,6 +300,14 @@ class LoadCoordinates(Bound):
         text = f"({self._coordinate(j)}) - ({followed}) - ({substituted(others, found)})"
         found[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
 
+    def changing(self, stiffness: Formula) -> Formula:
+        """A stiffness as a formula of the coordinates, without those that cancel in it."""
+        formula = substituted(stiffness, self.own_variables)
+        partials = Coupling(self, formula).partials
+        value = ModularAngles(SEED).values(partials.values())
+        idle = {self._name(v): ZERO for v, x in partials.items() if not (value(x) if _moves(x) else x)}
+        return substituted(formula, idle)
+
     def _ratio_times(self, j: int, stage: Stage) -> Formula:
         """ratio z_before: what the cell is where the chain before it has its coordinate, less what it is at zero."""
         before = self._coordinate(stage.before)
@@ -278,7 +333,7 @@ def _in_load_coordinates(bound: LoadCoordinates) -> Machine:
     """The table in coordinates of loads: springs behind transmissions are at theirs, others follow."""
     table = bound.machine
     first = {j: run.joints[0] for chain in bound.chains for run in chain.runs for j in run.joints}
-    joints = [_with_cell(joint, _cell(bound, j)) for j, joint in enumerate(table.joints, start=1)]
+    joints = [_with_stiffness(bound, _with_cell(x, _cell(bound, j))) for j, x in enumerate(table.joints, start=1)]
     for j, head in first.items():
         joints[j - 1] = replace(joints[j - 1], antecedent=table.joint(head).antecedent)
     return replace(table, joints=tuple(joints))
@@ -292,6 +347,13 @@ def _cell(bound: LoadCoordinates, j: int) -> Formula:
 
 def _with_cell(joint: Joint, cell: Formula) -> Joint:
     return joint if cell is joint.selected else joint.with_selected(cell)
+
+
+def _with_stiffness(bound: LoadCoordinates, joint: Joint) -> Joint:
+    stiffness = joint.spring.stiffness
+    if stiffness.names.isdisjoint(bound.machine.variables):
+        return joint
+    return replace(joint, spring=replace(joint.spring, stiffness=bound.changing(stiffness)))
 
 
 def load_positions(bound: Bound, found: list[Chain]) -> dict[int, Scalar]:
