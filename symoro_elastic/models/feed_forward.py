@@ -193,9 +193,10 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
         spring = bound.machine.joint(behind).spring
         neutral, torque = bound.cell(spring.neutral), solution.series.of(balance.springs[behind], needed[j])
         if behind in loads.stiffness_slopes:
-            x = bound.graph.symbol(deflection_symbol(behind, 0))
-            law = loads.spring_law(behind, x)
-            bent = balanced(x, law, [-sense * T for T in torque], neutral, variables)
+            deflection = bound.graph.symbol(deflection_symbol(behind, 0))
+            law = loads.spring_law(behind, deflection)
+            bent = balanced(deflection, law, [-sense * T for T in torque], variables)
+            bent[0] = bent[0] + neutral
         else:
             compliance = Fraction(1) / bound.cell(spring.stiffness)
             bent = [(0 if k else neutral) - sense * (compliance * T) for k, T in enumerate(torque)]

@@ -246,14 +246,14 @@ class LoadCoordinates(Bound):
                 found[j] = projection(self.coordinates.S_x, by_own)
         return found
 
-    def spring_law(self, j: int, x: Expression) -> Scalar:
-        """Force against the variable of spring j at x of its own, which the coordinate before the spring follows."""
+    def spring_law(self, j: int, deflection: Scalar) -> Scalar:
+        """Force against the variable of spring j at a deflection, which the coordinate before the spring follows."""
         spring, stage = self.machine.joint(j).spring, self.stages[j]
-        deflection = x - self.cell(spring.neutral)
         slope = self.stiffness_slopes[j].get(j, 0)
         force = Coupling(self, spring.stiffness).value * deflection + slope * deflection * deflection / 2
         beside = self.others[j].value if j in self.others else 0
-        before = (stage.sense * (self.variables[j] - x) - beside) / stage.ratio
+        own = deflection + self.cell(spring.neutral)
+        before = (stage.sense * (self.variables[j] - own) - beside) / stage.ratio
         followed = {self._name(stage.before): self.senses[stage.before] * before}
         return substituted_expressions(self.graph, [force], followed)[0]
 
