@@ -49,9 +49,13 @@ def _refuse_loops(bound: Bound) -> None:
 
 def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
     """Raise `InputError` for springs whose deflections need each other."""
-    names = ", ".join(bound.machine.joint(j).name for j in dict.fromkeys(joints))
+    names = [bound.machine.joint(j).name for j in dict.fromkeys(joints)]
     what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
-    _refuse(bound, f"joints {names}", what)
+    if len(names) == 1:
+        what = (
+            "the load of the spring behind it needs its own deflection, so there is no closed form: lock it in a scene"
+        )
+    _refuse(bound, f"joint{'s' if len(names) > 1 else ''} {', '.join(names)}", what)
 
 
 def _at_rest(bound: Bound, base: Base) -> bool:

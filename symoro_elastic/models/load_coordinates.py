@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
-from symoro_elastic.equations.coordinates import projection
 from symoro_elastic.equations.feed_forward import Drive, mounted_in_parallel, sense
 from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import AxialTransform, Z, is_zero
@@ -29,7 +28,8 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinates import Coupling
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
-from symoro_elastic.symbolic.differentiation import substituted as substituted_expressions
+from symoro_elastic.symbolic.differentiation import Differentiation
+from symoro_elastic.symbolic.differentiation import substituted as in_place_of_symbols
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.functions import cosine_sine
 
@@ -230,32 +230,49 @@ class LoadCoordinates(Bound):
 
     def spring(self, j: int) -> tuple[Scalar, Scalar]:
         """Stiffness of joint j and deflection of its spring; zero for joints without."""
-        stiffness, deflection = super().spring(j)
-        if j in self.stages:
-            own = self._coupling(self.own_variables[self._name(j)])
-            deflection = own.value - self.cell(self.machine.joint(j).spring.neutral)
-        return stiffness, deflection
+        joint = self._table.joint(j)
+        if joint.kind is not Kind.ELASTIC:
+            return 0, 0
+        return self._stiffness(j, self._own(j)), self._own(j) - self.cell(joint.spring.neutral)
+
+    def _own(self, j: int) -> Scalar:
+        """Own variable of joint j."""
+        return self._coupling(self.own_variables[self._name(j)]).value if j in self.stages else self.variables[j]
+
+    def _stiffness(self, j: int, own: Scalar) -> Scalar:
+        """Stiffness of joint j at its own variable, over the coordinates, without those that cancel in it."""
+        formula = self._table.joint(j).spring.stiffness
+        names = formula.names & self._table.variables.keys()
+        if not names:
+            return self.cell(formula)
+        of_own = self.cell(formula, self.named({name: self.graph.symbol(name) for name in names}))
+        values = {name: self._own(self._table.variables[name]) for name in names}
+        found = self._with(of_own, values | ({self._name(j): own} if self._name(j) in names else {}))
+        slopes = {x.operands[0]: _slope(found, x) for x in self.q.values()}
+        value = ModularAngles(SEED).values(slopes.values())
+        return self._with(found, {name: 0 for name, x in slopes.items() if not value(x)})
+
+    def _with(self, x: Scalar, values: Mapping[str, Scalar]) -> Scalar:
+        return in_place_of_symbols(self.graph, [x], values)[0]
 
     @cached_property
     def stiffness_slopes(self) -> dict[int, dict[int, Scalar]]:
         """Derivatives of stiffnesses that change with positions, by joint and coordinate."""
-        found: dict[int, dict[int, Scalar]] = {}
-        for j in self.machine.elastic:
-            by_own = Coupling(self, self.machine.joint(j).spring.stiffness).partials
-            if by_own:
-                found[j] = projection(self.coordinates.S_x, by_own)
-        return found
+        cells = {j: self._table.joint(j).spring.stiffness for j in self.machine.elastic}
+        varying = {j: self.spring(j)[0] for j, x in cells.items() if not x.names.isdisjoint(self._table.variables)}
+        slopes = {j: {k: _slope(stiffness, x) for k, x in self.q.items()} for j, stiffness in varying.items()}
+        return {j: {k: x for k, x in row.items() if not is_zero(x)} for j, row in slopes.items()}
 
-    def spring_law(self, j: int, deflection: Scalar) -> Scalar:
+    def spring_law(self, j: int, deflection: Expression) -> Scalar:
         """Force against the variable of spring j at a deflection, which the coordinate before the spring follows."""
-        spring, stage = self.machine.joint(j).spring, self.stages[j]
-        slope = self.stiffness_slopes[j].get(j, 0)
-        force = Coupling(self, spring.stiffness).value * deflection + slope * deflection * deflection / 2
+        stage, coordinate = self.stages[j], self.q[j]
+        own = deflection + self.cell(self._table.joint(j).spring.neutral)
+        stiffness = self._stiffness(j, own)
+        change = Differentiation([stiffness]).along({deflection: 1, coordinate: 1}).of(stiffness)
         beside = self.others[j].value if j in self.others else 0
-        own = deflection + self.cell(spring.neutral)
-        before = (stage.sense * (self.variables[j] - own) - beside) / stage.ratio
-        followed = {self._name(stage.before): self.senses[stage.before] * before}
-        return substituted_expressions(self.graph, [force], followed)[0]
+        before = (stage.sense * (coordinate - own) - beside) / stage.ratio
+        force = stiffness * deflection + change * deflection * deflection / 2
+        return self._with(force, {self._name(stage.before): self.senses[stage.before] * before})
 
     def _mechanism(self) -> Mechanism:
         found = super()._mechanism()
@@ -300,14 +317,6 @@ class LoadCoordinates(Bound):
         text = f"({self._coordinate(j)}) - ({followed}) - ({substituted(others, found)})"
         found[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
 
-    def changing(self, stiffness: Formula) -> Formula:
-        """A stiffness as a formula of the coordinates, without those that cancel in it."""
-        formula = substituted(stiffness, self.own_variables)
-        partials = Coupling(self, formula).partials
-        value = ModularAngles(SEED).values(partials.values())
-        idle = {self._name(v): ZERO for v, x in partials.items() if not (value(x) if _moves(x) else x)}
-        return substituted(formula, idle)
-
     def _ratio_times(self, j: int, stage: Stage) -> Formula:
         """ratio z_before: what the cell is where the chain before it has its coordinate, less what it is at zero."""
         before = self._coordinate(stage.before)
@@ -333,7 +342,7 @@ def _in_load_coordinates(bound: LoadCoordinates) -> Machine:
     """The table in coordinates of loads: springs behind transmissions are at theirs, others follow."""
     table = bound.machine
     first = {j: run.joints[0] for chain in bound.chains for run in chain.runs for j in run.joints}
-    joints = [_with_stiffness(bound, _with_cell(x, _cell(bound, j))) for j, x in enumerate(table.joints, start=1)]
+    joints = [_with_cell(joint, _cell(bound, j)) for j, joint in enumerate(table.joints, start=1)]
     for j, head in first.items():
         joints[j - 1] = replace(joints[j - 1], antecedent=table.joint(head).antecedent)
     return replace(table, joints=tuple(joints))
@@ -349,11 +358,8 @@ def _with_cell(joint: Joint, cell: Formula) -> Joint:
     return joint if cell is joint.selected else joint.with_selected(cell)
 
 
-def _with_stiffness(bound: LoadCoordinates, joint: Joint) -> Joint:
-    stiffness = joint.spring.stiffness
-    if stiffness.names.isdisjoint(bound.machine.variables):
-        return joint
-    return replace(joint, spring=replace(joint.spring, stiffness=bound.changing(stiffness)))
+def _slope(x: Scalar, variable: Expression) -> Scalar:
+    return Differentiation([x]).by(variable).of(x)
 
 
 def load_positions(bound: Bound, found: list[Chain]) -> dict[int, Scalar]:

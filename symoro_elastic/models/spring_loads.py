@@ -20,9 +20,9 @@ from symoro_elastic.symbolic.functions import sign
 from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
 
 NEWTON_STEPS = 6
-"""Enough where stiffness changes by a third along the deflection."""
+"""Enough where stiffness changes by a quarter along the deflection."""
 SMALL_STEP = Fraction(1, 2**30)
-"""Last step of Newton's method against the deflection: the next one would be its square, below rounding."""
+"""The step before the last one, against the deflection: the last one then is its square, below rounding."""
 NO_LOAD = Fraction(1, 2**200)
 """Square of a step that is small without any deflection, m2 or rad2."""
 
@@ -50,12 +50,12 @@ def _root(d: Expression, force: Scalar, slope: Scalar, load: Scalar) -> Scalar:
     """d of force(d) = load; one step from zero where it is linear."""
     is_linear = d not in {*reachable([slope])}
     found: Scalar = 0
-    step: Scalar = 0
+    steps: list[Scalar] = []
     for _ in range(1 if is_linear else NEWTON_STEPS):
         here, rate = substituted(d.graph, [force, slope], {d.operands[0]: found})
-        step = (here - load) / rate
-        found = found - step
-    return found if is_linear else found / _one_where_small(d.graph, step, found)
+        steps.append((here - load) / rate)
+        found = found - steps[-1]
+    return found if is_linear else found / _one_where_small(d.graph, steps[-2], found)
 
 
 def _one_where_small(graph: Graph, step: Scalar, whole: Scalar) -> Scalar:

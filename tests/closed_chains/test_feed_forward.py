@@ -17,7 +17,9 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.feed_forward import over_time
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.closed_chains.machines import machine, situations
 from tests.references.closed_chains import DIGITS, Array, State, exact, in_many_digits
@@ -149,6 +151,27 @@ def test_stiffness_that_changes_with_the_motor() -> None:
     held = with_spring(undamped(machine("screw"), {"tool": "0"}), "screw", "40000*(1 - 0.3*sin(qm))")
     varying = with_spring(held, "nut", "EA/(rest - pitch/(2*pi)*(qm + d_screw))", neutral="-0.0001")
     assert_followed(varying, [0.6, 0.3], {}, ["nut", "head"])
+
+
+def test_stiffness_that_changes_with_the_deflection(wrist: Machine) -> None:
+    """A spring against the axis before it, behind one that is progressive, behind a transmission."""
+    progressive = with_spring(wrist, "roll", "4000 + 3e7*d6^2", neutral="0.002")
+    varying = with_spring(progressive, "hand", "700 + 100*sin(d7)", neutral="-0.02")
+    assert_followed(varying, [0.3, -0.2], {}, [])
+
+
+def test_a_spring_that_needs_its_own_deflection_is_refused() -> None:
+    """The nut is as stiff as the motor stands, and the spring between the two is bent by what the nut carries."""
+    held = with_spring(undamped(machine("screw"), {"tool": "0"}), "screw", "40000")
+    with pytest.raises(InputError, match="need each other's deflections"):
+        trace(with_spring(held, "nut", "EA/(rest - pitch/(2*pi)*qm)"), "feed_forward")
+
+
+def test_a_damped_spring_whose_stiffness_changes_is_refused() -> None:
+    with pytest.raises(InputError, match=r"joint 2 \(flap\), damping: .*differential equation"):
+        trace(with_spring(strut("3000"), "flap", "5000 + s", damping="1"), "feed_forward")
+    with pytest.raises(InputError, match=r"joint 2 \(flap\), stiffness: .*depends on positions, and .* damping"):
+        over_time(Bound(with_spring(strut("3000"), "flap", "5000 + s", damping="1")))
 
 
 def test_stiffness_that_changes_with_another_load(wrist: Machine) -> None:

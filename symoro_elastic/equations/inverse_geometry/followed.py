@@ -66,8 +66,8 @@ def inverse(is_zero: IsZero, S: Rows) -> dict[int, Row]:
             reduced = combination([(1, _without(v, other)), (factor, after)])
             left[j] = _without_zeros(is_zero, reduced), combination([(1, known), (factor, given)])
     found: dict[int, Row] = {}
-    for v, after, given in reversed(steps):
-        found[v] = combination([(1, given), *((-entry, found[k]) for k, entry in after.items())])
+    for v, row, x in reversed(steps):
+        found[v] = combination([(1, x), *((-entry, found[k]) for k, entry in row.items())])
     return {v: found[v] for v in sorted(found)}
 
 
