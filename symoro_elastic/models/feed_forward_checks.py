@@ -53,7 +53,7 @@ def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
     what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
     if len(names) == 1:
         what = (
-            "the load of the spring behind it needs its own deflection, so there is no closed form: lock it in a scene"
+            "the load of the spring behind it needs its deflection, so there is no closed form: lock it in a scene"
         )
     _refuse(bound, f"joint{'s' if len(names) > 1 else ''} {', '.join(names)}", what)
 
