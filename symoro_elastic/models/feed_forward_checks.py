@@ -52,9 +52,7 @@ def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
     names = [bound.machine.joint(j).name for j in dict.fromkeys(joints)]
     what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
     if len(names) == 1:
-        what = (
-            "the load of the spring behind it needs its deflection, so there is no closed form: lock it in a scene"
-        )
+        what = "the load of the spring behind it needs its deflection, so there is no closed form: lock it in a scene"
     _refuse(bound, f"joint{'s' if len(names) > 1 else ''} {', '.join(names)}", what)
 
 

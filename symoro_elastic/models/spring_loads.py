@@ -19,8 +19,8 @@ from symoro_elastic.symbolic.expression import Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import sign
 from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
 
-NEWTON_STEPS = 6
-"""Enough where stiffness changes by a quarter along the deflection."""
+NEWTON_STEPS = 8
+"""Enough where df/dd triples along the deflection, or falls to a quarter."""
 SMALL_STEP = Fraction(1, 2**30)
 """The step before the last one, against the deflection: the last one then is its square, below rounding."""
 NO_LOAD = Fraction(1, 2**200)

@@ -160,7 +160,9 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
     if len(missing):
         sample, column = missing[0]
         place = f"t = {reference.t[sample]:.4g} s, {joints[column % len(joints)]}"
-        what = "no position fulfils the loops and balances the springs there: give a slower or a shorter motion"
+        what = (
+            "no position was found that fulfils the loops and balances the springs: give a slower or a shorter motion"
+        )
         raise InputError(reference.source, place, what)
 
 
