@@ -160,9 +160,7 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
     if len(missing):
         sample, column = missing[0]
         place = f"t = {reference.t[sample]:.4g} s, {joints[column % len(joints)]}"
-        what = (
-            "no position was found that fulfils the loops and balances the springs: give a slower or shorter motion"
-        )
+        what = "no position was found that fulfils the loops and balances the springs: give a slower or shorter motion"
         raise InputError(reference.source, place, what)
 
 
