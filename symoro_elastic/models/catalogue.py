@@ -74,7 +74,7 @@ def expressions(
     Raises `SingularPivot` where a joint has no inertia, `InputError` for a model not offered on a floating base.
     """
     _refuse_on_floating_base(machine, name)
-    _refuse_on_coupled(machine, name)
+    _refuse_loops_on_floating_base(machine, name)
     model = on_its_base(MODELS[name], machine)
     machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
@@ -97,11 +97,7 @@ def _refuse_on_floating_base(machine: Machine, name: str) -> None:
         raise machine.error(name, what)
 
 
-def _refuse_on_coupled(machine: Machine, name: str) -> None:
-    if machine.is_coupled and not MODELS[name].on_coupled:
-        joints = [joint.name for joint in machine.joints if not joint.selected.names.isdisjoint(machine.variables)]
-        named = [f"loop {loop.name}" for loop in machine.loops] + [f"joint {joint}" for joint in joints]
-        raise machine.error(name, f"not offered where joints depend on others: {', '.join(named)}")
+def _refuse_loops_on_floating_base(machine: Machine, name: str) -> None:
     if machine.floating and machine.loops:
         loops = ", ".join(loop.name for loop in machine.loops)
         raise machine.error(name, f"not offered on a floating base with loops: {loops}; couplings are")

@@ -21,6 +21,7 @@ from symoro_elastic.models.feed_forward_checks import damping_of, refuse_circle,
 from symoro_elastic.models.load_coordinates import LoadCoordinates, chains, springs_behind
 from symoro_elastic.models.model import CheckedBy, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
+from symoro_elastic.models.spring_loads import balanced
 from symoro_elastic.quantities import COEFFICIENT, HIGHEST_DERIVATIVE, MOTION, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, reachable
@@ -38,8 +39,8 @@ Reach = dict[int, int]
 class Balance:
     """The equations of chains whose coordinates z_j are all unknown, and the machine in these coordinates.
 
-    `springs` holds the forces on z_j of springs, `tau` torques of motors; `outer[j]` is the joint behind joint j: the
-    spring there tells z_j. Of the joints without, z_j is the wanted motion y of the motor `motors[j]`.
+    `springs` holds the loads on z_j that springs balance, `tau` torques of motors; `outer[j]` is the joint behind
+    joint j: the spring there tells z_j. Of the joints without, z_j is the wanted motion y of the motor `motors[j]`.
     """
 
     loads: LoadCoordinates
@@ -139,7 +140,7 @@ def _balance(bound: Bound, damped: bool = False) -> Balance:
     motion = dynamics(loads.without_tip_angles, loads.rates(), loads.given_rules())
     name_dynamics(bound, motion, "[15]", "[61]")
     on_loads = loads.on_independent(motion.Gamma)
-    if bound.machine.is_coupled:
+    if bound.machine.is_coupled or loads.stiffness_slopes:
         lost = loads.lost_forces()
         on_loads = {j: x + lost[j] for j, x in on_loads.items()}
     springs = _forces_of_chains(loads, on_loads)
@@ -149,31 +150,35 @@ def _balance(bound: Bound, damped: bool = False) -> Balance:
 
 
 def _forces_of_chains(loads: LoadCoordinates, on_loads: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """Forces on the coordinates z_j of all that follows them: of the bodies there, and of the joints behind.
+    """Loads on the coordinates z_j of all that follows them: of the bodies there, and of the joints behind.
 
-    T_k = s_k Gamma_k + sum of ratio_j T_j and of d others_j / dz_k T_j, over the springs j that follow k.
+    T_k = s_k Gamma_k + sum of ratio_j F_j and of d others_j / dz_k F_j, over the springs j that follow k. F_j is T_j
+    and what z_j changes of the stiffness of its spring.
     """
     followers: dict[int, dict[int, Scalar]] = {j: {} for chain in loads.chains for j in chain.joints}
     for j, stage in loads.stages.items():
         followers[stage.before][j] = stage.ratio
         for k, slope in loads.others[j].partials.items() if j in loads.others else ():
             followers[k][j] = followers[k].get(j, 0) + loads.senses[k] * slope
+    loaded: dict[int, Scalar] = {}
     forces: dict[int, Scalar] = {}
     for k in TopologicalSorter(followers).static_order():
         behind: Scalar = 0
         for j, ratio in followers[k].items():
             behind = behind + ratio * forces[j]
-        forces[k] = behind + loads.senses[k] * on_loads[k]
-    return {j: forces[j] for chain in loads.chains for j in reversed(chain.joints)}
+        loaded[k] = behind + loads.senses[k] * on_loads[k]
+        forces[k] = loaded[k] + loads.stiffening(k)
+    return {j: loaded[j] for chain in loads.chains for j in reversed(chain.joints)}
 
 
 def _solution(bound: Bound, balance: Balance) -> Solution:
     """q = q0 - s T / k of each spring [9], and z_before = (z - s q - others) / ratio, each after those that it needs.
 
+    Where k changes with positions, `balanced` solves the law of the spring for q.
     In a tree no two of them need each other: a spring feels what it carries, never its own motor.
     """
     loads = balance.loads
-    reach = {j: _reach(bound, _tells(balance, behind)) for j, behind in balance.outer.items()}
+    reach = {j: _needs(bound, balance, j, behind) for j, behind in balance.outer.items()}
     order = _order(bound, reach)
     needed = _needed(bound, balance, reach, order)
     z: dict[int, VariableCoefficient] = {j: partial(_wanted, bound, balance.motors[j]) for j in balance.senses}
@@ -186,9 +191,15 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
         behind = balance.outer[j]
         sense, outside = balance.senses[behind], z[behind]
         spring = bound.machine.joint(behind).spring
-        compliance, neutral = Fraction(1) / bound.cell(spring.stiffness), bound.cell(spring.neutral)
-        torque = solution.series.of(balance.springs[behind], needed[j])
-        bent = [(0 if k else neutral) - sense * (compliance * x) for k, x in enumerate(torque)]
+        neutral, torque = bound.cell(spring.neutral), solution.series.of(balance.springs[behind], needed[j])
+        if behind in loads.stiffness_slopes:
+            deflection = bound.graph.symbol(deflection_symbol(behind, 0))
+            law = loads.spring_law(behind, deflection)
+            bent = balanced(deflection, law, [-sense * T for T in torque], variables)
+            bent[0] = bent[0] + neutral
+        else:
+            compliance = Fraction(1) / bound.cell(spring.stiffness)
+            bent = [(0 if k else neutral) - sense * (compliance * T) for k, T in enumerate(torque)]
         if damping_of(bound, behind) != 0:
             solution.undamped[behind] = bent
             bent = [_lagging(bound, behind, k) for k in range(len(bent))]
@@ -199,6 +210,15 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
             inner = [(x - y) / loads.stages[behind].ratio for x, y in zip(inner, beside, strict=True)]
         z[j] = inner.__getitem__
     return solution
+
+
+def _needs(bound: Bound, balance: Balance, j: int, behind: int) -> Reach:
+    """The coordinates that z_j, which the spring behind it tells, is made of."""
+    found = _reach(bound, _tells(balance, behind))
+    if behind in balance.loads.stiffness_slopes:
+        law = _reach(bound, [balance.loads.spring_law(behind, bound.graph.symbol(deflection_symbol(behind, 0)))])
+        found = {k: max(rate, found.get(k, 0)) for k, rate in (law | found).items()}
+    return found
 
 
 def _tells(balance: Balance, behind: int) -> list[Scalar]:
@@ -300,7 +320,7 @@ def _name_results(bound: Bound, q: Mapping[int, Sequence[Scalar]], tau: Mapping[
     """Name the compliance of springs, the variable and the velocity of each joint, and torques."""
     for j, (variable, velocity, *_) in q.items():
         here = Section(SPRINGS, j, "[9]")
-        if j not in tau:
+        if j not in tau and bound.machine.joint(j).spring.stiffness.names.isdisjoint(bound.machine.variables):
             bound.names.give(1 / bound.cell(bound.machine.joint(j).spring.stiffness), f"y{j}_compliance", here)
         bound.names.give(variable, f"y{j}_{'motor' if j in tau else 'spring'}", here)
         bound.names.give(velocity, f"qd{j}", here)

@@ -35,23 +35,25 @@ def refuse_unfit(bound: Bound, found: Sequence[Chain], damped: bool) -> None:
 
 
 def _refuse_loops(bound: Bound) -> None:
-    """Raise `InputError` for motors and springs on dependent joints, and for loops without closed form."""
+    """Raise `InputError` for motors on dependent joints, and for loops without closed form."""
     machine = bound.machine
     for one in bound.loops:
         if one.is_assembled:
             _refuse(bound, f"loop {one.loop.name}", "it has no closed form whose derivatives by time could be taken")
     for j in machine.dependent:
         joint = machine.joint(j)
-        if joint.kind is not Kind.PASSIVE:
+        if joint.kind is Kind.MOTOR:
             what = "its variable follows from a loop: choose other dependent joints (dependent = [...])"
             _refuse(bound, place_of(j, joint, "kind"), what)
 
 
 def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
     """Raise `InputError` for springs whose deflections need each other."""
-    names = ", ".join(bound.machine.joint(j).name for j in dict.fromkeys(joints))
+    names = [bound.machine.joint(j).name for j in dict.fromkeys(joints)]
     what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
-    _refuse(bound, f"joints {names}", what)
+    if len(names) == 1:
+        what = "the load of the spring behind it needs its deflection, so there is no closed form: lock it in a scene"
+    _refuse(bound, f"joint{'s' if len(names) > 1 else ''} {', '.join(names)}", what)
 
 
 def _at_rest(bound: Bound, base: Base) -> bool:
@@ -80,7 +82,8 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
     if not is_zero(bound.cell(joint.rotor_inertia)):
         yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
     if not joint.spring.stiffness.names.isdisjoint(bound.machine.variables):
-        yield "stiffness", "it depends on positions, so the deflection has no closed form: make it a constant"
+        if not is_zero(damping_of(bound, j)):
+            yield "stiffness", "it depends on positions, and the spring has damping: make it a constant, or the other 0"
     elif is_zero(bound.cell(joint.spring.stiffness)):
         yield "stiffness", "a spring without stiffness transmits no torque: give it one"
 

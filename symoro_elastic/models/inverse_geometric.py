@@ -1,33 +1,38 @@
 """Inverse geometric models: all positions of the chain of joints to a frame that give the frame its placement.
 
-Joints that are not on the way to the frame do not move it: they have no column in the result.
+The chain is solved for its joints, and these for the independent variables that they follow. Variables that do not
+move the frame have no column in the result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
+from symoro_elastic.equations.coordinates import Rows
 from symoro_elastic.equations.inverse_geometry.decompositions import Chain
 from symoro_elastic.equations.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
-from symoro_elastic.equations.inverse_geometry.model import Branch, inverse_geometric_model, inverse_position_model
+from symoro_elastic.equations.inverse_geometry.model import (
+    Branch,
+    inverse_geometric_model,
+    inverse_position_model,
+    where_followed,
+)
 from symoro_elastic.equations.inverse_geometry.points import Mover
-from symoro_elastic.equations.kinematics import frames
-from symoro_elastic.equations.spatial import ZERO, AxialTransform, Axis, Matrix, Twist, Vector, X, Z, cross
+from symoro_elastic.equations.spatial import AxialTransform, Axis, Matrix, Vector, X, Z
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import place_of
-from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.chain_joints import InverseRefused, at_zero, rows_of_chain, variables_followed
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
-from symoro_elastic.models.modular import SEED, modulo_prime
+from symoro_elastic.models.modular import SEED
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level, operand
-from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
@@ -39,13 +44,16 @@ PLACEMENT = quantity("T").entries
 Solve = Callable[[Functions, Chain, Pose], list[Branch]]
 
 
-class InverseRefused(InputError):
-    """Why a machine has no inverse geometric model in closed form; `joint` is the first one to blame, or 0."""
+class Task(NamedTuple):
+    """The frame to be placed, the rows of the table on the way to it, and how it is solved.
 
-    def __init__(self, machine: Machine, joint: int, what: str) -> None:
-        place = place_of(joint, machine.joint(joint)) if joint else "joints"
-        super().__init__(machine.label, place, what)
-        self.joint = joint
+    `rows` are those of a twist of the frame that matter.
+    """
+
+    frame: Frame
+    path: Sequence[int]
+    solve: Solve
+    rows: slice
 
 
 def _inverse_geometric_model(bound: Bound, asked: Frames) -> Results:
@@ -62,28 +70,31 @@ def _target(bound: Bound) -> Pose:
 
 
 def _solved(bound: Bound, asked: Frames, solve: Solve, rows: slice) -> Results:
-    frame = _frame(bound.machine, asked)
-    numbers = _path(bound.machine, frame)
-    moving = tuple(j for j in numbers if bound.machine.joint(j).sigma != 2)
-    _check_independent(bound, frame, moving, rows)
+    frame = _frame(bound, asked)
+    task = Task(frame, _path(bound.machine, frame), solve, rows)
     try:
-        branches = _branches(bound, numbers, solve)
+        branches = _branches(bound, task)
     except NoClosedForm as error:
-        raise _refused(bound, numbers, solve, error) from None
-    _name_branches(bound, branches)
-    variables = [{found.joint: found.variable for found in branch.found} for branch in branches]
-    q = tuple(entries[j] for entries in variables for j in moving)
-    measures = tuple(branch.measure for branch in branches)
+        raise _refused(bound, task, error) from None
+    _name_branches(bound, [branch for branch, _ in branches])
+    variables = tuple(branches[0][1])
+    q = tuple(x for _, u in branches for x in u.values())
+    measures = tuple(branch.measure for branch, _ in branches)
     size = len(branches)
     return {
-        "q": Result(None, q, (size, len(moving)), column_labels=_some_joints(bound.machine, moving)),
+        "q": Result(None, q, (size, len(variables)), column_labels=_some_joints(bound.machine, variables)),
         "singularity": Result(None, measures, (size,)),
     }
 
 
-def _branches(bound: Bound, numbers: Sequence[int], solve: Solve) -> list[Branch]:
+def _branches(bound: Bound, task: Task) -> list[tuple[Branch, dict[int, Scalar]]]:
+    """Solutions for the joints of a chain, each with the independent variables by joint."""
     f = _functions(bound)
-    return solve(f, _chain(bound, f, numbers), _target(bound))
+    S = rows_of_chain(bound, task.frame, task.path, task.rows)
+    followed = variables_followed(bound, f.is_zero, S)
+    chain = _chain(bound, f, task.path, S)
+    branches = [where_followed(f, chain, branch, followed.followers) for branch in task.solve(f, chain, _target(bound))]
+    return [(branch, followed.values({x.joint: x.variable for x in branch.found})) for branch in branches]
 
 
 # Names
@@ -110,18 +121,18 @@ def _angle(motion: AxialTransform) -> Scalar:
 # The chain
 
 
-def _frame(machine: Machine, asked: Frames) -> Frame:
+def _frame(bound: Bound, asked: Frames) -> Frame:
     """The frame to be placed: the one that is asked for, or the last one."""
     if len(asked) == 1:
-        return asked[0]
-    if len(asked) < len(machine.joints):
-        raise InverseRefused(machine, 0, "ask for one frame to be placed, not for several")
-    return Frame(len(machine.joints))
+        return replace(asked[0], number=bound.met(asked[0].number), seen_from=bound.met(asked[0].seen_from or 0))
+    if len(asked) < len(bound.machine.joints):
+        raise InverseRefused(bound.machine, 0, "ask for one frame to be placed, not for several")
+    return Frame(bound.met(len(bound.machine.joints)))
 
 
-def _some_joints(machine: Machine, chain: tuple[int, ...]) -> tuple[str, ...]:
-    """Names of the joints of a chain; none where they are all that move."""
-    return () if chain == machine.moving else tuple(machine.joint(j).name for j in chain)
+def _some_joints(machine: Machine, variables: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the joints that own variables; none where they are all that move."""
+    return () if variables == machine.moving else tuple(machine.joint(j).name for j in variables)
 
 
 def _path(machine: Machine, frame: Frame) -> list[int]:
@@ -133,97 +144,36 @@ def _path(machine: Machine, frame: Frame) -> list[int]:
         j = machine.joint(j).antecedent
     if j != start:
         raise InverseRefused(machine, start, f"frame {start} does not carry frame {frame.number}")
-    if all(machine.joint(j).sigma == 2 for j in path):
+    if not {*path} & {*machine.articulated}:
         raise InverseRefused(machine, 0, "no joint moves the frame to be placed")
-    _check_kinds(machine, path)
     return path
 
 
-def _check_kinds(machine: Machine, path: Sequence[int]) -> None:
-    """Refuse joints that forces move; a table without any motor is geometry only, as SYMORO's with mu = 0."""
-    set_by_forces = {Kind.ELASTIC, Kind.PASSIVE} if machine.motors or machine.elastic else set()
-    for j in path:
-        joint = machine.joint(j)
-        if joint.kind in set_by_forces:
-            what = f"the joint is {joint.kind}: forces, not geometry, set where it stands"
-            raise InverseRefused(machine, j, f"{what}; lock it in a scene")
-
-
-def _check_independent(bound: Bound, frame: Frame, moving: Sequence[int], rows: slice) -> None:
-    """Refuse joints that move against each other at every position, the frame (or its origin) being still."""
-    columns = _jacobian_modulo_prime(bound, frame, moving)
-    dependent = first_dependent({j: _residues(column.entries[rows]) for j, column in columns.items()})
-    if not dependent:
-        return
-    still = f"while the frame to be placed {'stays where it is' if rows == POSE else 'keeps its origin'}"
-    if len(dependent) == 1:
-        what = f"it can move at every position {still}: lock it in a scene"
-    else:
-        what = f"{_listed(dependent)} can move against each other at every position {still}"
-        what += ": the arm is redundant, lock one of them in a scene"
-    raise InverseRefused(bound.machine, dependent[0], what)
-
-
-def _listed(joints: Sequence[int]) -> str:
-    *others, last = map(str, joints)
-    return f"joints {', '.join(others)} and {last}"
-
-
-def _jacobian_modulo_prime(bound: Bound, frame: Frame, moving: Sequence[int]) -> dict[int, Twist]:
-    """Columns [z x P; z] or [z; 0] of a frame at a random position, exactly: zero means zero at every position."""
-    mechanism = modulo_prime(bound.mechanism)
-    placed = frames(mechanism)
-    columns: dict[int, Twist] = {}
-    for j in moving:
-        z, arm = placed[j].z, placed[frame.number].origin - placed[j].origin
-        columns[j] = Twist(cross(z, arm), z) if mechanism.link(j).axis is Axis.REVOLUTE else Twist(z, ZERO)
-    return columns
-
-
-def _residues(column: Sequence[Any]) -> list[Residue]:
-    return [x if isinstance(x, Residue) else Residue(x) for x in column]
-
-
-def first_dependent(columns: Mapping[int, Sequence[Residue]]) -> list[int]:
-    """Keys of the first columns of exact numbers that are linearly dependent, all of them needed; else none."""
-    basis: list[tuple[int, list[Residue], dict[int, Residue]]] = []
-    for key, column in columns.items():
-        rest, parts = list(column), {key: Residue(1)}
-        for pivot, reduced, made_of in basis:
-            factor = rest[pivot] / reduced[pivot]
-            rest = [x - factor * y for x, y in zip(rest, reduced, strict=True)]
-            for part, weight in made_of.items():
-                parts[part] = parts.get(part, Residue(0)) - factor * weight
-        pivots = [k for k, x in enumerate(rest) if x]
-        if not pivots:
-            return sorted(part for part, weight in parts.items() if weight)
-        basis.append((pivots[0], rest, parts))
-    return []
-
-
-def _chain(bound: Bound, f: Functions, numbers: Sequence[int]) -> Chain:
-    """Placements that are constant between joints that move, structural zeros made exact."""
+def _chain(bound: Bound, f: Functions, path: Sequence[int], S: Rows) -> Chain:
+    """Placements that are constant between joints that have rows in S, structural zeros made exact."""
     movers: list[Mover] = []
     between = [STILL]
-    for j in numbers:
+    for j in path:
         joint = bound.machine.joint(j)
-        before, after = _constant_steps(bound, joint)
+        before, after = _constant_steps(bound, j)
         for step in before:
             between[-1] = between[-1].moved(step)
-        if joint.sigma != 2:
+        if j in S:
             movers.append(Mover(j, Axis(joint.sigma)))
             between.append(STILL)
         between[-1] = between[-1].moved(after)
     return Chain(tuple(movers), tuple(_exact(f, pose) for pose in between))
 
 
-def _constant_steps(bound: Bound, joint: Joint) -> tuple[tuple[AxialTransform, AxialTransform], AxialTransform]:
+def _constant_steps(bound: Bound, j: int) -> tuple[tuple[AxialTransform, AxialTransform], AxialTransform]:
     """What comes before the variable of a joint, and its offset, which comes after."""
 
     def step(axis: int, angle: Scalar, shift: Scalar) -> AxialTransform:
         return AxialTransform(axis, *cosine_sine(bound.graph, angle), shift)
 
-    gamma, b, alpha, d, theta, r = bound.cells((joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r))
+    joint = bound.machine.joint(j)
+    gamma, b, alpha, d = bound.cells((joint.gamma, joint.b, joint.alpha, joint.d))
+    theta, r = (at_zero(bound, j) if joint.sigma == k else bound.cell(x) for k, x in enumerate((joint.theta, joint.r)))
     return (step(Z, gamma, b), step(X, alpha, d)), step(Z, theta, r)
 
 
@@ -259,10 +209,10 @@ def _functions(bound: Bound) -> Functions:
 # Refusals
 
 
-def _refused(bound: Bound, numbers: Sequence[int], solve: Solve, error: NoClosedForm) -> InverseRefused:
+def _refused(bound: Bound, task: Task, error: NoClosedForm) -> InverseRefused:
     cause = _cause(bound, error)
     what = f"no inverse geometric model in closed form: {error.reason}" + (f": {cause}" if cause else "")
-    zero = _zero_parameters(bound, numbers, solve)
+    zero = _zero_parameters(bound, task)
     if zero:
         say = "is zero, as its value says" if len(zero) == 1 else "are zero, as their values say"
         what += f"; there is one where {', '.join(zero)} {say}: fold {', '.join(zero)} into the code (--fold)"
@@ -282,13 +232,13 @@ def _cause(bound: Bound, error: NoClosedForm) -> str:
     return f"d{j} is not zero" if how == "apart" else f"the sine of alpha{j} is zero"
 
 
-def _zero_parameters(bound: Bound, numbers: Sequence[int], solve: Solve) -> list[str]:
+def _zero_parameters(bound: Bound, task: Task) -> list[str]:
     """Parameters whose value is zero, if there is a closed form where they are."""
     zero = [p.name for p in bound.machine.parameters if p.value is not None and p.value.value() == 0]
     if not zero:
         return []
     try:
-        _branches(Bound(bound.machine, zero), numbers, solve)
+        _branches(Bound(bound.machine, zero), task)
     except (NoClosedForm, InputError):
         return []
     return zero
@@ -323,7 +273,6 @@ INVERSE_GEOMETRIC = (
         own=(_PLACEMENT, _solutions(6)),
         on_base=(),
         least_bits=DOUBLE_BITS,
-        on_coupled=False,
     ),
     Model(
         "inverse_position_model",
@@ -337,6 +286,5 @@ INVERSE_GEOMETRIC = (
         own=(_solutions(3),),
         on_base=(),
         least_bits=DOUBLE_BITS,
-        on_coupled=False,
     ),
 )

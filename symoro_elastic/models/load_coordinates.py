@@ -27,7 +27,9 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinates import Coupling
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
+from symoro_elastic.symbolic.differentiation import Differentiation
+from symoro_elastic.symbolic.differentiation import substituted as in_place_of_symbols
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.functions import cosine_sine
 
@@ -206,9 +208,71 @@ class LoadCoordinates(Bound):
         return AxialTransform(Z, *cosine_sine(self.graph, theta), r)
 
     def lost_forces(self) -> dict[int, Scalar]:
-        """Friction, dampers and springs of joints that follow others, on the coordinates."""
+        """Friction, dampers and springs of joints that follow others, and changes of stiffness, on the coordinates.
+
+        What the coordinate behind a spring changes of its own stiffness is left to `spring_law`.
+        """
         dependent = {j: self.friction(j) - self.passive_torque(j) for j in self.machine.dependent}
-        return self._projected(dependent, {j: self.friction(j) for j in self._coupled})
+        found = self._projected(dependent, {j: self.friction(j) for j in self._coupled})
+        for j, slopes in self.stiffness_slopes.items():
+            for k, slope in slopes.items():
+                found[k] = found[k] + (0 if k == j else self._of_change(j, slope))
+        return found
+
+    def _of_change(self, j: int, slope: Scalar) -> Scalar:
+        """Force of a change of stiffness of joint j: k' (x - x0)^2/2."""
+        _, deflection = self.spring(j)
+        return slope * deflection * deflection / 2
+
+    def stiffening(self, j: int) -> Scalar:
+        """Force on z_j of the change of stiffness of joint j with z_j."""
+        return self.senses[j] * self._of_change(j, self.stiffness_slopes.get(j, {}).get(j, 0))
+
+    def spring(self, j: int) -> tuple[Scalar, Scalar]:
+        """Stiffness of joint j and deflection of its spring; zero for joints without."""
+        joint = self._table.joint(j)
+        if joint.kind is not Kind.ELASTIC:
+            return 0, 0
+        return self._stiffness(j, self._own(j)), self._own(j) - self.cell(joint.spring.neutral)
+
+    def _own(self, j: int) -> Scalar:
+        """Own variable of joint j."""
+        return self._coupling(self.own_variables[self._name(j)]).value if j in self.stages else self.variables[j]
+
+    def _stiffness(self, j: int, own: Scalar) -> Scalar:
+        """Stiffness of joint j at its own variable, over the coordinates, without those that cancel in it."""
+        formula = self._table.joint(j).spring.stiffness
+        names = formula.names & self._table.variables.keys()
+        if not names:
+            return self.cell(formula)
+        of_own = self.cell(formula, self.named({name: self.graph.symbol(name) for name in names}))
+        values = {name: self._own(self._table.variables[name]) for name in names}
+        found = self._with(of_own, values | ({self._name(j): own} if self._name(j) in names else {}))
+        slopes = {x.operands[0]: _slope(found, x) for x in self.q.values()}
+        value = ModularAngles(SEED).values(slopes.values())
+        return self._with(found, {name: 0 for name, x in slopes.items() if not value(x)})
+
+    def _with(self, x: Scalar, values: Mapping[str, Scalar]) -> Scalar:
+        return in_place_of_symbols(self.graph, [x], values)[0]
+
+    @cached_property
+    def stiffness_slopes(self) -> dict[int, dict[int, Scalar]]:
+        """Derivatives of stiffnesses that change with positions, by joint and coordinate."""
+        cells = {j: self._table.joint(j).spring.stiffness for j in self.machine.elastic}
+        varying = {j: self.spring(j)[0] for j, x in cells.items() if not x.names.isdisjoint(self._table.variables)}
+        slopes = {j: {k: _slope(stiffness, x) for k, x in self.q.items()} for j, stiffness in varying.items()}
+        return {j: {k: x for k, x in row.items() if not is_zero(x)} for j, row in slopes.items()}
+
+    def spring_law(self, j: int, deflection: Expression) -> Scalar:
+        """Force against the variable of spring j at a deflection, which the coordinate before the spring follows."""
+        stage, coordinate = self.stages[j], self.q[j]
+        own = deflection + self.cell(self._table.joint(j).spring.neutral)
+        stiffness = self._stiffness(j, own)
+        change = Differentiation([stiffness]).along({deflection: 1, coordinate: 1}).of(stiffness)
+        beside = self.others[j].value if j in self.others else 0
+        before = (stage.sense * (coordinate - own) - beside) / stage.ratio
+        force = stiffness * deflection + change * deflection * deflection / 2
+        return self._with(force, {self._name(stage.before): self.senses[stage.before] * before})
 
     def _mechanism(self) -> Mechanism:
         found = super()._mechanism()
@@ -292,6 +356,10 @@ def _cell(bound: LoadCoordinates, j: int) -> Formula:
 
 def _with_cell(joint: Joint, cell: Formula) -> Joint:
     return joint if cell is joint.selected else joint.with_selected(cell)
+
+
+def _slope(x: Scalar, variable: Expression) -> Scalar:
+    return Differentiation([x]).by(variable).of(x)
 
 
 def load_positions(bound: Bound, found: list[Chain]) -> dict[int, Scalar]:

@@ -108,8 +108,6 @@ class Model:
     keeps_grouping: bool = True
     """Whether results stay the same when inertial parameters are grouped."""
     checked_by: CheckedBy = CheckedBy.TRACE
-    on_coupled: bool = True
-    """Whether it is offered where joints are coupled, by their cells or by loops."""
     has_loop_forces: bool = False
     """Whether forces of loops are in it, for which it takes torques of motors on dependent joints."""
     binds: Callable[[Machine], Machine] | None = None

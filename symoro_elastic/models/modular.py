@@ -10,8 +10,8 @@ from symoro_elastic.symbolic.arithmetic import ModularAngles
 SEED = 20260
 
 
-def modulo_prime(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism of expressions as one of residues."""
+def modulo_prime(mechanism: Mechanism, angles: ModularAngles | None = None) -> Mechanism:
+    """Return a mechanism of expressions as one of residues; `angles` holds values of other expressions too."""
     leaves: list[Any] = []
     mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
-    return mechanism.map(ModularAngles(SEED).values(leaves))
+    return mechanism.map((angles or ModularAngles(SEED)).values(leaves))

@@ -22,7 +22,7 @@ from symoro_elastic.symbolic.duals import Dual, differentiating
 
 @dataclass(frozen=True)
 class FeedForwardMotion:
-    """q, qd, qdd of all joints on a reference trajectory, and the forces A qdd + H."""
+    """q, qd, qdd of all joints on a reference trajectory, and the forces A qdd + H less those of springs."""
 
     q: Numbers
     qd: Numbers
@@ -45,9 +45,19 @@ def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwa
     H = point.run(point.reference.bias, {"q": place, "qd": velocity})["H"]
     n = len(place)
     rows = [A[row * n : (row + 1) * n] for row in range(n)]
-    return FeedForwardMotion(
-        place, velocity, acceleration, [dot(row, acceleration) + h for row, h in zip(rows, H, strict=True)]
-    )
+    springs = _springs(point, place, velocity)
+    forces = [dot(row, acceleration) + h - x for row, h, x in zip(rows, H, springs, strict=True)]
+    return FeedForwardMotion(place, velocity, acceleration, forces)
+
+
+def _springs(point: StateReference, q: Numbers, qd: Numbers) -> Numbers:
+    """Return what springs and dampers exert on the independent variables, changes of their stiffness included."""
+    bound = _bound(point)
+    passive, friction = bound.passive_forces(), bound.friction_forces()
+    exerted = [passive[j] + friction[j] for j in bound.machine.moving]
+    entries = bound.arguments()
+    symbols = point.names | dict(zip((*entries["q"], *entries["qd"]), (*q, *qd), strict=True))
+    return list(map(evaluate(exerted, symbols, point.arithmetic), exerted))
 
 
 def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
@@ -58,24 +68,34 @@ def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
 
 
 def residual(point: StateReference, traced: TracedModel) -> float:
-    """Return the relative residual of the springs' law, and of the sum of motor and springs being y."""
+    """Return the relative residual of the springs' law, and of the sum of motor and springs being y.
+
+    It is 0 where no deflection balances the load of a spring whose stiffness changes with positions: such a state is
+    not judged.
+    """
+    try:
+        return _residual(point, traced)
+    except ZeroDivisionError:
+        return 0.0
+
+
+def _residual(point: StateReference, traced: TracedModel) -> float:
     motion, machine = feed_forward_motion(point, traced), point.reference.machine
-    joints = machine.moving_joints
-    springs = [
-        -point.cell(joint.spring.stiffness) * (q - point.cell(joint.spring.neutral))
-        for joint, q in zip(joints, motion.q, strict=True)
-        if joint.kind is Kind.ELASTIC
-    ]
-    exerted = [x for joint, x in zip(joints, motion.forces, strict=True) if joint.kind is Kind.ELASTIC]
+    pairs = zip(machine.moving_joints, motion.forces, strict=True)
+    unbalanced = [abs(x) for joint, x in pairs if joint.kind is Kind.ELASTIC]
     q = dict(zip(machine.moving, motion.q, strict=True))
-    bound = Bound(machine)
+    bound = _bound(point)
     positions = load_positions(bound, chains(bound))
     symbols = point.names | machine.by_variable(q)
     value = evaluate(positions.values(), symbols, point.arithmetic)
     sums = [value(positions[j]) for j in machine.motors]
     scale = max(map(abs, motion.forces), default=0) or 1
-    bent = max((abs(x - y) / scale for x, y in zip(springs, exerted, strict=True)), default=0)
-    return max(float(bent), distance(sums, point.numbers("y")))
+    return max(float(max(unbalanced, default=0) / scale), distance(sums, point.numbers("y")))
+
+
+def _bound(point: StateReference) -> Bound:
+    coupled = point.reference.coupled
+    return coupled.bound if coupled else Bound(point.reference.machine)
 
 
 def _named(motion: FeedForwardMotion) -> dict[str, Numbers]:

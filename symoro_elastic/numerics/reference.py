@@ -47,7 +47,7 @@ class Reference:
         self.exact = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
         self.inertia = trace(machine, "inertia_matrix").program
         self.bias = trace(machine, "bias_forces").program
-        self.coupled = CoupledPrograms(machine) if machine.is_coupled else None
+        self.coupled = CoupledPrograms(machine) if machine.is_coupled or _has_changing_stiffness(machine) else None
 
     def at(self, state: StateArguments) -> StateReference:
         """Return the models at a state."""
@@ -87,6 +87,10 @@ class Reference:
         given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
         results = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
         return distance([*results.get("f0", ()), *results["tau"]], wanted)
+
+
+def _has_changing_stiffness(machine: Machine) -> bool:
+    return any(not joint.spring.stiffness.names.isdisjoint(machine.variables) for joint in machine.joints)
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ class StateReference:
     def variables(self) -> dict[str, Any]:
         """Values of all own variables by name."""
         machine = self.reference.machine
-        by_joint = self.coupled.x if machine.is_coupled else dict(zip(machine.moving, self.q, strict=True))
+        by_joint = self.coupled.x if self.reference.coupled else dict(zip(machine.moving, self.q, strict=True))
         return machine.by_variable(by_joint)
 
     @cached_property

@@ -190,7 +190,7 @@ def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) 
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
-    at_start = values | (start_of(machine).by_variable if machine.is_coupled else {})
+    at_start = values | start_of(machine).by_variable
     return [_variable(joint, at_start) for joint in machine.moving_joints]
 
 

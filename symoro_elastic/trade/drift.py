@@ -143,7 +143,7 @@ class _Motion:
         """Of springs against inertias and of the motion itself, 1/s."""
         A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
         qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
-        values = {**self.values, **(start_of(self.machine).by_variable if self.machine.is_coupled else {})}
+        values = {**self.values, **start_of(self.machine).by_variable}
         stiffness = [self.machine.joint(j).spring.stiffness.value(values) for j in self.machine.moving]
         try:
             squares = np.linalg.eigvals(np.linalg.solve(A.reshape(len(qdd), -1), np.diag(stiffness)))

@@ -145,12 +145,23 @@ def _assembled(
     columns = [valued.moving.index(j) for j in solved.q]
     q[:, columns], qd[:, columns] = (_values(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
     tau = _values([solved.tau[j] for j in valued.motors], symbols, N).T
+    _refuse_without_value(reference, [joint.name for joint in motion.joints], np.hstack([q, qd]))
     parameters = {p.name: symbols[p.name] for p in bound.machine.parameters}
     motors = {j: q[:, valued.moving.index(j)] for j in valued.motors}
     lead = _lead(bound, parameters, motors, {j: reference.y[valued.joint(j).name][0] for j in valued.motors})
     units = tuple(valued.joint(chain.joints[-1]).unit for chain in chains(bound))
     left_out = cost(valued, omitted, reference.t, q, qd)
     return FeedForward(machine, reference, needed, q, qd, tau, lead, units, left_out)
+
+
+def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str], motion: Array) -> None:
+    """Raise `InputError` for the first sample at which a joint has no position or velocity, q and qd (N, 2 n)."""
+    missing = np.argwhere(~np.isfinite(motion))
+    if len(missing):
+        sample, column = missing[0]
+        place = f"t = {reference.t[sample]:.4g} s, {joints[column % len(joints)]}"
+        what = "no position was found that fulfils the loops and balances the springs: give a slower or shorter motion"
+        raise InputError(reference.source, place, what)
 
 
 def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y: Mapping[int, Array]) -> Array:
@@ -184,7 +195,8 @@ def _values(roots: Sequence[Scalar], symbols: Mapping[str, Any], samples: int) -
     for start in range(0, samples, step):
         part = slice(start, start + step)
         here = {name: x[part] if isinstance(x, np.ndarray) else np.float64(x) for name, x in symbols.items()}
-        value = evaluate(roots, here, arithmetic(np.float64))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value = evaluate(roots, here, arithmetic(np.float64))
         for row, x in zip(rows, roots, strict=True):
             row[part] = value(x)
     return rows

@@ -14,10 +14,12 @@ from mpmath import mp, mpf
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.feed_forward import over_time
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.closed_chains.machines import machine, situations
 from tests.references.closed_chains import DIGITS, Array, State, exact, in_many_digits
@@ -109,6 +111,73 @@ def test_in_a_loop_with_elastic_cranks() -> None:
 def test_in_a_parallelogram() -> None:
     described = undamped(machine("parallelogram_loop"), {"wrist": "0"})
     assert_followed(described, [0.2, -0.9, 0.4], {}, ["yaw", "arm", "crank"])
+
+
+# Springs on dependent joints, and stiffness that changes with positions
+
+
+def with_spring(described: Machine, name: str, stiffness: str, **cells: str) -> Machine:
+    """The machine with a spring at a joint, without its friction."""
+    spring = Spring(Formula.parse(stiffness), **{key: Formula.parse(x) for key, x in cells.items()})
+    joints = (
+        replace(joint, kind=Kind.ELASTIC, spring=spring, friction=Friction()) if joint.name == name else joint
+        for joint in described.joints
+    )
+    return replace(described, joints=tuple(joints))
+
+
+def strut(stiffness: str, flap: str = "5000") -> Machine:
+    """A flap behind a motor and a spring, held by a strut with a spring whose variable the loop gives."""
+    held = with_spring(undamped(machine("gas_spring"), {}), "rod", stiffness, neutral="0.5", damping="40")
+    loops = (replace(held.loops[0], dependent=("cylinder", "rod")),)
+    return with_spring(replace(held, loops=loops), "flap", flap)
+
+
+def test_a_spring_on_a_dependent_joint() -> None:
+    assert_followed(strut("3000"), [0.6], situations("gas_spring")[0].state.guess, [])
+
+
+def test_stiffness_of_a_spring_on_a_dependent_joint() -> None:
+    assert_followed(strut("3000 + 200*s + 50*a^2"), [0.6], situations("gas_spring")[0].state.guess, [])
+
+
+def test_stiffness_that_changes_with_the_load() -> None:
+    held = strut("3000", "5000*(1 + 0.1*sin(qm + d_flap))")
+    assert_followed(held, [0.6], situations("gas_spring")[0].state.guess, [])
+
+
+def test_stiffness_that_changes_with_the_motor() -> None:
+    """A spring as stiff as its motor stands, behind it one as stiff as its screw stands."""
+    held = with_spring(undamped(machine("screw"), {"tool": "0"}), "screw", "40000*(1 - 0.3*sin(qm))")
+    varying = with_spring(held, "nut", "EA/(rest - pitch/(2*pi)*(qm + d_screw))", neutral="-0.0001")
+    assert_followed(varying, [0.6, 0.3], {}, ["nut", "head"])
+
+
+def test_stiffness_that_changes_with_the_deflection(wrist: Machine) -> None:
+    """A spring against the axis before it, behind one that is progressive, behind a transmission."""
+    progressive = with_spring(wrist, "roll", "4000 + 3e7*d6^2", neutral="0.002")
+    varying = with_spring(progressive, "hand", "700 + 100*sin(d7)", neutral="-0.02")
+    assert_followed(varying, [0.3, -0.2], {}, [])
+
+
+def test_a_spring_that_needs_its_own_deflection_is_refused() -> None:
+    """The nut is as stiff as the motor stands, and the spring between the two is bent by what the nut carries."""
+    held = with_spring(undamped(machine("screw"), {"tool": "0"}), "screw", "40000")
+    with pytest.raises(InputError, match="need each other's deflections"):
+        trace(with_spring(held, "nut", "EA/(rest - pitch/(2*pi)*qm)"), "feed_forward")
+
+
+def test_a_damped_spring_whose_stiffness_changes_is_refused() -> None:
+    with pytest.raises(InputError, match=r"joint 2 \(flap\), damping: .*differential equation"):
+        trace(with_spring(strut("3000"), "flap", "5000 + s", damping="1"), "feed_forward")
+    with pytest.raises(InputError, match=r"joint 2 \(flap\), stiffness: .*depends on positions, and .* damping"):
+        over_time(Bound(with_spring(strut("3000"), "flap", "5000 + s", damping="1")))
+
+
+def test_stiffness_that_changes_with_another_load(wrist: Machine) -> None:
+    held = undamped(wrist, {"hand": "0"})
+    varying = with_spring(held, "roll", "4000 + 500*sin(q5/N5 + d5)", neutral="0.003")
+    assert_followed(varying, [0.3, -0.2], {}, ["pitch", "roll"])
 
 
 @pytest.mark.parametrize(

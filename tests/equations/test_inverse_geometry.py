@@ -23,7 +23,8 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Spri
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC, InverseRefused, first_dependent
+from symoro_elastic.models.chain_joints import InverseRefused, first_dependent
+from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Frame, TracedModel
 from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.finite_field import Residue

@@ -13,6 +13,7 @@ from symoro_elastic.models import feed_forward as of_model
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.trade.builds import QUICK
 from symoro_elastic.trade.trade import Request, trade
+from tests.closed_chains.test_feed_forward import strut, with_spring
 from tests.models.test_feed_forward import FLEX4, drive
 
 FORWARD = Scene(models=("feed_forward",))
@@ -26,6 +27,21 @@ def test_it_is_put_back_into_the_equations_of_motion(machine: Machine) -> None:
     (model,) = found.models
     assert found.ok and found.disagreement < 1e-30 and (model.moderate, model.extreme) == (4, 8)
     assert max(model.numpy.moderate, model.equations.moderate) < 1e-13
+
+
+@pytest.mark.parametrize("flap", ["5000", "5000*(1 + 0.1*sin(qm + d_flap))"])
+def test_springs_on_dependent_joints_and_changing_stiffness(flap: str) -> None:
+    """States at which no deflection balances the load are not judged."""
+    found = verify(strut("3000 + 200*s", flap), FORWARD, states=(4, 8))
+    (model,) = found.models
+    assert found.ok and found.disagreement < 1e-30 and model.moderate == 4
+    assert model.extreme + len(model.unjudged) == 8 and model.extreme > 4
+
+
+def test_a_tree_whose_stiffness_changes() -> None:
+    soft = with_spring(drive(0, 1), "spring1", "900 + 4e4*x1^2")
+    found = verify(soft, Scene(models=("feed_forward", "direct_dynamics", "inverse_dynamics")), states=(4, 4))
+    assert found.ok and all(model.moderate == 4 for model in found.models)
 
 
 @pytest.mark.parametrize("wrong", ["_rate", "_wanted"])

@@ -33,7 +33,7 @@ def machine_of(
     return Machine(name, joints, given, base, source=f"{name}.toml")
 
 
-def drive(m1: float = 3.0, m2: float = 5.0, k: float = 2e4, d: float = 0.0, friction: float = 0.0) -> Machine:
+def drive(m1: float = 3.0, m2: float = 5.0, k: float | str = 2e4, d: float = 0.0, friction: float = 0.0) -> Machine:
     """Two masses on one line, a spring between: motor and load."""
     motor = slide("motor", 0, Kind.MOTOR, m1, friction=Friction(cell(friction)))
     return machine_of("drive", motor, slide("load", 1, Kind.ELASTIC, m2, spring=spring(k, d)))

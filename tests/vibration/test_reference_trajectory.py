@@ -31,6 +31,7 @@ from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
 from tests.vibration.machines import drive, machine_of, slide
 
+PROGRESSIVE = "2e4 + 1e9*q_load^2"
 LOCKED = ("bed_yaw", "bed_y", "bed_x", "motor_secondary", "cart_yaw", "cart_x", "cart_y", "sensor_head")
 
 
@@ -73,8 +74,13 @@ def simulated(found: FeedForward) -> Any:
 
 @pytest.mark.parametrize(
     ("machine", "duration", "rate", "best"),
-    [(drive(), 0.4, 1000, 1e-9), (flex4(), 1.0, 400, 2e-9), (two_axis(), 0.05, 10000, 5e-10)],
-    ids=["mass", "flex4", "two_axis"],
+    [
+        (drive(), 0.4, 1000, 1e-9),
+        (drive(k=PROGRESSIVE), 0.4, 1000, 2e-9),
+        (flex4(), 1.0, 400, 2e-9),
+        (two_axis(), 0.05, 10000, 5e-10),
+    ],
+    ids=["mass", "progressive", "flex4", "two_axis"],
 )
 def test_the_full_model_follows(machine: Machine, duration: float, rate: float, best: float) -> None:
     """The error is that of the integration, of fourth order: a sixteenth at half the step."""
@@ -87,6 +93,15 @@ def test_the_full_model_follows(machine: Machine, duration: float, rate: float, 
         np.testing.assert_allclose(outboard(machine, found.q), y, rtol=0, atol=1e-15)
         errors.append(abs(outboard(machine, simulated(found)) - y[::2]).max())
     assert errors[1] < best and errors[0] / errors[1] == pytest.approx(16, rel=0.05)
+
+
+def test_a_motion_that_no_deflection_balances_is_refused() -> None:
+    """The spring softens: its force is never more than 172 N, at a deflection of 1/sqrt(6000) m."""
+    soft = drive(k="2e4*(1 - 1000*q_load^2)")
+    slow, fast = (move(soft, {}, {"": 0.1}, duration, 8, 1000) for duration in (1.0, 0.02))
+    assert np.isfinite(feed_forward(soft, slow).tau).all()
+    with pytest.raises(InputError, match=r"t = 0.\d+ s, motor: no position was found that .* balances the springs"):
+        feed_forward(soft, fast)
 
 
 @pytest.mark.parametrize("seed", [3, 5])

@@ -22,6 +22,7 @@ from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
 
+from symoro_elastic.equations.coordinates import Rows, product
 from symoro_elastic.equations.inverse_geometry.decompositions import (
     NO_WRIST,
     ORIENTED,
@@ -33,7 +34,7 @@ from symoro_elastic.equations.inverse_geometry.decompositions import (
 )
 from symoro_elastic.equations.inverse_geometry.equation_types import Functions, NoClosedForm, Pose, only_where
 from symoro_elastic.equations.inverse_geometry.points import Solution, numbers_of
-from symoro_elastic.equations.spatial import Matrix, Scalar, Vector, cross, dot
+from symoro_elastic.equations.spatial import ZERO, Matrix, Scalar, Vector, cross, dot
 
 MISSED = Fraction(1, 2**34)
 NOT_A_PLACEMENT = Fraction(1, 2**20)
@@ -161,6 +162,17 @@ def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vecto
     size = 1 + dot(P, P)
     ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(shifts)))
     return Branch(_divided(branch.found, ok), branch.measure / ok)
+
+
+def where_followed(f: Functions, chain: Chain, branch: Branch, followers: Rows) -> Branch:
+    """A branch, without a value where a joint is not where others put it: x_j = row of `followers` times x."""
+    x = {found.joint: found.variable for found in branch.found}
+    for mover in chain.movers:
+        if mover.joint in followers:
+            away = x[mover.joint] - product(followers[mover.joint], x)
+            cosine, sine = f.cosine_sine(away) if mover.turns else (1, away)
+            branch = _only_close(f, branch, [1 - cosine, sine], ZERO, ZERO)
+    return branch
 
 
 def _squares(faults: Iterable[Scalar]) -> Scalar:
