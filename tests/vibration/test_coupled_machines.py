@@ -13,11 +13,13 @@ from symoro_elastic.array_types import AnyArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Wrench
+from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.closed_positions import start_of
+from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.vibration.comparison import Compared, compare, rigid_limit
 from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium, given_state
@@ -169,6 +171,51 @@ def test_about_a_motion_against_many_digits(name: str) -> None:
     for label, ours in (("M", linear.M), ("D", linear.D), ("K", linear.K)):
         wanted = np.array(known[label], dtype=float)
         np.testing.assert_allclose(ours, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max(initial=1e-12))
+
+
+def without_dry_friction(name: str) -> Machine:
+    joints = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in machine(name).joints)
+    return replace(machine(name), joints=joints)
+
+
+@pytest.mark.parametrize("name", ["spatial_four_bar", "gantry"])
+def test_compared_torques_obey_the_virtual_work(name: str) -> None:
+    """Where loops are assembled along the motion; where two motors move as one in the rigid limit."""
+    described = without_dry_friction(name)
+    found = compare(described, stroke=0.1, duration=0.5)
+    tau = [loss for loss in found.losses if loss.quantity is Compared.TORQUE]
+    whole, sample = with_independent_motors(described), 180
+    variables = [str(joint.variable) for joint in whole.moving_joints]
+    for model, by_model in ((whole, "by_full"), (rigid_limit(whole), "by_rigid")):
+        at = [
+            dict(zip(variables, x[sample].tolist(), strict=True))
+            for x in (found.course.q, found.course.qd, found.course.qdd)
+        ]
+        names = [str(joint.variable) for joint in model.moving_joints]
+        q, qd, qdd = ([x[variable] for variable in names] for x in at)
+        torques = [float(getattr(loss, by_model)[sample]) for loss in tau]
+        left = VirtualWork(model, State(q, qd, _start(model))).residual(qdd, torques).astype(float)
+        driven = [names.index(str(joint.variable)) for joint in model.motor_joints if str(joint.variable) in names]
+        assert np.abs(left[driven]).max() < 1e-11 * np.abs(torques).max()
+    assert bool(found.notes) == (name == "gantry")
+
+
+def test_no_rigid_limit_is_said_by_the_joint() -> None:
+    """A loop of one freedom: the spring of the coupler is all that lets the crank move."""
+    described, dependent = machine("four_bar"), ("coupler", "rocker")
+    spring = Spring(Formula.parse(50))
+    joints = [replace(x, kind=Kind.ELASTIC, spring=spring) if x.name == "coupler" else x for x in described.joints]
+    sprung = replace(described, joints=tuple(joints), loops=(replace(described.loops[0], dependent=dependent),))
+    with pytest.raises(InputError, match="joint crank: springs alone let its motor move, so the rigid limit stands"):
+        compare(sprung)
+    both = [replace(x, kind=Kind.ELASTIC, spring=spring) if x.name in dependent else x for x in described.joints]
+    with pytest.raises(InputError, match="joint rocker: in the rigid limit it would be locked, and nothing else in"):
+        compare(replace(sprung, joints=tuple(both)))
+
+
+def test_dry_friction_on_a_dependent_joint_is_not_followed() -> None:
+    with pytest.raises(InputError, match="friction: rod has no motor, so dry friction holds it at times"):
+        compare(machine("gas_spring"))
 
 
 def test_a_pendulum_behind_an_elastic_gear(tmp_path: Path) -> None:
