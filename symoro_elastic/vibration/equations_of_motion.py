@@ -223,7 +223,7 @@ class EquationsOfMotion:
         return self.forces(q, rest, rest), self.matrices("K", q, rest, rest)[0]
 
     def matrices(
-        self, names: Iterable[str], q: Array, qd: Array, qdd: Array, torques: Sequence[float] = ()
+        self, names: Iterable[str], q: Array, qd: Array, qdd: Array, torques: Array | None = None
     ) -> list[Array]:
         """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians.
 
@@ -322,12 +322,12 @@ class EquationsOfMotion:
         return np.array([float(value(x)) for x in roots])
 
     def _symbols(
-        self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any], torques: Sequence[float] = ()
+        self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any], torques: Array | None = None
     ) -> dict[str, Any]:
         symbols: dict[str, Any] = dict(self.parameters)
-        tau = [symbol.operands[0] for symbol in self.bound.tau.values()]
-        symbols |= zip(tau, map(float, torques), strict=True) if len(torques) else dict.fromkeys(tau, 0.0)
-        for by_joint, numbers in ((self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd)):
+        pushed = np.zeros(len(self.bound.tau)) if torques is None else torques
+        blocks = (self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd), (self.bound.tau, pushed)
+        for by_joint, numbers in blocks:
             for symbol, x in zip(by_joint.values(), numbers, strict=True):
                 symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
         self.assembled.add_to(symbols, [symbols[symbol.operands[0]] for symbol in self.bound.q.values()])
