@@ -20,6 +20,7 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.inverse_model import InverseModel
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.reference_trajectory import STROKE
+from symoro_elastic.vibration.shared_motors import undetermined
 from symoro_elastic.vibration.tracking import pair
 
 
@@ -79,10 +80,11 @@ class Comparison:
     @property
     def notes(self) -> tuple[str, ...]:
         """Lines on motors whose torques are shared out, in the full model and in the rigid limit."""
-        found = self.full.linear.doubts
-        if self.rigid:
-            found += tuple(f"rigid limit: {line}" for line in self.rigid.linear.doubts if line not in found)
-        return found
+        full, rigid = (
+            undetermined(modal.linear.motion.machine, modal.linear.motion.followers) if modal else []
+            for modal in (self.full, self.rigid)
+        )
+        return (*full, *(f"rigid limit: {line}" for line in rigid if not full))
 
 
 def compare(

@@ -106,9 +106,10 @@ class Linearization:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Lines about the state: that it moves, and that torques are shared out at will."""
-        at_equilibrium = () if self.unrest else undetermined(self.motion.machine, self.motion.followers)
-        return *self.unrest, *at_equilibrium
+        """Lines about the state: that it moves, and that motors share torques which nothing determines one by one."""
+        motion = self.motion
+        loaded = any(self.state.torques[motion.machine.motors.index(j)] for j in motion.followers)
+        return self.unrest or tuple(undetermined(motion.machine, motion.followers) if loaded else ())
 
     @property
     def notes(self) -> tuple[str, ...]:
