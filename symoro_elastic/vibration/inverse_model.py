@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -13,17 +13,19 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import CLOSED, start_of
+from symoro_elastic.numerics.closed_positions import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.shared_motors import shared, shares
 
-STEP = 0.05
-"""Largest step of an independent variable from one assembled position to the next, rad or m."""
-JUMP = 0.5
-"""Change of a dependent variable in one step that is one to another branch, rad or m."""
+STEP, FINEST = 0.05, 64
+"""Largest step of an independent variable from one assembled position to the next, rad or m, and its least part."""
+JUMP = 0.3
+"""Change of a dependent variable in one step that may be one to another branch, rad or m."""
+CLOSED = 1e-12
+"""Gap of a loop, m and rad, that is rounding."""
 
 
 class InverseModel:
@@ -37,6 +39,7 @@ class InverseModel:
         models = ("inverse_dynamics", *(("assemble",) if motion.bound.takes_dependent else ()))
         self._model = numpy_model(self.machine, models)
         self._position: tuple[Array, Array] | None = None
+        self._known: tuple[Array, Array] | None = None
 
     def __call__(self, q: Array, qd: Array, qdd_motor: Array) -> tuple[Array, Array]:
         """Return what motors exert on their coordinates (..., motors), N m or N, and accelerations (..., n)."""
@@ -76,26 +79,33 @@ class InverseModel:
         """Return q_dep (..., d) where it is an argument, each found from the one before."""
         if not self.motion.bound.takes_dependent:
             return ()
-        found = np.array([self._assembled(place) for place in q.reshape(-1, q.shape[-1])])
-        return (found.reshape(*q.shape[:-1], found.shape[1]),)
+        if self._known is None or self._known[0] is not q:
+            found = np.array([self._assembled(place) for place in q.reshape(-1, q.shape[-1])])
+            self._known = q, found.reshape(*q.shape[:-1], found.shape[1])
+        return (self._known[1],)
 
     def _assembled(self, q: Array) -> Array:
         """Return q_dep at q, followed from the last position; raises `InputError` where the loops do not close."""
         start = start_of(self.machine)
         last, q_dep = self._position or (start.q, start.q_dep)
-        steps = max(1, math.ceil(float(np.abs(q - last).max()) / STEP))
-        for part in np.arange(1, steps + 1) / steps:
-            near, gap = self._model.assemble(last + part * (q - last), q_dep)
-            if not (gap[0] < CLOSED and np.abs(near - q_dep).max() < JUMP):
-                self._refuse_open(q)
-            q_dep = near
+        step, done = 1 / max(1, math.ceil(float(np.abs(q - last).max()) / STEP)), 0.0
+        least = step / FINEST
+        while done < 1:
+            ahead = min(1.0, done + step)
+            near, gap = self._model.assemble(last + ahead * (q - last), q_dep)
+            if gap[0] < CLOSED and np.abs(near - q_dep).max() < JUMP:
+                q_dep, done = near, ahead
+            elif step > least:
+                step /= 2
+            else:
+                self._refuse_open(last + ahead * (q - last))
         self._position = q, q_dep
         return q_dep
 
-    def _refuse_open(self, q: Array) -> None:
+    def _refuse_open(self, q: Array) -> NoReturn:
         loops = ", ".join(loop.name for loop in self.machine.loops)
         at = ", ".join(f"{name}={x:g}" for name, x in zip(self.motion.names, q, strict=True))
-        raise self.machine.error(f"loop {loops}", f"it does not close on the way to {at}: give a motion on its branch")
+        raise self.machine.error(f"loop {loops}", f"it does not close at {at}: give a motion that stays on its branch")
 
 
 def _driven_by_independent(motion: EquationsOfMotion) -> Machine:
