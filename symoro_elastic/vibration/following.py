@@ -60,7 +60,7 @@ def followed(
 
     Raises `InputError` for joints that stick, and where steps get too small; `source` names the motion.
     """
-    refuse_sticking(motion, start.q)
+    refuse_sticking(motion)
     n, motors = len(motion.joints), motion.motors
     others = [k for k in range(n) if k not in motors]
     inverse = InverseModel(motion)
@@ -104,12 +104,12 @@ def _integrated(
     raise InputError(source, "t", what)
 
 
-def refuse_sticking(motion: EquationsOfMotion, q: Array) -> None:
-    """Raise `InputError` where dry friction acts on a joint that motors alone do not move, at q (n,).
+def refuse_sticking(motion: EquationsOfMotion) -> None:
+    """Raise `InputError` where dry friction acts on a joint that motors alone do not move.
 
     It sticks, and no step is small enough.
     """
-    machine = motion.given
+    machine, q = motion.given, motion.neutral_positions()
     dry = [j for j in machine.articulated if machine.joint(j).friction.coulomb.value(motion.parameters)]
     free = [k for k in range(len(q)) if k not in motion.motors]
     for j, row in zip(dry, motion.slopes(q, dry), strict=True):

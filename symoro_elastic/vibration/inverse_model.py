@@ -13,7 +13,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.closed_positions import start_of
+from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate

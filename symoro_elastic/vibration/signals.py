@@ -93,6 +93,15 @@ def joint_signals(names: Iterable[str]) -> set[str]:
     return {f"{name}.{quantity}" for name in names for quantity in (MOTOR_TORQUE, *JOINT_OUTPUTS)}
 
 
+def entry_of(machine: Machine, signal: JointSignal) -> int:
+    """Return the index in q of the joint of a signal; raises `InputError` for a joint that follows from others."""
+    if signal.number not in machine.moving:
+        names = ", ".join(joint.name for joint in machine.moving_joints)
+        what = f"{quoted(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
+        raise _error(machine, "signal", what)
+    return machine.moving.index(signal.number)
+
+
 def points_of(signals: Sequence[Signal]) -> Points:
     """Return the points of signals, each once."""
     return tuple(dict.fromkeys((s.number, s.at) for s in signals if isinstance(s, FrameSignal) and s.at))

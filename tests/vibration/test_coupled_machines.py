@@ -16,7 +16,7 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.closed_positions import start_of
+from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.vibration.comparison import Compared, compare, rigid_limit
