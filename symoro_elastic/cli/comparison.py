@@ -113,4 +113,4 @@ def _print_comparison(result: Comparison, title: str) -> None:
 
     print_table(frequencies_table(result), title)
     print_table(losses_table(result), result.course.source)
-    click.echo(comparison_conclusion(result))
+    click.echo("\n".join([*result.notes, comparison_conclusion(result)]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -195,10 +195,11 @@ def excite(
     """
     from symoro_elastic.identification import trajectory
     from symoro_elastic.identification.plots import plot_excitation
+    from symoro_elastic.numerics.independent_joints import with_independent_motors
     from symoro_elastic.time_series.writing import refuse_file
 
     refuse_file(out)
-    found = read(machine)
+    found = with_independent_motors(read(machine))
     trajectory.refuse_without_motors(found)
     allowed = limits.of(found)
     series.refuse_rate(len(found.motors))
@@ -272,11 +273,13 @@ def identify(
     from symoro_elastic.identification.validation import validated
     from symoro_elastic.machine.formats import write_machine
     from symoro_elastic.machine.formats.reading import refuse_unwritable
+    from symoro_elastic.numerics.independent_joints import with_independent_motors
     from symoro_elastic.time_series.measurements import read_measurements
 
     if save:
         refuse_unwritable(save)
-    found = read(machine)
+    of_file = read(machine)
+    found = with_independent_motors(of_file)
     prepare = preparing.of(found)
     with steps() as step:
         step("read")
@@ -286,7 +289,7 @@ def identify(
         checked = validated(result, other) if other else None
         saved, warnings = given.saved(result, records, step) if save else (None, [])
     if save and saved:
-        write_machine(saved, save)
+        write_machine(replace(saved, loops=of_file.loops), save)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)
     if as_json:

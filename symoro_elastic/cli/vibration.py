@@ -136,7 +136,7 @@ def _modes_at(machine: str, situation: Situation, out: str | None, plots: Plots,
     if as_json:
         print_json(modes_json(found, slopes))
     else:
-        click.echo("\n".join([*state_lines(found.linear), *found.linear.unrest]))
+        click.echo("\n".join([*state_lines(found.linear), *found.linear.doubts]))
         print_table(modes_table(found, slopes), found.linear.motion.machine.name)
         click.echo(modes_conclusion(found, slopes))
     save_arrays(modes_arrays(found, slopes), out, as_json)

@@ -215,9 +215,11 @@ def excite(
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
     keeps them. `progress` is called with evaluations done, their number, and the best condition number. `known`
-    are labels of parameters that are not sought. Deterministic by `seed`. Raises `InputError`.
+    are labels of parameters that are not sought. Motors are independent joints (`with_independent_motors`).
+    Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
+    _refuse_following(machine)
     motors = len(machine.motors)
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
@@ -235,6 +237,15 @@ def excite(
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
     return Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)
+
+
+def _refuse_following(machine: Machine) -> None:
+    """Raise `InputError` for motors whose motion others give."""
+    following = [machine.joint(j).name for j in machine.motors if j in machine.dependent]
+    if following:
+        what = f"{', '.join(following)} follow from other joints, so no motion of their own excites them: name others "
+        what += "in dependent ([loops]), or, where they move with other motors, make them passive in a copy of the file"
+        raise machine.error("motors", what)
 
 
 class _Enough(Exception):

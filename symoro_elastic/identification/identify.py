@@ -30,6 +30,7 @@ from symoro_elastic.identification.regression import (
 )
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
+from symoro_elastic.numerics.independent_joints import moved_by
 from symoro_elastic.progress import Announce, announce_nothing
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.time_series.measurements import Measurements
@@ -68,7 +69,7 @@ class Equations:
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
         self._refuse_open(motion, record.source)
         counted = self._counted(motion, chosen)
-        left = _left_side(self.machine, motion)
+        left = self.Y.driven(motion.q, motion.tau)
         pieces = _pieces(len(motion.t), chosen)
         averages = zip(*(self._averages(motion, left, counted, piece, chosen) for piece in pieces), strict=True)
         t, tau, right, *noise = (np.concatenate(x) for x in averages)
@@ -152,7 +153,7 @@ def identify(
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
-    chosen = _filter(records, list(machine.motor_entries), bandwidth) if filtered else None
+    chosen = _filter(records, _driven(machine), bandwidth) if filtered else None
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)
@@ -221,6 +222,12 @@ def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: f
     return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
+def _driven(machine: Machine) -> list[int]:
+    """Return the indices in q of motors, and of joints that motors on dependent joints move."""
+    moved = {k for j in machine.motors if j in machine.dependent for k in moved_by(machine, j)}
+    return sorted({*machine.motor_entries, *machine.entries(moved)})
+
+
 def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
     refuse_unknown_labels(machine, known, columns)
     numbers = {column.label: c for c, column in enumerate(columns)}
@@ -251,13 +258,6 @@ def _relative_deviation(counted: BoolArray, chosen: Filter | None) -> Array:
     """Return 1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
     variance = openness(counted, chosen) if chosen else counted.astype(float)
     return np.where(variance > 0, 1 / np.sqrt(np.where(variance > 0, variance, 1.0)), 0.0)
-
-
-def _left_side(machine: Machine, motion: FilteredMotion) -> Array:
-    """Return measured torques of motors, zero for the other joints (samples, n)."""
-    tau = np.zeros_like(motion.q)
-    tau[:, list(machine.motor_entries)] = motion.tau
-    return tau
 
 
 def _unknowns(

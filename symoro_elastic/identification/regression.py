@@ -4,7 +4,8 @@ Rows of motors hold measured torques; rows of elastic and passive joints have a 
 and dampers exert are columns of Y: 0 = (inertial) + K q + DA qd - KQ [9], [15], KQ = K q0 for the neutral
 position q0. Labels are those of the `regressor` model: XX3 .. M3, IA3, FV3, FS3, K3, DA3, KQ3.
 
-With couplings and loops rows and measurements are those of the independent variables; the others follow.
+With couplings and loops rows and measurements are those of the independent variables; the others follow. The left side
+is then S_m^T tau (L3), to which motors on dependent joints add theirs.
 """
 
 from __future__ import annotations
@@ -68,6 +69,9 @@ class Regressor(Protocol):
     def loads(self, q: Array) -> Array:
         """Return the part without X, (samples, n): forces that balance the external wrenches."""
 
+    def driven(self, q: Array, tau: Array) -> Array:
+        """Return what torques of motors (samples, m) do on the joints that move, (samples, n), zero for the others."""
+
     def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
         """Return random q, qd, qdd (states, n) at which loops close."""
 
@@ -119,6 +123,16 @@ class ByLinearity:
     def loads(self, q: Array) -> Array:
         """Return forces that balance the external wrenches, (samples, n)."""
         return self._torques(q, np.zeros_like(q), np.zeros_like(q))
+
+    def driven(self, q: Array, tau: Array) -> Array:
+        """Return what torques of motors (samples, m) do on the joints that move, S_m^T tau (samples, n) (L3)."""
+        machine, rows = self.machine, self._bound.coordinates.S_x
+        named = dict(zip(self._bound.arguments()["q"], q.T, strict=True))
+        symbols: dict[str, Any] = {**self._values, **named, **self._dependent(q)}
+        entries = [rows[m].get(k, 0) for m in machine.motors for k in machine.moving]
+        slopes = _evaluated(entries, symbols, len(q)).reshape(len(q), len(machine.motors), len(machine.moving))
+        forces: Array = np.einsum("smk,sm->sk", slopes, tau)
+        return forces
 
     def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
         """Return random q, qd, qdd (states, n) at which loops close."""
@@ -264,10 +278,9 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     """Return Y of a machine; `values` replace those of its parameters.
 
     Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value, a spring
-    whose stiffness varies with positions, a motor that loops move.
+    whose stiffness varies with positions.
     """
     refuse_floating(machine, "identification")
-    _refuse_moved_motors(machine)
     refuse_varying_stiffness(machine)
     given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
@@ -283,17 +296,6 @@ def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     """Return the machine with these values of its parameters, for loops close at those of the geometry."""
     given = {name: Formula.parse(x) for name, x in values.items()}
     return replace(machine, parameters=tuple(replace(p, value=given.get(p.name, p.value)) for p in machine.parameters))
-
-
-def _refuse_moved_motors(machine: Machine) -> None:
-    moved = [
-        joint.name for j, joint in enumerate(machine.joints, start=1) if j in machine.motors and j in machine.dependent
-    ]
-    if moved:
-        what = f"{', '.join(moved)} depend on other joints, and rows of tau = Y X are of independent ones: in [loops], "
-        raise machine.error(
-            "identification", what + "name other joints in dependent, so that all motors are independent"
-        )
 
 
 def _geometry(joint: Joint) -> tuple[Formula, ...]:

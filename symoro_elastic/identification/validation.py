@@ -14,11 +14,14 @@ from symoro_elastic.identification.identify import Identification, Rows
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.time_series.measurements import Measurements
 
+ROUNDING = 1e-12
+"""Of the largest torque, of what motors on dependent joints exert on a joint that they do not move."""
+
 
 @dataclass(frozen=True)
 class Fit:
-    """Residuals of the motors' torques in a record: root mean square (N m or N), and in per cent of that of the torques
-    that the sought parameters explain."""
+    """Residuals of what motors exert in a record, by the joint that moves: root mean square (N m or N), and in per cent
+    of that of the torques that the sought parameters explain."""
 
     source: str
     residual: dict[str, float]
@@ -52,7 +55,10 @@ def _same_filter(result: Identification, record: Measurements) -> Filter | None:
 
 
 def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:
-    names, motors = [joint.name for joint in machine.motor_joints], list(machine.motor_entries)
+    largest = np.abs(tau).max(axis=0)
+    driven = np.flatnonzero(largest > ROUNDING * largest.max(initial=0.0)).tolist()
+    motors = sorted({*machine.motor_entries, *driven})
+    names = [machine.moving_joints[k].name for k in motors]
     used = np.maximum((tau != 0).sum(axis=0), 1)
     left, of = (np.sqrt((x**2).sum(axis=0) / used)[motors].tolist() for x in (residuals, tau))
     percent = [100 * a / b if b else math.nan for a, b in zip(left, of, strict=True)]
@@ -60,8 +66,8 @@ def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:
 
 
 def lines(fit: Fit, machine: Machine) -> list[str]:
-    """Return a line for each motor: its residual, and in per cent of its torque."""
-    units = {joint.name: joint.force_unit for joint in machine.motor_joints}
+    """Return a line for each joint that motors drive: its residual, and in per cent of the torque."""
+    units = {joint.name: joint.force_unit for joint in machine.moving_joints}
     return [
         f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
         for name, residual in fit.residual.items()

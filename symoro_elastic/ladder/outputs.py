@@ -16,7 +16,7 @@ from symoro_elastic.ladder.small_motion import SmallMotion
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, inputs
+from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
 from symoro_elastic.vibration.signals import outputs as output_signals
 
 MOTION_MODELS = ("jacobian", "velocities", "accelerations")
@@ -72,14 +72,15 @@ def outputs_along(
     for row, (name, signal) in enumerate(zip(names, signals, strict=True)):
         if not isinstance(signal, JointSignal):
             continue
+        k = entry_of(machine, signal)
         if not is_torque(name):
-            (Cq, Cv, Ca)[signal.order][:, row, signal.k] = 1.0
+            (Cq, Cv, Ca)[signal.order][:, row, k] = 1.0
             continue
-        motor = machine.motor_entries.index(signal.k)
+        motor = machine.motor_entries.index(k)
         if servo is None:
             Cq[:, row], Cv[:, row], Ca[:, row] = (x[:, motor] for x in torques)
         else:
-            Cq[:, row, signal.k], Cv[:, row, signal.k] = -servo[0][motor], -servo[1][motor]
+            Cq[:, row, k], Cv[:, row, k] = -servo[0][motor], -servo[1][motor]
     return Outputs(tuple(names), Cq, Cv, Ca, np.array([not is_torque(name) for name in names]))
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 from symoro_elastic.equations.coordinates import Row, combination, product
@@ -152,14 +153,17 @@ class Coordinates:
         """Those whose dependent variables are arguments."""
         return [block for block in self.blocks if any(one.is_assembled for one in block)]
 
-    @staticmethod
-    def _united(loops: Iterable[LoopPlan]) -> list[list[LoopPlan]]:
-        blocks: list[list[LoopPlan]] = []
-        for one in loops:
-            shared = [block for block in blocks if any(not {*one.dependent}.isdisjoint(x.dependent) for x in block)]
-            blocks = [block for block in blocks if block not in shared]
-            blocks.append([*(x for block in shared for x in block), one])
+    def _united(self, loops: Iterable[LoopPlan]) -> list[list[LoopPlan]]:
+        """Blocks of loops: those together of which one needs dependent joints that only a later one gives."""
+        blocks = [[one] for one in loops]
+        while pair := next((pair for pair in combinations(blocks, 2) if self._needs(*pair)), None):
+            first, later = pair
+            blocks = [[*first, *later] if block is later else block for block in blocks if block is not first]
         return blocks
+
+    def _needs(self, first: Iterable[LoopPlan], later: Sequence[LoopPlan]) -> bool:
+        given = {j for one in later for j in one.dependent}
+        return any(not given.isdisjoint((*one.dependent, *self.machine.owners_in(one.loop))) for one in first)
 
     def _dependent_rows(self, block: list[LoopPlan], S_x: Mapping[int, Row]) -> dict[int, Row]:
         """Rows of dx/du of a block of loops: -W_d^-1 W_u S (L10)."""

@@ -16,7 +16,7 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.simulation.compiled_steps import Trajectory
 from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, inputs, outputs
+from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs, outputs
 
 FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 """Models by the order of the output that their results hold."""
@@ -57,9 +57,10 @@ class Observer:
 
     def _column(self, signal: Signal, motion: Motion) -> Array:
         if isinstance(signal, JointSignal):
+            k = entry_of(self.machine, signal)
             if signal.name.endswith(f".{MOTOR_TORQUE}"):
-                return motion.tau[:, self.machine.motor_entries.index(signal.k)]
-            return (motion.q, motion.qd, motion.qdd)[signal.order][:, signal.k]
+                return motion.tau[:, self.machine.motor_entries.index(k)]
+            return (motion.q, motion.qd, motion.qdd)[signal.order][:, k]
         row = self._frames.index(_in_base(self.machine, signal))
         if signal.order == 0:
             return _pose(self._frame_models.geometric_model(motion.q)[:, row])[:, signal.component]

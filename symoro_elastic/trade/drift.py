@@ -26,6 +26,7 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.numerics.arrays import EXTENDED, evaluated
 from symoro_elastic.numerics.assembled_states import start_of
@@ -108,25 +109,26 @@ class _Motion:
     def __init__(self, machine: Machine, values: Mapping[str, float], folder: Path) -> None:
         self.machine, self.values = machine, values
         self.energy = trace(machine, "energy")
-        self.package = traced(machine, Scene(models=("direct_dynamics",))).package
-        self._refuse_assembled()
+        self.assembled = trace(machine, "assemble") if Bound(machine).takes_dependent else None
+        models = ("direct_dynamics", *(("assemble",) if self.assembled else ()))
+        self.package = traced(machine, Scene(models=models)).package
         self.p = np.array([values[parameter.name] for parameter in self.package.parameters], dtype=float)
         self.start = self._start()
         kinetic, _, elastic = self._evaluated(self.energy, self.start)[0]
         self.moving_energy = float(kinetic + elastic)
-        self._moves = _movers(self.package, folder)
-
-    def _refuse_assembled(self) -> None:
-        (function,) = self.package.functions
-        if any(argument.name == "q_dep" for argument in function.arguments):
-            what = "loops without closed form are assembled at every step: the drift of a motion is left out"
-            raise self.machine.error("trade", what)
+        self._moves = _movers(self.package, folder, self.assembled is not None)
 
     def _start(self) -> States:
         """A state near the neutral position of the springs, whose numbers single precision holds; no motor pushes."""
         state = moderate_states(self.machine, 2, values=dict(self.values)).part(slice(1, 2))
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
-        return replace(state, **single, tau=np.zeros_like(state.tau))
+        return self._closed(replace(state, **single, tau=np.zeros_like(state.tau)))
+
+    def _closed(self, states: States) -> States:
+        """The states with loops closed to more digits, where they have no closed form."""
+        if self.assembled is None:
+            return states
+        return replace(states, q_dep=evaluated(self.assembled, states, self.values, EXTENDED)["q_dep"])
 
     def small_step(self) -> tuple[float, AnyArray]:
         """The step at which rounding is all that is left of the drift, and the energies with it."""
@@ -156,19 +158,21 @@ class _Motion:
         return max(rate, 1.0)
 
     def energies(self, form: StateFormat, step: float) -> AnyArray:
-        """The energy at the start and at `SAMPLES` times, J."""
+        """The energy at the start and at `SAMPLES` times, J; dependent variables without closed form go along."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
-        x = np.concatenate([self.start.q[0], self.start.qd[0]]).astype(dtype)
+        start = self.start.q[0], self.start.qd[0], *([self.start.q_dep[0]] if self.assembled else [])
+        x = np.concatenate(start).astype(dtype)
         lost, p = np.zeros_like(x), self.p.astype(dtype)
         states = [x.copy()]
         for _ in range(SAMPLES):
             move(STEPS // SAMPLES, step, form.compensated, p.ctypes.data, x.ctypes.data, lost.ctypes.data)
             states.append(x.copy())
-        q, qd = np.split(np.array(states, dtype=float), 2, axis=1)
+        n = len(self.machine.moving)
+        q, qd, q_dep = np.split(np.array(states, dtype=float), [n, 2 * n], axis=1)
         other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
         many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
-        sampled = States(q=q, qd=qd, **many, titles=("moving",) * len(states))
-        total: AnyArray = self._evaluated(self.energy, sampled).sum(axis=1)
+        sampled = States(q=q, qd=qd, **many, q_dep=q_dep, titles=("moving",) * len(states))
+        total: AnyArray = self._evaluated(self.energy, self._closed(sampled)).sum(axis=1)
         return total
 
     def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
@@ -176,21 +180,24 @@ class _Motion:
         return result
 
 
-def _movers(package: Package, folder: Path) -> dict[str, Any]:
+def _movers(package: Package, folder: Path, assembles: bool) -> dict[str, Any]:
     """The compiled functions that move a state by many steps, by precision."""
     precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        made = pool.map(lambda precision: _mover(package, precision, folder / precision.name), precisions.values())
+        made = pool.map(
+            lambda precision: _mover(package, precision, folder / precision.name, assembles), precisions.values()
+        )
         return dict(zip(precisions, made, strict=True))
 
 
-def _mover(package: Package, precision: Precision, folder: Path) -> Any:
+def _mover(package: Package, precision: Precision, folder: Path, assembles: bool) -> Any:
     name = package.name + precision.suffix
     motion = render(
         "c/motion.c.j2",
         name=name,
         macro=name.upper(),
         direct_dynamics=precision.function(package.name, "direct_dynamics"),
+        assemble=precision.function(package.name, "assemble") if assembles else "",
         precision=precision,
     )
     files = render_c(package, precision) | {f"{name}_motion.c": motion}

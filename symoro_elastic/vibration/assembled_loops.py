@@ -27,14 +27,6 @@ FARTHEST = 100.0
 """Rad or m that a position may be from the last one."""
 
 
-def refuse_assembled(bound: Bound) -> None:
-    """Raise `InputError` for loops without closed form."""
-    loops = [one.loop.name for one in bound.loops if one.is_assembled]
-    if loops:
-        what = "not offered where a loop has no closed form: choose other dependent joints, or lock one"
-        raise bound.machine.error(f"loop {', '.join(loops)}", what)
-
-
 class AssembledLoops:
     """The dependent variables without closed form of a bound machine, at values of its parameters."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.independent_joints import moved_by, with_independent, with_independent_motors
 from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.vibration.assembled_loops import refuse_assembled
 from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
-from symoro_elastic.vibration.independent_motors import refuse_dependent_motors
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.vibration.inverse_model import InverseModel
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.reference_trajectory import STROKE
+from symoro_elastic.vibration.shared_motors import undetermined
 from symoro_elastic.vibration.tracking import pair
 
 
@@ -77,6 +77,15 @@ class Comparison:
         """Whether no joint is elastic: the rigid limit is the machine itself."""
         return all(loss.quantity is Compared.TORQUE for loss in self.losses)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Lines on motors whose torques are shared out, in the full model and in the rigid limit."""
+        full, rigid = (
+            undetermined(modal.linear.motion.machine, modal.linear.motion.followers) if modal else []
+            for modal in (self.full, self.rigid)
+        )
+        return (*full, *(f"rigid limit: {line}" for line in rigid if not full))
+
 
 def compare(
     machine: Machine,
@@ -95,12 +104,11 @@ def compare(
     its file (`read_course`), unless given that of `move` with `stroke` and `duration`. `ratios` are gear ratios of
     rotors (`with_ratios`). Raises `InputError`.
     """
-    refuse_dependent_motors(machine)
-    refuse_assembled(Bound(machine))
+    machine = with_independent_motors(machine)
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
-    less, stiff = reduced(with_values(machine, values or {})), rigid(whole)
+    less, stiff = reduced(with_values(machine, values or {})), rigid_limit(whole)
     motors = [joint.name for joint in machine.motor_joints]
-    kept = {name: x for name, x in (at or {}).items() if name not in _springs(machine)}
+    kept = {name: x for name, x in (at or {}).items() if name in _free(stiff)}
     full = modes_with(whole, at, motors if held else [])
     if isinstance(course, str | Path):
         course = read_course(course, machine, whole, progress)
@@ -115,42 +123,52 @@ def compare(
     )
 
 
-def _springs(machine: Machine) -> set[str]:
-    return {joint.name for joint in machine.joints if joint.kind is Kind.ELASTIC}
+def rigid_limit(machine: Machine) -> Machine:
+    """Return the rigid limit, its loops in coordinates of which springs are some; raises `InputError` without one."""
+    free = with_independent(machine, machine.elastic)
+    held = [free.joint(j).name for j in free.elastic if j in free.dependent]
+    if held:
+        what = "in the rigid limit it would be locked, and nothing else in its loop gives way: there is no rigid limit"
+        raise machine.error(f"joint {', '.join(held)}", what)
+    stiff = rigid(free)
+    still = [stiff.joint(j).name for j in stiff.motors if j in stiff.dependent and not moved_by(stiff, j)]
+    if still:
+        what = "springs alone let its motor move, so the rigid limit stands still: there is nothing to compare with"
+        raise machine.error(f"joint {', '.join(still)}", what)
+    return stiff
+
+
+def _free(machine: Machine) -> set[str]:
+    """Return names and variables of the independent joints, once motors are."""
+    joints = with_independent_motors(machine).moving_joints
+    return {name for joint in joints for name in (joint.name, str(joint.variable))}
 
 
 def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> list[Loss]:
     """Return torques of motors and accelerations of springs on one motion, by the three models."""
-    tau, qdd = _inverse(whole, course, range(len(whole.moving)))
-    tau_less, qdd_less = _inverse(less, course, range(len(whole.moving)))
-    rows = [whole.moving.index(j) for j in stiff.moving]
-    tau_stiff = _inverse(stiff, course, rows)[0] if rows else np.zeros_like(tau)
+    tau, qdd = _inverse(whole, course, whole)
+    tau_less, qdd_less = _inverse(less, course, whole)
+    tau_stiff = _inverse(stiff, course, whole)[0] if stiff.moving else np.zeros_like(tau)
     compared = [
-        Loss(joint.name, Compared.TORQUE, joint.force_unit, tau[:, k], tau_less[:, k], tau_stiff[:, k])
-        for k, joint in enumerate(whole.motor_joints)
+        Loss(joint.name, Compared.TORQUE, joint.force_unit, tau[:, m], tau_less[:, m], tau_stiff[:, m])
+        for m, joint in enumerate(whole.motor_joints)
     ]
-    for k, joint in enumerate(whole.moving_joints):
-        if joint.kind is Kind.ELASTIC:
-            compared.append(
-                Loss(
-                    joint.name,
-                    Compared.ACCELERATION,
-                    f"{joint.unit}/s2",
-                    qdd[:, k],
-                    qdd_less[:, k],
-                    np.zeros_like(qdd[:, k]),
-                )
-            )
+    for j in whole.elastic:
+        k, joint = whole.owners.index(j), whole.joint(j)
+        full, less_exact = qdd[:, k], qdd_less[:, k]
+        unit = f"{joint.unit}/s2"
+        compared.append(Loss(joint.name, Compared.ACCELERATION, unit, full, less_exact, np.zeros_like(full)))
     return compared
 
 
-def _inverse(machine: Machine, course: Course, rows: Iterable[int]) -> tuple[Array, Array]:
-    """Return motor torques and accelerations of all joints on a motion, by the paper's inverse model."""
-    chosen = list(rows)
-    model = numpy_model(machine, ("inverse_dynamics",))
-    motors = [chosen[k] for k in machine.motor_entries]
-    tau, qdd = model.inverse_dynamics(course.q[:, chosen], course.qd[:, chosen], course.qdd[:, motors])
-    return np.asarray(tau), np.asarray(qdd)
+def _inverse(machine: Machine, course: Course, whole: Machine) -> tuple[Array, Array]:
+    """Return torques of all motors and accelerations of all own variables on a motion of the whole machine."""
+    motion = EquationsOfMotion(machine)
+    model = InverseModel(motion)
+    rows = list(whole.entries(motion.given.moving))
+    q, qd, qdd_motor = course.q[:, rows], course.qd[:, rows], course.qdd[:, rows][:, motion.motors]
+    tau, qdd = model(q, qd, qdd_motor)
+    return model.torques(q, tau), model.own_accelerations(q, qd, qdd)
 
 
 def _size(x: Array) -> tuple[float, float]:

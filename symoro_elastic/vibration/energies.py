@@ -56,14 +56,14 @@ def strain_shares(modal: Modes) -> Shares:
     All are zero for motions at 0 Hz. Gravity's part may be negative.
     """
     linear, shapes = modal.linear, modal.shapes
-    motion, kept = linear.motion, list(linear.kept)
+    motion = linear.motion
     deflections = _moved(modal, [rate for _, _, rate in motion.springs.values()])
     springs = motion.spring_stiffnesses(linear.state.q)[:, None] * deflections**2
-    controllers = linear.gains[:, None] * shapes**2
+    controllers = linear.gains[:, None] * (linear.motors @ shapes) ** 2
     total = np.einsum("im,ij,jm->m", shapes, linear.K, shapes)
     driven = np.flatnonzero(linear.gains)
     rest = total - springs.sum(axis=0) - controllers.sum(axis=0)
-    names = [*motion.springs, *(f"{motion.names[kept[k]]} (controller)" for k in driven)]
+    names = [*motion.springs, *(f"{motion.motor_names[m]} (controller)" for m in driven)]
     energies = np.vstack([springs, controllers[driven], rest])
     return _shares([*names, GRAVITY_AND_LOADS], np.where(modal.eigenvalues > 0, energies, 0.0))
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.equations.coordinates import product, projection
 from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.equations.energy import elastic_energy, gravity_energy
 from symoro_elastic.equations.kinematics import frame_set, motion_expressed_in, velocities
@@ -33,13 +34,14 @@ from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.cells import Points
+from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
 from symoro_elastic.vibration.assembled_loops import AssembledLoops
-from symoro_elastic.vibration.independent_motors import refuse_dependent_motors, with_independent_motors
+from symoro_elastic.vibration.shared_motors import followers, shared, shares
 
 DUALS = differentiating(FLOATS)
 LARGEST_INPUT = 1e9
@@ -48,9 +50,10 @@ LARGEST_INPUT = 1e9
 
 @dataclass(frozen=True)
 class State:
-    """q, qd, qdd (n,) of the moving joints and tau (n,), zero where there is no motor; SI units, radians.
+    """q, qd, qdd (n,) of the moving joints, tau (n,) that motors exert on them, `torques` (m,) of the motors.
 
-    `sought` are indices of the coordinates that an equilibrium was solved for, `residual` is its largest
+    SI units, radians. tau is S_m^T torques (L3): the torque of its motor, and of those that move with it; zero where
+    there is none. `sought` are indices of the coordinates that an equilibrium was solved for, `residual` is its largest
     unbalanced force, N or N m.
     """
 
@@ -58,6 +61,7 @@ class State:
     qd: Array
     qdd: Array
     tau: Array
+    torques: Array
     sought: tuple[int, ...] = ()
     residual: float = 0.0
 
@@ -69,8 +73,8 @@ class EquationsOfMotion:
         """Raises `InputError` for parameters without a value, or with one and unknown."""
         refuse_floating(machine, "linear models")
         machine = with_independent_motors(machine)
-        refuse_dependent_motors(machine)
         self.given, self.points = machine, points
+        self.followers = followers(machine)
         self.machine = with_named_cells(_without_coulomb(machine))
         self.joints = self.machine.moving_joints
         self.names = [joint.name for joint in self.joints]
@@ -100,20 +104,55 @@ class EquationsOfMotion:
     def numbered(self, named: Mapping[str, float], place: str) -> dict[int, float]:
         """Return numbers by index in q; raises `InputError` for joints that do not move and numbers out of range."""
         numbers = {self.index(name, place): float(x) for name, x in named.items()}
+        self.refuse_large(named, place)
+        return numbers
+
+    def refuse_large(self, named: Mapping[str, float], place: str) -> None:
+        """Raise `InputError` for numbers out of range."""
         for name, x in named.items():
             if not abs(x) <= LARGEST_INPUT:
-                raise InputError(
-                    self.source, place, f"{name}={x:g} is out of range: give a number up to {LARGEST_INPUT:g}"
-                )
-        return numbers
+                what = f"{name}={x:g} is out of range: give a number up to {LARGEST_INPUT:g}"
+                raise InputError(self.source, place, what)
+
+    @property
+    def motor_names(self) -> list[str]:
+        """Names of all motors, in the order of their torques."""
+        return [joint.name for joint in self.machine.motor_joints]
+
+    def motor(self, name: str, place: str) -> int:
+        """Return the index of a motor among all, by the name of its joint or variable; raises `InputError`."""
+        motors = {x: m for m, joint in enumerate(self.machine.motor_joints) for x in (joint.name, str(joint.variable))}
+        if name not in motors:
+            joint = self.names[self.index(name, place)]
+            known = ", ".join(self.motor_names) or "this machine has none"
+            raise InputError(self.source, place, f"{joint} has no motor; motors are {known}")
+        return motors[name]
+
+    def motor_slopes(self, q: Array) -> Array:
+        """Return S_m = dx_m/du (m, n), the changes of the motors' variables with the coordinates (L1)."""
+        return self.slopes(q, self.machine.motors)
+
+    def slopes(self, q: Array, joints: Sequence[int]) -> Array:
+        """Return rows (joints, n) of dx/du of own variables, of dq/du of coupled joints, by their numbers (L1)."""
+        coordinates, moving = self.bound.coordinates, self.machine.moving
+        rows = [coordinates.S_x[j] if j in self.machine.owners else coordinates.S[j] for j in joints]
+        return self._at(q, [row.get(k, 0) for row in rows for k in moving]).reshape(len(rows), len(moving))
+
+    def torques(self, q: Array, tau: Array) -> Array:
+        """Return torques (m,) of the motors that exert tau (n,); motors that move as one share it (L31)."""
+        if not self.followers:
+            return tau[self.motors]
+        S_m = self.motor_slopes(q)[:, self.motors]
+        return shared(S_m, tau[self.motors], shares(self.machine, self.parameters))
 
     @cached_property
     def residual(self) -> list[Scalar]:
-        """Expressions of r, one a joint."""
+        """Expressions of r, one a joint, less what motors do that move with others."""
         bound = self.bound
         Gamma = dynamics(self.bodies, bound.rates(), bound.given_rules()).Gamma
         needed, passive = bound.on_independent(Gamma), bound.passive_forces()
-        return [needed[j] - passive[j] for j in self.machine.moving]
+        moved_along = projection(bound.coordinates.S_x, {j: bound.tau[j] for j in self.followers})
+        return [needed[j] - passive[j] - moved_along.get(j, 0) for j in self.machine.moving]
 
     @cached_property
     def linear_model(self) -> Program:
@@ -139,6 +178,13 @@ class EquationsOfMotion:
         motion = motion_expressed_in(mechanism, frame_set(mechanism), qd, qdd)
         V, Vd = ([x for twist in twists for x in twist.entries] for twists in motion)
         return V, Vd
+
+    @cached_property
+    def own_motion(self) -> tuple[list[Scalar], list[Scalar]]:
+        """Rates and accelerations of all own variables, dependent ones too, in table order (L2)."""
+        coordinates, owners = self.bound.coordinates, self.machine.owners
+        accelerations = [product(coordinates.S_x[j], self.bound.qdd) + coordinates.gam_x[j] for j in owners]
+        return [coordinates.rates_x[j] for j in owners], accelerations
 
     @cached_property
     def own_velocities(self) -> list[Scalar]:
@@ -176,11 +222,16 @@ class EquationsOfMotion:
         rest = np.zeros_like(q)
         return self.forces(q, rest, rest), self.matrices("K", q, rest, rest)[0]
 
-    def matrices(self, names: Iterable[str], q: Array, qd: Array, qdd: Array) -> list[Array]:
-        """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians."""
+    def matrices(
+        self, names: Iterable[str], q: Array, qd: Array, qdd: Array, torques: Array | None = None
+    ) -> list[Array]:
+        """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians.
+
+        `torques` (m,) are those of the motors, zero unless given: they act on K where motors move with others.
+        """
         entries = {output.name: output.entries for output in self.linear_model.outputs}
         names, n = list(names), len(q)
-        numbers = self._numbers([x for name in names for x in entries[name]], self._symbols(q, qd, qdd))
+        numbers = self._numbers([x for name in names for x in entries[name]], self._symbols(q, qd, qdd, torques))
         return list(numbers.reshape(len(names), n, n))
 
     def jacobians(self, roots: Sequence[Scalar], state: State) -> tuple[Array, Array, Array]:
@@ -188,7 +239,7 @@ class EquationsOfMotion:
         n = len(state.q)
         seeds = np.split(np.eye(3 * n), 3)
         q, qd, qdd = map(_seeded, (state.q, state.qd, state.qdd), seeds)
-        value = evaluate(roots, self._symbols(q, qd, qdd), DUALS)
+        value = evaluate(roots, self._symbols(q, qd, qdd, state.torques), DUALS)
         slopes = np.zeros((len(roots), 3 * n))
         for row, x in enumerate(map(value, roots)):
             if x.__class__ is Dual:
@@ -197,7 +248,7 @@ class EquationsOfMotion:
 
     def work_slopes(self, state: State, left: Array) -> Mapping[str, Any]:
         """Return the derivatives of left^T r by symbol, (m,) each, for the columns of `left` (n, m)."""
-        symbols = self._symbols(state.q, state.qd, state.qdd)
+        symbols = self._symbols(state.q, state.qd, state.qdd, state.torques)
         return self.assembled.total(gradient(self.residual, list(left), symbols, FLOATS), symbols, FLOATS)
 
     def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
@@ -209,7 +260,7 @@ class EquationsOfMotion:
             [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
             for block, changes in ((state.q, dq), (state.qdd, dqdd))
         )
-        symbols = self._symbols(q, state.qd, qdd)
+        symbols = self._symbols(q, state.qd, qdd, state.torques)
         by_symbol = self.assembled.total(gradient(self.residual, list(left), symbols, DUALS), symbols, DUALS)
         none = np.zeros(left.shape[1])
         changed = {name: x.tangent + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
@@ -270,9 +321,13 @@ class EquationsOfMotion:
         value = evaluate(roots, self.parameters, FLOATS)
         return np.array([float(value(x)) for x in roots])
 
-    def _symbols(self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any]) -> dict[str, Any]:
+    def _symbols(
+        self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any], torques: Array | None = None
+    ) -> dict[str, Any]:
         symbols: dict[str, Any] = dict(self.parameters)
-        for by_joint, numbers in ((self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd)):
+        pushed = np.zeros(len(self.bound.tau)) if torques is None else torques
+        blocks = (self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd), (self.bound.tau, pushed)
+        for by_joint, numbers in blocks:
             for symbol, x in zip(by_joint.values(), numbers, strict=True):
                 symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
         self.assembled.add_to(symbols, [symbols[symbol.operands[0]] for symbol in self.bound.q.values()])

@@ -27,10 +27,10 @@ def equilibrium(
     the neutral position of their spring. A floating base that is `carried` stays where it is; tau holds the force and
     the moment on it, whose directions are constant. Raises `InputError` that names the joints nothing supports.
     """
-    torques = torques or {}
     base = base_coordinates(motion) if carried else []
-    q, tau = starting_point(motion, at or {}), _torques(motion, torques)
-    given = set(motion.numbered(torques, "--torque"))
+    q, tau = starting_point(motion, at or {}), np.zeros(len(motion.joints))
+    given = _free(motion, torques or {})
+    tau[list(given)] = list(given.values())
     fixed = {k for k in motion.motors if k not in given}.union(base)
     sought = [k for k in range(len(motion.joints)) if k not in fixed]
     placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
@@ -39,7 +39,7 @@ def equilibrium(
     forces = motion.forces(q, zero, zero)
     left = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
     tau[list(fixed)] = forces[list(fixed)]
-    return State(q, zero, zero, tau, tuple(sought), left)
+    return State(q, zero, zero, tau, motion.torques(q, tau), tuple(sought), left)
 
 
 def base_coordinates(motion: EquationsOfMotion) -> list[int]:
@@ -61,7 +61,9 @@ def given_state(
     They are 0 by default, q that of the start of a loop.
     Raises `InputError` for joints that do not exist, and where A is singular.
     """
-    q, tau = motion.position_of_loops(), _torques(motion, torques or {})
+    q, pushed = motion.position_of_loops(), np.zeros(len(motion.motor_names))
+    for m, x in _numbered(motion, torques or {}).items():
+        pushed[m] = x
     qd, zero = np.zeros_like(q), np.zeros_like(q)
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
         for k, x in motion.numbered(named, place).items():
@@ -69,8 +71,9 @@ def given_state(
     motion.refuse_open(q)
     (A,) = motion.matrices("M", q, qd, zero)
     refuse_singular(motion, A, range(len(q)), can_hold=False)
+    tau = motion.motor_slopes(q).T @ pushed
     qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
-    return State(q, qd, qdd, tau)
+    return State(q, qd, qdd, tau, pushed)
 
 
 def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
@@ -81,12 +84,22 @@ def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
     return q
 
 
-def _torques(motion: EquationsOfMotion, torques: Mapping[str, float]) -> Array:
-    tau = np.zeros(len(motion.joints))
-    for k, x in motion.numbered(torques, "--torque").items():
-        if k not in motion.motors:
-            motors = ", ".join(motion.names[m] for m in motion.motors) or "there is none"
-            what = f"{motion.names[k]} has no motor: torques belong to motors ({motors})"
-            raise InputError(motion.source, "--torque", what)
-        tau[k] = x
-    return tau
+def _free(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[int, float]:
+    """Return the torques of motors that are free to move, by index in q; raises `InputError` for those that share."""
+    free = {}
+    for m, x in _numbered(motion, torques).items():
+        j = motion.machine.motors[m]
+        joined = [(one, *others) for one, others in motion.followers.items() if j in (one, *others)]
+        if joined:
+            names = ", ".join(sorted(motion.machine.joint(i).name for i in joined[0]))
+            what = f"{names} move each other, so none is free by itself: leave it out, or give the state "
+            raise InputError(motion.source, "--torque", what + "(--as-given)")
+        free[motion.machine.moving.index(j)] = x
+    return free
+
+
+def _numbered(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[int, float]:
+    """Return torques by index of the motor; raises `InputError` for other joints, and numbers out of range."""
+    numbered = {motion.motor(name, "--torque"): x for name, x in torques.items()}
+    motion.refuse_large(torques, "--torque")
+    return numbered

@@ -11,10 +11,10 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
-from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.vibration.inverse_model import InverseModel
 
 MOST_SWINGS = 50_000
 """Periods of the fastest mode that are followed: 25 to 100 evaluations of the model each, two minutes in all."""
@@ -63,7 +63,7 @@ def followed(
     refuse_sticking(motion)
     n, motors = len(motion.joints), motion.motors
     others = [k for k in range(n) if k not in motors]
-    accelerations = numpy_model(motion.given, ("inverse_dynamics",)).inverse_dynamics
+    inverse = InverseModel(motion)
     moved, m = curve.with_rates(), len(others)
 
     def placed(t: Any, y: Array) -> tuple[Array, Array, Array]:
@@ -71,7 +71,7 @@ def followed(
         given = moved(t)
         q[..., motors], qd[..., motors] = given[..., 0, :], given[..., 1, :]
         q[..., others], qd[..., others] = y[..., :m], y[..., m:]
-        return q, qd, accelerations(q, qd, given[..., 2, :])[1]
+        return q, qd, inverse(q, qd, given[..., 2, :])[1]
 
     def rate(t: float, y: Array) -> Array:
         return np.concatenate([y[m:], placed(t, y)[2][others]])
@@ -105,12 +105,19 @@ def _integrated(
 
 
 def refuse_sticking(motion: EquationsOfMotion) -> None:
-    """Raise `InputError` where dry friction acts on a joint without a motor: it sticks, and no step is small enough."""
-    for k, joint in enumerate(motion.given.moving_joints):
-        if k not in motion.motors and joint.friction.coulomb.value(motion.parameters):
+    """Raise `InputError` where dry friction acts on a joint that motors alone do not move.
+
+    It sticks, and no step is small enough.
+    """
+    machine, q = motion.given, motion.neutral_positions()
+    dry = [j for j in machine.articulated if machine.joint(j).friction.coulomb.value(motion.parameters)]
+    free = [k for k in range(len(q)) if k not in motion.motors]
+    for j, row in zip(dry, motion.slopes(q, dry), strict=True):
+        if row[free].any():
             what = (
-                f"{joint.name} has no motor, so dry friction holds it at times, and such a motion is not followed: "
-                "make its coulomb friction 0 in a copy of the table, or give a record of all joints by --motion"
+                f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a motion is not "
+                "followed: make its coulomb friction 0 in a copy of the table, or give a record of all joints by "
+                "--motion"
             )
             raise InputError(motion.source, "friction", what)
 

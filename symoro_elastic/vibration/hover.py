@@ -90,7 +90,7 @@ def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) 
     tau = np.zeros_like(q)
     tau[motion.motors] = forces[motion.motors]
     left = float(np.max(np.abs(forces - tau), initial=0.0))
-    return State(q, zero, zero, tau, tuple(sorted((*sought, *base))), left)
+    return State(q, zero, zero, tau, motion.torques(q, tau), tuple(sorted((*sought, *base))), left)
 
 
 def _improve(motion: EquationsOfMotion, q: Array, base: list[int], unknown: list[str]) -> None:

@@ -18,9 +18,10 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.independent_motors import with_independent_motors
 from symoro_elastic.vibration.inertia import refuse_singular
+from symoro_elastic.vibration.shared_motors import undetermined
 from symoro_elastic.vibration.signals import (
     FrameSignal,
     Signal,
@@ -36,7 +37,9 @@ LARGEST = 1e100
 """Of inertia, damping and stiffness, SI units: far above all machines, and far from overflow."""
 REST_TOLERANCE = 1e-9
 """A velocity or an acceleration up to here is rounding, SI units."""
-Maps = tuple[tuple[Array, Array, Array], ...]
+Row = tuple[Array, Array, Array]
+"""Derivatives of a number by q, qd and qdd, (n,) each."""
+Rows = tuple[Row, Row]
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Linearization:
     """M, D, K (n, n), F (n, inputs), Cq, Cv, Ca (outputs, n) about a state, SI units, radians.
 
     `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
+    `motors` (m, n) are the changes of all motors' variables with them, S_m; `gains` (m,) are the stiffnesses of their
+    controllers.
     """
 
     motion: EquationsOfMotion
@@ -71,6 +76,7 @@ class Linearization:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     kept: tuple[int, ...]
+    motors: Array
     gains: Array
 
     def __post_init__(self) -> None:
@@ -99,14 +105,21 @@ class Linearization:
         return (f"not at rest: {', '.join(moving)}",) if moving else ()
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """Lines about the state: that it moves, and that motors share torques which nothing determines one by one."""
+        motion = self.motion
+        loaded = any(self.state.torques[motion.machine.motors.index(j)] for j in motion.followers)
+        return self.unrest or tuple(undetermined(motion.machine, motion.followers) if loaded else ())
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """A line if the state moves, and one for each motor that is held."""
-        return *self.unrest, *(f"{name} is held: its torque and its encoder are no signals" for name in self.held)
+        """Lines about the state, and one for each motor that is held."""
+        return *self.doubts, *(f"{name} is held: its torque and its encoder are no signals" for name in self.held)
 
     @property
     def held(self) -> tuple[str, ...]:
-        """Names of the motors that are held."""
-        return tuple(self.motion.names[k] for k in self.motion.motors if k not in self.kept)
+        """Names of the motors that are held, and of those that move with these."""
+        return tuple(name for name, row in zip(self.motion.motor_names, self.motors, strict=True) if not row.any())
 
     @property
     def is_symmetric(self) -> bool:
@@ -143,16 +156,16 @@ def linearize(
     wanted_in = inputs(motion.given, default_inputs(motion.given) if ins is None else ins)
     wanted_out = outputs(motion.given, default_outputs(motion.given) if outs is None else outs)
     motion.refuse_open(state.q)
-    M, D, K = motion.matrices("MDK", state.q, state.qd, state.qdd)
+    M, D, K = motion.matrices("MDK", state.q, state.qd, state.qdd, state.torques)
     n = len(state.q)
-    of_frames = any(isinstance(s, FrameSignal) for s in (*wanted_in, *wanted_out))
-    maps = _frame_maps(motion, state) if of_frames else ()
-    F = np.stack([_column(motion, s, maps, n) for s in wanted_in], axis=1) if wanted_in else np.zeros((n, 0))
-    rows = [_rows(motion, s, maps, n) for s in wanted_out]
+    maps = _Maps(motion, state)
+    F = np.stack([maps.of(s)[0][1] for s in wanted_in], axis=1) if wanted_in else np.zeros((n, 0))
+    rows = [_rows(*maps.of(s), s.order) for s in wanted_out]
     Cq, Cv, Ca = (np.array([row[order] for row in rows]).reshape(len(rows), n) for order in range(3))
+    motors = motion.motor_slopes(state.q)
     return Linearization(
-        motion, state, (M + M.T) / 2, D, K, F, Cq, Cv, Ca,
-        tuple(s.name for s in wanted_in), tuple(s.name for s in wanted_out), tuple(range(n)), np.zeros(n),
+        motion, state, (M + M.T) / 2, D, K, F, Cq, Cv, Ca, tuple(s.name for s in wanted_in),
+        tuple(s.name for s in wanted_out), tuple(range(n)), motors, np.zeros(len(motors)),
     )  # fmt: skip
 
 
@@ -167,40 +180,44 @@ def motion_of(
     return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
 
 
-def _frame_maps(
-    motion: EquationsOfMotion, state: State
-) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Return derivatives of V and V' of all frames, in axes of frame 0, by q, qd, qdd; dV/dqd is the Jacobian J."""
-    v, vd = motion.seen
-    both = motion.jacobians([*v, *vd], state)
-    velocity = (both[0][: len(v)], both[1][: len(v)], both[2][: len(v)])
-    return velocity, (both[0][len(v) :], both[1][len(v) :], both[2][len(v) :])
+class _Maps:
+    """Derivatives by q, qd, qdd of the velocity and of the acceleration behind each signal, about a state.
+
+    That of a velocity by qd is the Jacobian J, and J^T a unit wrench on the coordinates, or S_m^T a unit torque (L3).
+    """
+
+    def __init__(self, motion: EquationsOfMotion, state: State) -> None:
+        self._motion, self._state = motion, state
+
+    def of(self, signal: Signal) -> Rows:
+        """Return the rows of velocity and acceleration, each by q, qd and qdd (n,)."""
+        if isinstance(signal, FrameSignal):
+            point = self._motion.points.index((signal.number, signal.at)) if signal.at else None
+            return self._row(self._frames, self._motion.row_of(signal.number, point) + signal.component)
+        return self._row(self._joints, self._motion.machine.owners.index(signal.number))
+
+    def _row(self, blocks: tuple[Array, Array, Array], row: int) -> Rows:
+        half = len(blocks[0]) // 2
+        velocity, acceleration = ((q[k], qd[k], qdd[k]) for k in (row, half + row) for q, qd, qdd in [blocks])
+        return velocity, acceleration
+
+    @cached_property
+    def _frames(self) -> tuple[Array, Array, Array]:
+        """Of V and V' of all frames, in axes of frame 0."""
+        V, Vd = self._motion.seen
+        return self._motion.jacobians([*V, *Vd], self._state)
+
+    @cached_property
+    def _joints(self) -> tuple[Array, Array, Array]:
+        """Of rates and accelerations of own variables."""
+        rates, accelerations = self._motion.own_motion
+        return self._motion.jacobians([*rates, *accelerations], self._state)
 
 
-def _frame_row(motion: EquationsOfMotion, signal: FrameSignal) -> int:
-    point = motion.points.index((signal.number, signal.at)) if signal.at else None
-    return motion.row_of(signal.number, point) + signal.component
-
-
-def _column(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> Array:
-    """Return the generalized forces of a unit input: J^T of a wrench."""
-    column: Array = maps[0][1][_frame_row(motion, signal)] if isinstance(signal, FrameSignal) else np.eye(n)[signal.k]
-    return column
-
-
-def _rows(motion: EquationsOfMotion, signal: Signal, maps: Maps, n: int) -> tuple[Array, Array, Array]:
-    """Return the rows of Cq, Cv, Ca of an output."""
-    zero = np.zeros(n)
-    if not isinstance(signal, FrameSignal):
-        rows = [zero, zero, zero]
-        rows[signal.order] = np.eye(n)[signal.k]
-        return rows[0], rows[1], rows[2]
-    row = _frame_row(motion, signal)
-    velocity, acceleration = maps
-    if signal.order == 0:
-        return velocity[1][row], zero, zero
-    by_q, by_qd, by_qdd = (block[row] for block in (velocity if signal.order == 1 else acceleration))
-    return by_q, by_qd, by_qdd
+def _rows(velocity: Row, acceleration: Row, order: int) -> Row:
+    """Return the rows of Cq, Cv, Ca of an output: a position (0), a velocity (1) or an acceleration (2)."""
+    zero = np.zeros_like(velocity[1])
+    return (velocity[1], zero, zero) if order == 0 else velocity if order == 1 else acceleration
 
 
 def with_motors(
@@ -211,33 +228,39 @@ def with_motors(
     `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
     are no signals any more. Raises `InputError` for joints without motor.
     """
-    motion = linear.motion
-    fixed = {_motor(motion, name, "--hold") for name in held}
+    motion, kept = linear.motion, list(linear.kept)
+    fixed = _held(linear, held)
     K, D, springs = linear.K.copy(), linear.D.copy(), linear.gains.copy()
     for name, (kp, kd) in (gains or {}).items():
-        k = _motor(motion, name, "--pd")
+        m = motion.motor(name, "--pd")
         if not np.isfinite([kp, kd]).all():
             raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are no numbers to compute with")
-        if k in fixed or k not in linear.kept:
+        row = linear.motors[m]
+        if not row[[k not in fixed for k in kept]].any():
             raise InputError(motion.source, "--pd", f"{name} is held: leave out one of --hold and --pd")
-        row = linear.kept.index(k)
-        K[row, row] += kp
-        D[row, row] += kd
-        springs[row] += kp
-    rows = [row for row, k in enumerate(linear.kept) if k not in fixed]
-    still = joint_signals(motion.names[k] for k in fixed)
+        K += kp * np.outer(row, row)
+        D += kd * np.outer(row, row)
+        springs[m] += kp
+    rows = [row for row, k in enumerate(kept) if k not in fixed]
+    motors = linear.motors[:, rows]
+    still = joint_signals(name for name, row in zip(motion.motor_names, motors, strict=True) if not row.any())
     ins, outs = ([c for c, name in enumerate(names) if name not in still] for names in (linear.inputs, linear.outputs))
     square, seen = np.ix_(rows, rows), np.ix_(outs, rows)
     return replace(
         linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[np.ix_(rows, ins)], Cq=linear.Cq[seen],
-        Cv=linear.Cv[seen], Ca=linear.Ca[seen], kept=tuple(linear.kept[row] for row in rows), gains=springs[rows],
+        Cv=linear.Cv[seen], Ca=linear.Ca[seen], kept=tuple(kept[row] for row in rows), motors=motors, gains=springs,
         inputs=tuple(linear.inputs[c] for c in ins), outputs=tuple(linear.outputs[c] for c in outs),
     )  # fmt: skip
 
 
-def _motor(motion: EquationsOfMotion, name: str, place: str) -> int:
-    k = motion.index(name, place)
-    if k not in motion.motors:
-        motors = ", ".join(motion.names[m] for m in motion.motors) or "this machine has none"
-        raise InputError(motion.source, place, f"{name} has no motor; motors are {motors}")
-    return k
+def _held(linear: Linearization, names: Collection[str]) -> set[int]:
+    """Return the indices in q that stand still where some motors do; raises `InputError` where a motor still moves."""
+    motion = linear.motion
+    held = [motion.motor(name, "--hold") for name in names]
+    slopes = linear.motors[held]
+    fixed = {k for column, k in enumerate(linear.kept) if slopes[:, column].any()}
+    if len(fixed) > np.linalg.matrix_rank(slopes):
+        moving = ", ".join(motion.names[k] for k in sorted(fixed))
+        what = f"{', '.join(names)} alone would leave a motion of {moving} together: hold them all"
+        raise InputError(motion.source, "--hold", what)
+    return fixed

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.prescribed_motion import WRENCH
 from symoro_elastic.machine.scene import Asked, Point
@@ -29,10 +29,10 @@ FRAME_OUTPUTS = {
 
 @dataclass(frozen=True)
 class JointSignal:
-    """Torque of a motor, or position (0), velocity (1), acceleration (2) of a joint: row `k` of q."""
+    """Torque of a motor, or position (0), velocity (1), acceleration (2) of a joint's own variable, by its number."""
 
     name: str
-    k: int
+    number: int
     order: int = 0
 
 
@@ -77,20 +77,29 @@ def input_unit(machine: Machine, name: str) -> str:
     """Return the unit of an input: N or N m."""
     (signal,) = inputs(machine, [name])
     if isinstance(signal, JointSignal):
-        return machine.moving_joints[signal.k].force_unit
+        return machine.joint(signal.number).force_unit
     return "N" if signal.component < 3 else "N m"
 
 
 def output_unit(machine: Machine, name: str) -> str:
     """Return the unit of an output: m, rad, m/s ... rad/s2."""
     (signal,) = outputs(machine, [name])
-    turns = signal.component > 2 if isinstance(signal, FrameSignal) else machine.moving_joints[signal.k].sigma == 0
+    turns = signal.component > 2 if isinstance(signal, FrameSignal) else machine.joint(signal.number).sigma == 0
     return ("rad" if turns else "m") + ("", "/s", "/s2")[signal.order]
 
 
 def joint_signals(names: Iterable[str]) -> set[str]:
     """Return the torques, positions, velocities and accelerations of joints."""
     return {f"{name}.{quantity}" for name in names for quantity in (MOTOR_TORQUE, *JOINT_OUTPUTS)}
+
+
+def entry_of(machine: Machine, signal: JointSignal) -> int:
+    """Return the index in q of the joint of a signal; raises `InputError` for a joint that follows from others."""
+    if signal.number not in machine.moving:
+        names = ", ".join(joint.name for joint in machine.moving_joints)
+        what = f"{quoted(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
+        raise _error(machine, "signal", what)
+    return machine.moving.index(signal.number)
 
 
 def points_of(signals: Sequence[Signal]) -> Points:
@@ -102,14 +111,14 @@ def _input(machine: Machine, name: str) -> Signal:
     owner, quantity = _split(machine, name, {MOTOR_TORQUE, *WRENCH_INPUTS}, MOTOR_TORQUE)
     if quantity in WRENCH_INPUTS:
         return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, "input")
-    k, kind = _joint(machine, name, owner, "input")
-    if kind is not Kind.MOTOR:
+    j = _joint(machine, name, owner, "input")
+    if j not in machine.motors:
         motors = ", ".join(default_inputs(machine)) or "this machine has none"
         what = (
             f"{quoted(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
         )
         raise _error(machine, "input", what)
-    return JointSignal(f"{owner}.{MOTOR_TORQUE}", k)
+    return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 
 
 def _output(machine: Machine, name: str) -> Signal:
@@ -117,8 +126,7 @@ def _output(machine: Machine, name: str) -> Signal:
     if quantity in FRAME_OUTPUTS:
         order, component = FRAME_OUTPUTS[quantity]
         return _frame(machine, name, owner, component, order, "output")
-    k, _ = _joint(machine, name, owner, "output")
-    return JointSignal(f"{owner}.{quantity}", k, JOINT_OUTPUTS[quantity])
+    return JointSignal(f"{owner}.{quantity}", _joint(machine, name, owner, "output"), JOINT_OUTPUTS[quantity])
 
 
 def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[str, str]:
@@ -132,13 +140,13 @@ def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[st
     return owner, quantity
 
 
-def _joint(machine: Machine, name: str, owner: str, place: str) -> tuple[int, Kind]:
-    names = [joint.name for joint in machine.moving_joints]
-    if owner not in names:
-        what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, names)}"
+def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
+    """Return the number of a joint that has a variable of its own, whether independent or not."""
+    numbers = {machine.joint(j).name: j for j in machine.owners}
+    if owner not in numbers:
+        what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, numbers)}"
         raise _error(machine, place, what)
-    k = names.index(owner)
-    return k, machine.moving_joints[k].kind
+    return numbers[owner]
 
 
 def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:

@@ -33,22 +33,22 @@ LEAST_LOSS = 1e-12
 def state_json(linear: Linearization) -> dict[str, Any]:
     """Return position and torque by joint, and the unbalanced force at an equilibrium."""
     state, names = linear.state, linear.motion.names
-    tau = {names[k]: float(state.tau[k]) for k in linear.motion.motors}
+    tau = dict(zip(linear.motion.motor_names, state.torques.tolist(), strict=True))
     q = dict(zip(names, state.q.tolist(), strict=True))
     base = {name: float(state.tau[k]) for k, name in enumerate(names) if name in COORDINATES}
     carried = {"base": base} if any(base.values()) else {}
     carried |= {"thrusts": found} if (found := thrusts_of(linear.motion)) else {}
-    return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.unrest), **carried}
+    return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.doubts), **carried}
 
 
 def state_lines(linear: Linearization) -> list[str]:
     """Return lines with the position of the machine and the torques that hold it."""
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
-    units = [motion.joints[k].force_unit for k in motion.motors]
     scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
     tau = [_cleared(x, scale) for x in state.tau]
-    torques = [f"{motion.names[k]} {tau[k]:.6g} {unit}" for k, unit in zip(motion.motors, units, strict=True)]
+    motors = zip(motion.machine.motor_joints, state.torques, strict=True)
+    torques = [f"{joint.name} {_cleared(x, scale):.6g} {joint.force_unit}" for joint, x in motors]
     base = [k for k, name in enumerate(motion.names) if name in COORDINATES]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
@@ -317,6 +317,7 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
             }
             for loss in comparison.losses
         ],
+        "notes": list(comparison.notes),
         "conclusion": comparison_conclusion(comparison),
     }  # fmt: skip
 

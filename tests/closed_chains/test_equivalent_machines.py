@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import Situation, machine, reordered, situations
 from tests.closed_chains.test_references import worst
 from tests.references.closed_chains import Chain, State
@@ -78,3 +82,19 @@ def test_against_pinocchio(name: str) -> None:
         qdd = pinocchio_model.constraint_dynamics(free_tree(chain, cut_joints=False), met, *state)
         wanted = found.direct(situation.tau).astype(float)
         assert np.abs(qdd - wanted).max() < 1e-13 * np.abs(wanted).max()
+
+
+def test_loops_that_need_each_other_are_closed_together() -> None:
+    """A delta in coordinates of its motors, of which each leg names one slide of the platform: S = -W_d^-1 W_u."""
+    delta = machine("delta")
+    names = [(slide, f"cross_{k}", f"rod_{k}") for k, slide in enumerate(("along_x", "along_y", "platform"), start=1)]
+    loops = [replace(loop, dependent=dependent) for loop, dependent in zip(delta.loops, names, strict=True)]
+    described = replace(delta, loops=tuple(loops))
+    bound, plan = Bound(described), plan_of(described, Bound)
+    assert len(bound.coordinates.blocks) == 1
+    _, W = plan.assembly.numbers(plan.positions[0])
+    free, given = ([described.owners.index(j) for j in joints] for joints in (described.moving, described.dependent))
+    entries = [bound.coordinates.S_x[j].get(k, 0) for j in described.dependent for k in described.moving]
+    value = evaluate(entries, plan.assembly.symbols(plan.positions[0]), FLOATS)
+    slopes = np.array([float(value(x)) for x in entries]).reshape(len(given), len(free))
+    np.testing.assert_allclose(slopes, -np.linalg.solve(W[:, given], W[:, free]), rtol=0, atol=1e-13)

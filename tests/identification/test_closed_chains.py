@@ -18,15 +18,17 @@ from symoro_elastic.identification.identified import identified
 from symoro_elastic.identification.identify import Identification, identify
 from symoro_elastic.identification.regression import ByLinearity, regressor
 from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
-from symoro_elastic.identification.validation import validated
+from symoro_elastic.identification.validation import own_fit, validated
 from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
 from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.time_series.measurements import Measurements, from_columns
-from tests.closed_chains.machines import machine, situations
+from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.time_series.measurements import Measurements, from_columns, write_measurements
+from tests.closed_chains.machines import FILES, machine, situations
 from tests.closed_chains.test_regressors import inputs_of
+from tests.command_line import ended
 from tests.references.closed_chains import State
 from tests.references.random_machines import planar_2r
 from tests.references.virtual_work import VirtualWork
@@ -100,18 +102,19 @@ def test_columns_times_values_are_the_torques(name: str) -> None:
     np.testing.assert_allclose(found, record.tau, atol=1e-12 * np.abs(record.tau).max())
 
 
-@pytest.mark.parametrize("name", ["five_bar", "gas_spring", "spatial_four_bar", "gantry"])
+@pytest.mark.parametrize("name", ["five_bar", "gas_spring", "spatial_four_bar", "gantry", "gantry_rigid", "delta"])
 def test_columns_times_values_are_the_forces_of_virtual_work(name: str) -> None:
-    """Springs, friction and wrenches in loops of every form; motors on dependent joints stand still."""
+    """Springs, friction and wrenches in loops of every form; torques of motors on dependent joints act by S_m^T."""
     described = machine(name)
-    joints = [replace(x, kind=Kind.PASSIVE) if x.name == "carriage_2" else x for x in described.joints]
-    described = replace(described, joints=tuple(joints))
-    for situation in situations(name):
+    for situation in situations(name)[: 1 if name == "delta" else 2]:
         reference = VirtualWork(described, situation.state)
         inputs = inputs_of(described, situation, reference.at)
-        wanted = reference.residual(inputs["qdd"], [0.0] * len(described.motors)).astype(float)
+        left = reference.residual(inputs["qdd"], [0.0] * len(described.motors)).astype(float)
         (found,) = torques(described, *(np.array([inputs[x]], dtype=float) for x in ("q", "qd", "qdd")))
-        np.testing.assert_allclose(found, wanted, atol=1e-11 * np.abs(wanted).max())
+        np.testing.assert_allclose(found, left, atol=1e-11 * np.abs(left).max())
+        (driven,) = regressor(described).driven(np.array([inputs["q"]], dtype=float), np.array([situation.tau]))
+        on_motors = reference.S_x.T @ reference.chain.spread_motors(situation.tau)
+        np.testing.assert_allclose(driven, on_motors.astype(float), atol=1e-12 * np.abs(situation.tau).max())
 
 
 def test_a_spring_may_be_on_a_dependent_joint() -> None:
@@ -217,12 +220,43 @@ def test_simulation_starts_where_loops_do() -> None:
     ("name", "what"),
     [
         ("screw", r"joint 2 \(screw\), stiffness: it varies with qm"),
-        ("delta", "identification: arm_1, arm_2, arm_3 depend on other joints"),
     ],
 )
 def test_what_no_regressor_has_is_refused(name: str, what: str) -> None:
     with pytest.raises(InputError, match=what):
         regressor(machine(name))
+
+
+def test_motors_that_move_as_one_are_identified_by_what_they_do_together() -> None:
+    """Four motors of three freedoms, which share torques as the file says."""
+    described = machine("gantry_rigid")
+    motors = [0, 1, 2, 0]
+    motion = random_motion(Limits.of([-0.1] * 3, [0.1] * 3, [1.0] * 3, [9.0] * 3), 0.2, 6)
+    t = np.arange(0.0, motion.period, 0.02)
+    q, qd, qdd = motion.at(t)
+    tau = np.asarray(numpy_model(described, ("inverse_dynamics",)).inverse_dynamics(q, qd, qdd[:, motors])[0])
+    result = identify(described, Measurements(t, q, tau, qd, qdd), filtered=False)
+    carriage = result.estimation["M1"]
+    assert "M5" in carriage.unknown.formula and carriage.value == pytest.approx(carriage.unknown.nominal, rel=1e-6)
+    fit = own_fit(result)
+    assert set(fit.residual) == {"carriage_1", "cross_slide", "ram"} and max(fit.percent.values()) < 1e-6
+    with pytest.raises(InputError, match="motors: carriage_2 follow from other joints, so no motion of their own"):
+        excite(described, Limits.of([-1] * 4, [1] * 4, [1] * 4, [9] * 4), 0.2, 3, evaluations=5)
+
+
+def test_the_saved_file_keeps_its_dependent_joints(tmp_path: Path) -> None:
+    """Encoders are on motors, so these are the measured joints, whatever joints the file calls dependent."""
+    given = machine("gantry")
+    driven = with_independent_motors(given)
+    data, saved = tmp_path / "log.csv", tmp_path / "identified.toml"
+    write_measurements(measured(driven, 2, noise=1e-4), driven, data)
+    done = ended("identify", FILES["gantry"], data, "--save", saved)
+    assert done.code == 0, done
+    found, _ = read_machine(saved)
+    assert found.loops == given.loops
+    model, other = numpy_model(with_independent_motors(found), ("inverse_dynamics",)), measured(driven, 1, seed=7)
+    tau = np.asarray(model.inverse_dynamics(other.q, other.qd, _given(other.qdd))[0])
+    assert np.abs(tau - other.tau).max() < 1e-2 * np.abs(other.tau).max()
 
 
 def test_positions_at_which_loops_do_not_close_are_refused() -> None:

@@ -33,8 +33,8 @@ from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.output_files import permission
+from symoro_elastic.trade import drift, running
 from symoro_elastic.trade import formulations as formulations_of_trade
-from symoro_elastic.trade import running
 from symoro_elastic.trade import trade as trade_module
 from symoro_elastic.trade.advice import advice, sentence
 from symoro_elastic.trade.builds import FAST_MATH, NATIVE, PLAIN, WITH_LIBM, Build, flag_sets
@@ -45,6 +45,7 @@ from symoro_elastic.trade.formulations import Formulation, formulations
 from symoro_elastic.trade.front import MATTERS, front
 from symoro_elastic.trade.timing import Run, Time, timed
 from symoro_elastic.trade.trade import Request, Trade, trade
+from tests.closed_chains.machines import machine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TWO_R = EXAMPLES / "planar_2r.toml"
@@ -251,6 +252,15 @@ def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
     assert single > 10 * mixed
     assert mixed > 1e3 * double
     assert double <= 1e-10 * printed["drift"][0]["energy"]
+
+
+def test_the_drift_where_loops_are_assembled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dependent variables follow from step to step: what is left of energy is as small as in closed form."""
+    monkeypatch.setattr(drift, "STEPS", 5000)
+    described = machine("spatial_four_bar")
+    double, mixed, _, single = drifts(described, parameter_values(described), tmp_path, lambda _done, _total: None)
+    assert double.drift <= 1e-10 * double.energy
+    assert mixed.drift > 1e3 * double.drift and single.drift > 3 * mixed.drift
 
 
 def test_a_compensated_sum_keeps_what_rounding_takes(form: Formulation, two_r: Machine, tmp_path: Path) -> None:
