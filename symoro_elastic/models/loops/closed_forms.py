@@ -6,13 +6,16 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from symoro_elastic.equations.inverse_geometry.equation_types import Functions, NoClosedForm
 from symoro_elastic.equations.loops.circuit import Circuit, circuit
+from symoro_elastic.equations.loops.in_space import closed_in_space
 from symoro_elastic.equations.loops.parallelogram import parallelogram
 from symoro_elastic.equations.loops.planar import Closed, Complex, closed
-from symoro_elastic.machine.loops import Loop, branches
-from symoro_elastic.models.loops.assembly import Assembly, Position, cut_joint
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint
+from symoro_elastic.scalar import Scalar, quotient
+from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
+from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
@@ -48,6 +51,35 @@ def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection
 def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[int, int]) -> Closed:
     """The unknown joints of a planar loop on one of its branches."""
     return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
+
+
+def in_space(bound: Bound, loop: Loop, dependent: Sequence[int]) -> list[Closed]:
+    """The unknown joints of a loop in every position that inverse geometry gives; none where it gives none."""
+    at_point = loop.closes is Closing.POINT
+    try:
+        return closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
+    except NoClosedForm:
+        return []
+
+
+def _functions(bound: Bound) -> Functions:
+    """What inverse geometry needs; what cannot be reached has no value, as no square root is taken of rounding."""
+    residues = ModularAngles(SEED)
+
+    def turn(x: Scalar, y: Scalar, distance: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        inverse = quotient(1, distance)
+        return arc_tangent(bound.graph, y, x), x * inverse, y * inverse
+
+    def is_zero(x: Scalar) -> bool:
+        return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
+
+    return Functions(
+        lambda x: square_root(bound.graph, x),
+        turn,
+        lambda _: 1,
+        is_zero,
+        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+    )
 
 
 def own_variable(bound: Bound, joint: int, turn: Complex) -> Scalar:
