@@ -34,6 +34,7 @@ from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientat
 from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
 from symoro_elastic.models.loops.closed_forms import in_space, mapped, own_variable, planar
+from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, plan_of
 from symoro_elastic.models.parallel_links import with_parallel_links
 from symoro_elastic.models.rules import Motion
@@ -75,10 +76,13 @@ class Bound(Cells):
         }
         self.placed: dict[int, Circle] = {}
         self.mechanism = self._mechanism()
+        reserve_sections(self.names, [loop for loop in self.loops if loop.form is not Form.MAP])
         for loop in self.loops:
             self._close(loop)
         if self.machine.is_coupled:
             self.mechanism = with_parallel_links(self, self.mechanism)
+        for loop in self.loops:
+            name_turns(self.names, loop, {j: self.mechanism.link(j).transform.steps[2] for j in loop.dependent})
         self.coordinates = Coordinates(self, self.loops)
 
     def _rows_on_base(self) -> Iterable[Quantity]:
@@ -108,6 +112,7 @@ class Bound(Cells):
             self.variables |= {j: x - self.offset(j) for j, x in angles.items()}
         else:
             found = self._closed(loop)
+            name_positions(self.names, loop, found)
             for j in loop.dependent:
                 turn = found.turns.get(j)
                 self.variables[j] = own_variable(self, j, turn) if turn else found.slides[j] - self.offset(j)

@@ -6,6 +6,7 @@ circuit passes against their sense make the inverse motion.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from symoro_elastic.equations.inverse_geometry.decompositions import Chain
@@ -19,11 +20,15 @@ from symoro_elastic.equations.spatial import Axis, Matrix, Scalar, Vector
 
 def closed_in_space(f: Functions, loop: Circuit, at_point: bool) -> list[Closed]:
     """Return the unknown joints of a loop in every position that closes it. Raises `NoClosedForm`."""
-    found = _to_ball(f, loop) if at_point else _to_frame(f, loop)
-    return [_closed(loop, solution) for solution in found]
+    if not at_point:
+        return [_closed(loop, solution, {}) for solution in _to_frame(f, loop)]
+    loop = loop.from_joint(next(k for k, joint in enumerate(loop.unknown) if joint.joint == CUT))
+    ball = _pose(f, loop.segments[0]).inverse().origin
+    sides = {joint.joint: ball for joint in loop.unknown[1:2]}
+    return [_closed(loop, solution, sides) for solution in _to_ball(f, loop, ball)]
 
 
-def _closed(loop: Circuit, solution: Solution) -> Closed:
+def _closed(loop: Circuit, solution: Solution, sides: Mapping[int, Vector]) -> Closed:
     passed = {joint.joint: joint for joint in loop.unknown}
     turns, slides = dict[int, Complex](), dict[int, Scalar]()
     for joint, _, motion, _ in solution:
@@ -31,14 +36,13 @@ def _closed(loop: Circuit, solution: Solution) -> Closed:
             turns[joint] = Complex(motion.cosine, passed[joint].sense * motion.sine)
         else:
             slides[joint] = passed[joint].sense * motion.shift
-    return Closed(turns, slides)
+    return Closed(turns, slides, sides, {found.joint: found.measure for found in solution})
 
 
-def _to_ball(f: Functions, loop: Circuit) -> list[Solution]:
-    """J1 S1 ... Jn p = P, where S0 leads from the ball to the first joint and P is the ball seen from there."""
-    loop = loop.from_joint(next(k for k, joint in enumerate(loop.unknown) if joint.joint == CUT))
-    before, *between, last = (_pose(f, segment) for segment in loop.segments)
-    return reach(f, _movers(loop)[1:], between, last.origin, before.inverse().origin)
+def _to_ball(f: Functions, loop: Circuit, ball: Vector) -> list[Solution]:
+    """J1 S1 ... Jn p = P, where P is the ball seen from the first joint and p from the last."""
+    *between, last = (_pose(f, segment) for segment in loop.segments[1:])
+    return reach(f, _movers(loop)[1:], between, last.origin, ball)
 
 
 def _to_frame(f: Functions, loop: Circuit) -> list[Solution]:

@@ -159,9 +159,7 @@ def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool
     return any(j in around for other in waiting if other is not one for j in other.dependent)
 
 
-def _with_form(
-    assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]
-) -> LoopPlan:
+def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]) -> LoopPlan:
     """The plan with the closed form that gives the assembled positions; `other` joints depend on other loops."""
     bound = assembly.bound
     angles = mapped(bound, one.loop, one.dependent, other)
