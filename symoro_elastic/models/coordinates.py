@@ -177,7 +177,7 @@ class Coordinates:
         k = sorted({k for row in known for k in row})
         W_d = self._W_d(block)
         columns = solved(W_d, [[-row.get(i, 0) for row in known] for i in k])
-        rows = {
+        rows: dict[int, Row] = {
             d: combination((column[m], {i: 1}) for i, column in zip(k, columns, strict=True))
             for m, d in enumerate(unknown)
         }

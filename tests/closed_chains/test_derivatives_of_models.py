@@ -89,7 +89,7 @@ def test_by_parameters(name: str, model: str) -> None:
 
 @pytest.mark.parametrize("model", DRIVING)
 def test_by_a_length_of_a_loop_without_closed_form(model: str) -> None:
-    described = machine("spatial_four_bar")
+    described = machine("ring")
     joints = list(described.joints)
     row = next(j for j, joint in enumerate(joints) if joint.kind is Kind.PASSIVE and not joint.d.is_zero)
     length = Parameter("length", joints[row].d)

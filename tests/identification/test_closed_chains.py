@@ -208,7 +208,7 @@ def test_simulation_starts_where_loops_do() -> None:
     qdd = (16 * (q[3:-1] + q[1:-3]) - (q[4:] + q[:-4]) - 30 * q[2:-2]) / (12 * h * h)
     found = torques(described, q[2:-2], _given(true.qd)[2:-2], qdd)
     assert np.abs(found[:, 0] - true.tau[2:-2, 0]).max() < 1e-3 * np.abs(true.tau).max()
-    for name, what in (("spatial_four_bar", "no closed form"), ("gantry_rigid", "motors that loops move")):
+    for name, what in (("ring", "no closed form"), ("gantry_rigid", "motors that loops move")):
         with pytest.raises(InputError, match=what):
             simulate(machine(name), {}, still.at, Controller.of_bandwidth([4.0], 3.0), 0.5, 2000.0)
 

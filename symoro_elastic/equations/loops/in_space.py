@@ -47,12 +47,13 @@ def _to_ball(f: Functions, loop: Circuit, ball: Vector) -> list[Solution]:
 
 def _to_frame(f: Functions, loop: Circuit) -> list[Solution]:
     """J1 S1 ... Jn = Sn^-1, begun at the first joint from which this has a closed form."""
+    movers, poses = _movers(loop), [_pose(f, segment) for segment in loop.segments]
     errors: list[NoClosedForm] = []
-    for k in range(len(loop.unknown)):
-        begun = loop.from_joint(k)
-        *between, last = (_pose(f, segment) for segment in begun.segments)
+    for k in range(len(movers)):
+        *between, last = poses[k:] + poses[:k]
+        chain = Chain(movers[k:] + movers[:k], (STILL, *between, STILL))
         try:
-            return solutions(f, Chain(_movers(begun), (STILL, *between, STILL)), last.inverse())
+            return solutions(f, chain, last.inverse())
         except NoClosedForm as error:
             errors.append(error)
     raise errors[0]

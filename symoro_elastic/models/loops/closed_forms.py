@@ -58,7 +58,7 @@ def in_space(bound: Bound, loop: Loop, dependent: Sequence[int]) -> list[Closed]
     at_point = loop.closes is Closing.POINT
     try:
         return closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
-    except NoClosedForm:
+    except (NoClosedForm, ZeroDivisionError):  # an angle of no point is not determined
         return []
 
 
