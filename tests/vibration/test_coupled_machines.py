@@ -22,7 +22,7 @@ from symoro_elastic.vibration.linearization import Linearization, linearize, wit
 from symoro_elastic.vibration.modes import Modes, modes
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.sensitivity import sensitivity
-from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations
+from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations, without_closed_form
 from tests.references.virtual_work import small_motions
 
 GEARED_PENDULUM = """
@@ -53,9 +53,9 @@ def vibrations(described: Machine, held: bool = True) -> Modes:
 
 def test_loops_without_closed_form_are_assembled() -> None:
     """M, D, K about a motion are those of d'Alembert's principle, whose loops are closed in 70 digits."""
-    situation, joints = situations("ring")[0], machine("ring").joints
+    situation, joints = situations("spatial_four_bar")[0], without_closed_form().joints
     viscous = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in joints)
-    described = replace(machine("ring"), joints=viscous)
+    described = replace(without_closed_form(), joints=viscous)
     motion = EquationsOfMotion(described)
     named = (dict(zip(motion.names, numbers, strict=True)) for numbers in (situation.state.u, situation.state.ud))
     torques = {joint.name: x for joint, x in zip(described.motor_joints, situation.tau, strict=True)}
@@ -67,17 +67,17 @@ def test_loops_without_closed_form_are_assembled() -> None:
 
 
 def test_sensitivity_to_a_length_of_an_assembled_loop() -> None:
-    joints = list(machine("ring").joints)
-    row = next(j for j, joint in enumerate(joints) if joint.name == "link_2")
+    joints = list(without_closed_form().joints)
+    row = next(j for j, joint in enumerate(joints) if joint.name == "cross")
     length = Parameter("length", joints[row].d)
     joints[row] = replace(joints[row], d=Formula.parse(length.name))
-    described = replace(machine("ring"), joints=tuple(joints), parameters=(length,))
+    described = replace(without_closed_form(), joints=tuple(joints), parameters=(length,))
     assert_differences(described, "length")
 
 
 def test_compare_needs_closed_forms() -> None:
-    with pytest.raises(InputError, match="loop ring: not offered where a loop has no closed form"):
-        compare(machine("ring"))
+    with pytest.raises(InputError, match="loop linkage: not offered where a loop has no closed form"):
+        compare(without_closed_form())
 
 
 @pytest.mark.parametrize("name", WITH_RESULTS)
