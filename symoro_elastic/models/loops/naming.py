@@ -100,4 +100,4 @@ def name_accelerations(
 def name_newton_step(names: Names, step: int, found: Mapping[int, Scalar]) -> None:
     """Name dependent variables after a step of Newton's method."""
     for j, x in found.items():
-        names.give(x, f"newton{j}_{step}", Section(f"Newton's method, step {step}", None, "(L18)"))
+        names.give(x, f"newton{j}_{step}", Section(f"Newton's method (L18), step {step}"))
