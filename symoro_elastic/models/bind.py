@@ -120,9 +120,14 @@ class Bound(Cells):
         self.mechanism = self._mechanism()
 
     def _closed(self, loop: LoopPlan) -> Closed:
-        if loop.solution is None:
+        if not loop.is_in_space:
             return planar(self, loop.loop, loop.dependent, loop.signs)
-        return in_space(self, loop.loop, loop.dependent)[loop.solution]
+        plan = plan_of(self.machine, Bound)
+        found = in_space(self, loop.loop, loop.dependent, plan.assembly, plan.positions)
+        if found is None:
+            what = "its closed form is lost where parameters are numbers: fold fewer of its lengths and angles"
+            raise self.machine.error(f"loop {loop.loop.name}", what)
+        return found
 
     def offset(self, j: int) -> Scalar:
         """What the cell of a joint adds to its own variable."""

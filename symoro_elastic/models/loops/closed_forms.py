@@ -53,13 +53,28 @@ def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[in
     return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
 
 
-def in_space(bound: Bound, loop: Loop, dependent: Sequence[int]) -> list[Closed]:
-    """The unknown joints of a loop in every position that inverse geometry gives; none where it gives none."""
+def in_space(
+    bound: Bound, loop: Loop, dependent: Sequence[int], assembly: Assembly, positions: Sequence[Position]
+) -> Closed | None:
+    """The unknown joints of a loop by inverse geometry, on the branch of assembled positions; None where there is none.
+
+    Which solution that is depends on which parameters are numbers, so it is looked for each time.
+    """
     at_point = loop.closes is Closing.POINT
     try:
-        return closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
+        solutions = closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
     except (NoClosedForm, ZeroDivisionError):  # an angle of no point is not determined
-        return []
+        return None
+    found = (one for one in solutions if agreeing(bound, assembly, dependent, one, positions) == [*dependent])
+    return next(found, None)
+
+
+def agreeing(
+    bound: Bound, assembly: Assembly, dependent: Sequence[int], found: Closed, positions: Sequence[Position]
+) -> list[int]:
+    """Dependent joints of which a closed form gives the assembled positions."""
+    forms = {**found.turns, **found.slides}
+    return [j for j in dependent if agrees(bound, assembly, j, forms[j], positions)]
 
 
 def _functions(bound: Bound) -> Functions:
@@ -87,9 +102,8 @@ def own_variable(bound: Bound, joint: int, turn: Complex) -> Scalar:
     return arc_tangent(bound.graph, turn.y, turn.x) - bound.offset(joint)
 
 
-def agrees(assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
+def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
     """Whether a closed form of a joint, its turn or its own position, gives the assembled positions."""
-    bound = assembly.bound
     offset, leaves = bound.offset(joint), list(form) if isinstance(form, Complex) else [form]
     for position in positions:
         try:

@@ -13,12 +13,11 @@ import numpy as np
 
 from symoro_elastic.equations.loops.circuit import Passed
 from symoro_elastic.equations.loops.closing import POINT
-from symoro_elastic.equations.loops.planar import Closed
 from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, loop_branches
-from symoro_elastic.models.loops.closed_forms import agrees, in_space, loop_circuit, mapped, planar
+from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, loop_circuit, mapped, planar
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
 from symoro_elastic.models.loops.start import assembled_start, positions_near
 from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
@@ -55,9 +54,8 @@ FORMS = {3: Form.TRIANGLE, 2: Form.SLIDE, 1: Form.SLIDES}
 class LoopPlan:
     """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
 
-    `signs` are those of the root at each unknown joint; `solution` is the number of the position among those that
-    inverse geometry gives, None for other forms. Rates may be found in the axes of the link `view`, where the
-    same equations are `rows`, with levers over the turn `pivot`.
+    `signs` are those of the root at each unknown joint of a planar loop. Rates may be found in the axes of the link
+    `view`, where the same equations are `rows`, with levers over the turn `pivot`.
     """
 
     loop: Loop
@@ -66,7 +64,7 @@ class LoopPlan:
     dependent: tuple[int, ...]
     form: Form
     signs: dict[int, int]
-    solution: int | None = None
+    is_in_space: bool = False
     view: int | None = None
     pivot: int | None = None
 
@@ -163,7 +161,7 @@ def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position],
     """The plan with the closed form that gives the assembled positions; `other` joints depend on other loops."""
     bound = assembly.bound
     angles = mapped(bound, one.loop, one.dependent, other)
-    if angles is not None and all(agrees(assembly, j, x, positions) for j, x in angles.items()):
+    if angles is not None and all(agrees(bound, assembly, j, x, positions) for j, x in angles.items()):
         return replace(one, form=Form.MAP)
     unknown = loop_circuit(bound, one.loop, one.dependent).unknown
     turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
@@ -171,12 +169,10 @@ def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position],
         return _with_signs(assembly, one, unknown, positions)
     if not {*other}.isdisjoint(bound.machine.around(one.loop)):
         return one
-    for k, found in enumerate(in_space(bound, one.loop, one.dependent)):
-        if _agreeing(assembly, one, found, positions) == [*one.dependent]:
-            form = Form.INVERSE if turns else Form.SLIDES
-            view = view_of_point(bound, one.loop, one.dependent) if one.kept == POINT else None
-            return replace(one, form=form, solution=k, view=view)
-    return one
+    if in_space(bound, one.loop, one.dependent, assembly, positions) is None:
+        return one
+    view = view_of_point(bound, one.loop, one.dependent) if one.kept == POINT else None
+    return replace(one, form=Form.INVERSE if turns else Form.SLIDES, is_in_space=True, view=view)
 
 
 def _with_signs(
@@ -192,26 +188,21 @@ def _with_signs(
     return replace(one, form=form, signs=signs, view=view, pivot=pivot)
 
 
-def _agreeing(assembly: Assembly, one: LoopPlan, found: Closed, positions: Sequence[Position]) -> list[int]:
-    """Dependent joints of which a closed form gives the assembled positions."""
-    forms = {**found.turns, **found.slides}
-    return [j for j in one.dependent if agrees(assembly, j, forms[j], positions)]
-
-
 def _signs(
     assembly: Assembly, one: LoopPlan, unknown: Sequence[int], positions: Sequence[Position]
 ) -> dict[int, int] | None:
     """Signs of the root with which the closed form gives the assembled positions; None where there are none."""
 
-    def agreeing(signs: Mapping[int, int]) -> list[int]:
-        return _agreeing(assembly, one, planar(assembly.bound, one.loop, one.dependent, signs), positions)
+    def closed_by(signs: Mapping[int, int]) -> list[int]:
+        found = planar(assembly.bound, one.loop, one.dependent, signs)
+        return agreeing(assembly.bound, assembly, one.dependent, found, positions)
 
-    by_sign = {sign: agreeing(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
+    by_sign = {sign: closed_by(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
     for sign, joints in by_sign.items():
         if len(joints) == len(one.dependent):
             return dict.fromkeys(unknown, sign)
     mixed = {j: -1 if j in by_sign[-1] else 1 for j in unknown}
-    return mixed if len(agreeing(mixed)) == len(one.dependent) else None
+    return mixed if len(closed_by(mixed)) == len(one.dependent) else None
 
 
 def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:
