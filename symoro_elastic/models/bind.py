@@ -12,6 +12,7 @@ from symoro_elastic.equations.coordinates import image, product, projection
 from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, Rules
 from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
 from symoro_elastic.equations.joint_laws import elastic_torque, friction
+from symoro_elastic.equations.loops.planar import Closed
 from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import (
     AT_REST,
@@ -32,7 +33,8 @@ from symoro_elastic.machine.loops import Closing
 from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
-from symoro_elastic.models.loops.closed_forms import mapped, own_variable, planar
+from symoro_elastic.models.loops.closed_forms import in_space, mapped, own_variable, planar
+from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, plan_of
 from symoro_elastic.models.parallel_links import with_parallel_links
 from symoro_elastic.models.rules import Motion
@@ -74,10 +76,13 @@ class Bound(Cells):
         }
         self.placed: dict[int, Circle] = {}
         self.mechanism = self._mechanism()
+        reserve_sections(self.names, [loop for loop in self.loops if loop.form is not Form.MAP])
         for loop in self.loops:
             self._close(loop)
         if self.machine.is_coupled:
             self.mechanism = with_parallel_links(self, self.mechanism)
+        for loop in self.loops:
+            name_turns(self.names, loop, {j: self.mechanism.link(j).transform.steps[2] for j in loop.dependent})
         self.coordinates = Coordinates(self, self.loops)
 
     def _rows_on_base(self) -> Iterable[Quantity]:
@@ -106,12 +111,23 @@ class Bound(Cells):
             angles = mapped(self, loop.loop, loop.dependent) or {}
             self.variables |= {j: x - self.offset(j) for j, x in angles.items()}
         else:
-            found = planar(self, loop.loop, loop.dependent, loop.signs)
+            found = self._closed(loop)
+            name_positions(self.names, loop, found)
             for j in loop.dependent:
                 turn = found.turns.get(j)
                 self.variables[j] = own_variable(self, j, turn) if turn else found.slides[j] - self.offset(j)
                 self.placed |= {j: (operand(turn.x), operand(turn.y))} if turn else {}
         self.mechanism = self._mechanism()
+
+    def _closed(self, loop: LoopPlan) -> Closed:
+        if not loop.is_in_space:
+            return planar(self, loop.loop, loop.dependent, loop.signs)
+        plan = plan_of(self.machine, Bound)
+        found = in_space(self, loop.loop, loop.dependent, plan.assembly, plan.positions)
+        if found is None:
+            what = "its closed form is lost where parameters are numbers: fold fewer of its lengths and angles"
+            raise self.machine.error(f"loop {loop.loop.name}", what)
+        return found
 
     def offset(self, j: int) -> Scalar:
         """What the cell of a joint adds to its own variable."""

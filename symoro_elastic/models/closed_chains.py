@@ -11,11 +11,13 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import coupling_forces, loop_forces
+from symoro_elastic.models.loops.naming import name_newton_step
 from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.models.naming import name_dynamics
+from symoro_elastic.models.naming import name_dynamics, name_geometry
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import substituted
 from symoro_elastic.symbolic.functions import square_root
+from symoro_elastic.symbolic.program import Section
 
 NEWTON_STEPS = 5
 
@@ -38,12 +40,14 @@ def of_closed_chain(model: Model, bound: Bound, results: Results) -> Model:
 
 def _dependent_coordinates(bound: Bound, _: Joints) -> Results:
     _refuse_without_couplings(bound, "dependent_coordinates")
+    _name_geometry(bound)
     owners = bound.machine.owners
     return {"x": Result(owners, tuple(bound.variables[j] for j in owners))}
 
 
 def _coupling_matrix(bound: Bound, _: Joints) -> Results:
     _refuse_without_couplings(bound, "coupling_matrix")
+    _name_geometry(bound)
     coordinates, joints, independent = bound.coordinates, bound.machine.articulated, bound.machine.moving
     entries = tuple(coordinates.S[j].get(k, 0) for j in joints for k in independent)
     return {
@@ -60,9 +64,10 @@ def _assemble(bound: Bound, _: Joints) -> Results:
     errors, steps = _newton_step(bound)
     names = [str(bound.machine.joint(j).variable) for j in bound.assembled]
     found: Sequence[Scalar] = [bound.variables[j] for j in bound.assembled]
-    for _step in range(NEWTON_STEPS):
+    for step in range(1, NEWTON_STEPS + 1):
         moves = substituted(bound.graph, steps, dict(zip(names, found, strict=True)))
         found = [x - move for x, move in zip(found, moves, strict=True)]
+        name_newton_step(bound.names, step, dict(zip(bound.assembled, found, strict=True)))
     position = dict(zip(names, found, strict=True))
     left = substituted(bound.graph, errors, position)
     closed = [bound.variables[j] for j in bound.machine.dependent]
@@ -104,6 +109,12 @@ def _constraint_forces(bound: Bound, _: Joints) -> Results:
         what = "there is no loop, and every joint has a variable of its own, which nothing constrains: leave it out"
         raise bound.machine.error("constraint_forces", what)
     return results
+
+
+def _name_geometry(bound: Bound) -> None:
+    """Name cosines and sines by their joint where loops close."""
+    if bound.loops:
+        name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
 
 
 def _refuse_without_couplings(bound: Bound, model: str) -> None:

@@ -19,6 +19,13 @@ from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.equations.spatial import Twist
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.models.loops.assembly import loop_branches
+from symoro_elastic.models.loops.naming import (
+    name_accelerations,
+    name_determinant,
+    name_equations,
+    name_partials,
+    name_rates,
+)
 from symoro_elastic.models.loops.plan import Form, LoopPlan
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation, substituted
@@ -112,7 +119,10 @@ class Coordinates:
     @cached_property
     def rates_x(self) -> dict[int, Scalar]:
         """Rates of own variables."""
-        return {j: product(row, self.bound.qd) for j, row in self.S_x.items()}
+        rates = {j: product(row, self.bound.qd) for j, row in self.S_x.items()}
+        for one in (one for block in self.blocks for one in block):
+            name_rates(self.bound.names, one, rates)
+        return rates
 
     @cached_property
     def gam_x(self) -> dict[int, Scalar]:
@@ -169,11 +179,17 @@ class Coordinates:
         """Rows of dx/du of a block of loops: -W_d^-1 W_u S (L10)."""
         unknown, known = self.unknown(block), self._W_u(block, S_x)
         k = sorted({k for row in known for k in row})
-        columns = solved(self._W_d(block), [[-row.get(i, 0) for row in known] for i in k])
-        return {
+        W_d = self._W_d(block)
+        columns = solved(W_d, [[-row.get(i, 0) for row in known] for i in k])
+        rows: dict[int, Row] = {
             d: combination((column[m], {i: 1}) for i, column in zip(k, columns, strict=True))
             for m, d in enumerate(unknown)
         }
+        for one in block:
+            name_equations(self.bound.names, one, self._closing_columns(one))
+            name_partials(self.bound.names, one, rows)
+        name_determinant(self.bound.names, block[0], W_d)
+        return rows
 
     def _dependent_accelerations(self, block: list[LoopPlan], gam_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
         """gam of the variables of a block of loops: -W_d^-1 phi (L11)."""
@@ -187,7 +203,9 @@ class Coordinates:
             ).entries
             phi += [relative[row] for row in one.rows]
         (found,) = solved(self._W_d(block), [[-x for x in phi]])
-        return dict(zip(unknown, found, strict=True))
+        gam = dict(zip(unknown, found, strict=True))
+        name_accelerations(self.bound.names, block, phi, gam)
+        return gam
 
     def unknown(self, block: Sequence[LoopPlan]) -> list[int]:
         """Dependent joints of a block of loops."""

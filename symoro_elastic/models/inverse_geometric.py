@@ -196,10 +196,13 @@ def _functions(bound: Bound) -> Functions:
     def is_zero(x: Scalar) -> bool:
         return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
 
+    def turn(x: Scalar, y: Scalar, _: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        angle = arc_tangent(bound.graph, y, x)
+        return angle, *cosine_sine(bound.graph, angle)
+
     return Functions(
         lambda x: square_root(bound.graph, x),
-        lambda y, x: arc_tangent(bound.graph, y, x),
-        lambda x: cosine_sine(bound.graph, x),
+        turn,
         lambda x: sign(bound.graph, x),
         is_zero,
         lambda x: not isinstance(x, Expression) or x.level < Level.STATE,

@@ -59,7 +59,7 @@ def _name_inertia(names: Names, inertia: ArticulatedInertia, quantity: str, sect
     _name_symmetric(names, inertia.D, quantity, section, offset=4)
 
 
-def _name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
+def name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
     """Sines and cosines after their angle, inertial parameters and offsets after their body."""
     for j, link in bound.mechanism.from_base():
         here = section(j)
@@ -137,7 +137,7 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
 
     for j, _ in bound.mechanism.from_base():
         bound.names.reserve(section(j))
-    _name_geometry(bound, section)
+    name_geometry(bound, section)
     carrying = bound.mechanism.carriers
     for j, link in bound.mechanism.from_base():
         here = section(j)
@@ -203,7 +203,7 @@ def _name_cluster(names: Names, reduced: Eliminated, first: int, section: Sectio
 
 def name_composites(bound: Bound, found: InertiaMatrix) -> None:
     """Name composite inertias and the entries of the inertia matrix."""
-    _name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
+    name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
     for j, _ in bound.mechanism.from_tips():
         here = Section("Composite inertias and inertia matrix", j, "[8], [13]")
         name_composite(bound.names, found.composite[j], j, here)
@@ -234,7 +234,7 @@ def name_frames(bound: Bound, placed: list[Frame]) -> None:
     """Name the entries of 0Aj and 0Pj."""
     for j, _ in bound.mechanism.from_base():
         bound.names.reserve(Section("Geometry", j, "[1], [2]"))
-    _name_geometry(bound, lambda j: Section("Geometry", j, "[1], [2]"))
+    name_geometry(bound, lambda j: Section("Geometry", j, "[1], [2]"))
     for j, _ in bound.mechanism.from_base():
         here = Section("Geometry", j, "[1], [2]")
         rotation, position = placed[j]

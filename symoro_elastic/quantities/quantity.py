@@ -157,6 +157,10 @@ COMPONENTS = {
     "link": ("_link", ""),
     "compliance": ("_compliance", ""),
     "r": ("_r", ""),
+    "loop": ("_loop", ""),
+    "squared": ("_squared", ""),
+    "inverse": ("_inverse", ""),
+    "own": ("_x", ""),
 }
 """Components of a name: what they look like, and the one that stands for all in a list of symbols."""
 

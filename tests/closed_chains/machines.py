@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from tests.references.closed_chains import State
 
@@ -30,6 +31,14 @@ class Situation:
 @cache
 def machine(name: str) -> Machine:
     return read_machine(FILES[name])[0]
+
+
+@cache
+def without_closed_form() -> Machine:
+    """The spatial four-bar with an axis of its coupler beside that of the cross, which has no closed form."""
+    described = machine("spatial_four_bar")
+    joints = (replace(row, d=Formula.parse(0.02)) if row.name == "coupler" else row for row in described.joints)
+    return replace(described, joints=tuple(joints))
 
 
 @cache

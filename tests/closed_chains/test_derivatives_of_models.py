@@ -12,7 +12,7 @@ from mpmath import mpf
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine, Parameter
-from tests.closed_chains.machines import machine, situations
+from tests.closed_chains.machines import machine, situations, without_closed_form
 from tests.closed_chains.test_references import worst
 from tests.closed_chains.traced import Results, results, traced
 from tests.references.closed_chains import Array, State, exact, in_many_digits
@@ -93,7 +93,7 @@ def test_by_parameters(name: str, model: str) -> None:
 
 @pytest.mark.parametrize("model", DRIVING)
 def test_by_a_length_of_a_loop_without_closed_form(model: str) -> None:
-    described = machine("spatial_four_bar")
+    described = without_closed_form()
     joints = list(described.joints)
     row = next(j for j, joint in enumerate(joints) if joint.kind is Kind.PASSIVE and not joint.d.is_zero)
     length = Parameter("length", joints[row].d)

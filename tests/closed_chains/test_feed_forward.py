@@ -108,6 +108,12 @@ def test_in_a_loop_with_elastic_cranks() -> None:
     assert_followed(described, [2.3, 0.8], situations("five_bar")[0].state.guess, [])
 
 
+def test_in_a_loop_in_space() -> None:
+    """Its closed form is that of inverse geometry."""
+    described = undamped(machine("spatial_four_bar"), {})
+    assert_followed(described, [0.6], situations("spatial_four_bar")[0].state.guess, [])
+
+
 def test_in_a_parallelogram() -> None:
     described = undamped(machine("parallelogram_loop"), {"wrist": "0"})
     assert_followed(described, [0.2, -0.9, 0.4], {}, ["yaw", "arm", "crank"])
@@ -183,7 +189,7 @@ def test_stiffness_that_changes_with_another_load(wrist: Machine) -> None:
 @pytest.mark.parametrize(
     ("name", "what"),
     [
-        ("spatial_four_bar", "loop linkage: feed_forward: it has no closed form"),
+        ("ring", "loop ring: feed_forward: it has no closed form"),
         ("gantry", r"joint 1 \(carriage_2\), kind|joint . \(carriage_2\), kind: feed_forward: its variable follows"),
         ("ball_screw", "feed_forward: it is elastic and not the one spring behind a motor"),
     ],

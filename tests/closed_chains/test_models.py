@@ -34,7 +34,7 @@ CASES = [(name, k) for name in FILES for k in range(2 if name in WITH_RESULTS el
 COUPLED = [(name, k) for name, k in CASES if name != "coaxial_rigid"]
 CONSTRAINED = [(name, k) for name, k in COUPLED if name not in ("ball_screw", "screw")]
 """Those with loops or joints without a variable of their own."""
-ASSEMBLED = ("delta", "ring", "ring_with_slide", "spatial_four_bar")
+ASSEMBLED = ("ring", "ring_with_slide")
 """Loops without a closed form."""
 TOGETHER = (
     "direct_dynamics",

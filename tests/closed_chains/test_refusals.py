@@ -103,6 +103,12 @@ REFUSED = {
         r"loop linkage: q1 and q2 cannot both depend: their columns are parallel in every position; "
         r'try \["q1", "q3"\]',
     ),
+    "dependent joints on one axis, no start": (
+        changed("five_bar", ('["q2", "q4"]', '["qm1", "d1"]'), (START, "")),
+        (),
+        r"loop diamond: qm1 and d1 cannot both depend: their columns are parallel in every position; "
+        r'try \["qm1", "q2"\]',
+    ),
     "more motors than freedoms": (
         changed("gantry_rigid", (re.compile(", sharing = [12]"), "")),
         ("inverse_dynamics",),

@@ -41,6 +41,7 @@ from symoro_elastic.quantities import (
 from symoro_elastic.quantities.units import FORCE, POSITION, VELOCITY, Unit, quotient, same
 from symoro_elastic.report.page import html_page, latex_document
 from symoro_elastic.symbolic.program import Section
+from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import rendered
 from tests.models.test_feed_forward import with_springs
@@ -155,7 +156,8 @@ def machines() -> list[Machine]:
         for seed in range(20, 25)
     ]
     springs = with_springs(chain(3, elastic=()), [2], 1)
-    return [*(read_machine(path)[0] for path in EXAMPLES), *fixed, *floating, drive(), springs]
+    closed = [closed_chain("ring"), closed_chain("spatial_four_bar")]
+    return [*(read_machine(path)[0] for path in EXAMPLES), *fixed, *floating, drive(), springs, *closed]
 
 
 def traces() -> Iterator[tuple[Machine, TracedModel]]:
@@ -178,7 +180,7 @@ def found() -> Found:
     prefixes, wrong = set(), []
     for machine, traced in traces():
         program, outputs = traced.program, set(traced.results)
-        variables = {str(joint.variable) for joint in machine.moving_joints}
+        variables = {str(machine.joint(j).variable) for j in machine.owners}
         given = [x for argument in program.inputs for x in argument.symbols]
         for name in (*(s.name for s in (*program.once, *program.statements)), *given):
             prefix = next((prefix for prefix in PREFIXES if name.startswith(prefix)), "")
@@ -220,7 +222,7 @@ def test_intermediate_rows_have_symbol_and_meaning() -> None:
     assert len(set(keys)) == len(keys)
     for row in INTERMEDIATES:
         assert row.symbol() and row.meaning and row.role is Role.INTERMEDIATE
-        assert row.unit or row.name in ("y", "Y", "root")
+        assert row.unit or row.name in ("y", "Y", "root", "W")
 
 
 def test_names_of_a_linearization_have_symbols() -> None:

@@ -19,14 +19,16 @@ from tests.closed_chains.machines import FILES, machine
 from tests.command_line import EXAMPLES, ended, run
 
 FORMS = {
-    "delta": {"leg_1": "assembled", "leg_2": "assembled", "leg_3": "assembled"},
+    "delta": {"leg_1": "inverse geometry", "leg_2": "inverse geometry", "leg_3": "inverse geometry"},
     "five_bar": {"diamond": "triangle"},
     "gantry": {"portal": "two slides"},
     "gantry_rigid": {"portal": "one joint"},
     "palletizer": {"drive": "constant map", "shoulder": "constant map", "elbow": "constant map"},
     "press": {"press": "triangle with a slide"},
     "ring": {"ring": "assembled"},
+    "spatial_four_bar": {"linkage": "inverse geometry"},
     "sr400": {"parallelogram": "constant map"},
+    "wedge": {"wedge": "two slides"},
 }
 SINGULAR = {
     "five_bar": "where the links between rod_2, tip and rod_1 meet stretched or folded: area of the triangle zero",
@@ -34,7 +36,9 @@ SINGULAR = {
     "gantry_rigid": "nowhere: carriage_2 takes back what the other joints do",
     "press": "at the dead centre: the link between wrist_pin and rod stands at right angles to the slide slider",
     "ring": "where the rates of link_2, link_3, link_4, link_5 and link_6 do not follow from the others: det W_d = 0",
+    "spatial_four_bar": "where the rates of cross, coupler and rocker do not follow from the others: det W_d = 0",
     "sr400": "nowhere: angles are sums of angles, in the flat position too",
+    "wedge": "where the slides lift and face are parallel",
 }
 FOUR_BAR = """
 name = "four_bar"

@@ -35,13 +35,12 @@ SIGNS = (1, -1)
 class Functions:
     """What the equations need beside + - * /.
 
-    `is_zero` tells what is zero for all values of the variables, `is_fixed` what the place to be reached does
-    not change.
+    `turn` gives the angle of a point (x, y) of known distance from the origin, its cosine and its sine. `is_zero` tells
+    what is zero for all values of the variables, `is_fixed` what the place to be reached does not change.
     """
 
     square_root: Callable[[Scalar], Scalar]
-    arc_tangent: Callable[[Scalar, Scalar], Scalar]
-    cosine_sine: Callable[[Scalar], tuple[Scalar, Scalar]]
+    turn: Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar, Scalar]]
     sign: Callable[[Scalar], Scalar]
     is_zero: Callable[[Scalar], bool]
     is_fixed: Callable[[Scalar], bool]
@@ -154,9 +153,10 @@ def distance(f: Functions, v: Vector) -> Scalar:
     return y if f.is_zero(x) else x if f.is_zero(y) else f.square_root(x * x + y * y)
 
 
-def turned_by(f: Functions, joint: int, angle: Scalar, measure: Scalar = 1) -> Found:
-    """A revolute joint at an angle, rad."""
-    return Found(joint, angle, AxialTransform(Z, *f.cosine_sine(angle), 0), measure)
+def turned_to(f: Functions, joint: int, x: Scalar, y: Scalar, distance: Scalar, measure: Scalar = 1) -> Found:
+    """A revolute joint at the angle of the point (x, y), which has this distance from the origin."""
+    angle, cosine, sine = f.turn(x, y, distance)
+    return Found(joint, angle, AxialTransform(Z, cosine, sine, 0), measure)
 
 
 def shifted_by(joint: int, length: Scalar, measure: Scalar = 1) -> Found:
@@ -205,14 +205,15 @@ def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scal
     """
     if f.is_zero(z):
         measure = f.square_root(x * x + y * y)
-        return [turned_by(f, joint, f.arc_tangent(e * x, -e * y), measure) for e in SIGNS]
-    angles = [f.arc_tangent(y * z + e * (x * root), x * z - e * (y * root)) for e in SIGNS]
-    return [turned_by(f, joint, angle, root) for angle in angles]
+        return [turned_to(f, joint, -e * y, e * x, measure, measure) for e in SIGNS]
+    points = [(x * z - e * (y * root), y * z + e * (x * root)) for e in SIGNS]
+    return [turned_to(f, joint, *point, x * x + y * y, root) for point in points]
 
 
 def type_3(f: Functions, joint: int, v: Vector, u: Vector, measure: Scalar = 1) -> Found:
     """Rot(z, q) v = u, two equations in cos q and sin q: one angle, any where v lies on z."""
-    return turned_by(f, joint, f.arc_tangent(plane_cross(v, u), plane_dot(v, u)), measure)
+    known = v if f.is_fixed(plane_dot(v, v)) else u
+    return turned_to(f, joint, plane_dot(v, u), plane_cross(v, u), plane_dot(known, known), measure)
 
 
 def quadratic(f: Functions, joint: int, a: Scalar, h: Scalar, root: Scalar) -> list[Found]:

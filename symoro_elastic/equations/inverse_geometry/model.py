@@ -56,7 +56,7 @@ def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]
     _check_number(chain)
     if len(chain.movers) == 6:
         T = _placement(f, T)
-    branches = [_branch(f, solution) for solution in _solutions(f, chain, T)]
+    branches = [_branch(f, solution) for solution in solutions(f, chain, T)]
     return branches if len(chain.movers) == 6 else [_put_back(f, chain, T, branch) for branch in branches]
 
 
@@ -80,8 +80,11 @@ def _check_number(chain: Chain) -> None:
         raise NoClosedForm(numbers_of(chain.movers), reason)
 
 
-def _solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
-    """By the first way that works; the reason of the nearest miss where none does."""
+def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
+    """What places the end of a chain at T, if anything does.
+
+    Raises `NoClosedForm` with the reason of the nearest miss.
+    """
     reasons: list[NoClosedForm] = []
     for attempt in _ways(chain):
         for turned in (False, True):

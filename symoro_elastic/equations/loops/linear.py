@@ -9,6 +9,8 @@ from symoro_elastic.equations.spatial import Scalar, is_zero
 from symoro_elastic.scalar import quotient
 
 Column: TypeAlias = list[Scalar]
+BY_COFACTORS = 3
+"""Most unknowns of a system that is solved by its determinant."""
 
 
 def solved(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
@@ -16,7 +18,7 @@ def solved(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
 
     Raises `ZeroDivisionError` where W is exactly singular.
     """
-    return _by_cofactors(W, right) if len(W) <= 3 else _by_orthogonal_columns(W, right)
+    return _by_cofactors(W, right) if len(W) <= BY_COFACTORS else _by_orthogonal_columns(W, right)
 
 
 def _by_cofactors(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:

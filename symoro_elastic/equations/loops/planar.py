@@ -7,11 +7,11 @@ complex numbers: components along x and y of a frame whose z is the normal.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from symoro_elastic.equations.loops.circuit import Circuit, Passed, Segment
+from symoro_elastic.equations.loops.circuit import CUT, Circuit, Passed, Segment
 from symoro_elastic.equations.spatial import Axis, Scalar, Vector, is_zero
 from symoro_elastic.scalar import quotient
 
@@ -77,10 +77,15 @@ def area(u: Complex, v: Complex) -> Scalar:
 
 @dataclass(frozen=True)
 class Closed:
-    """Unknown joints of a loop: turns as cosine + i sine, shifts of slides, by number (0 is the cut joint)."""
+    """Unknown joints of a loop: turns as cosine + i sine, shifts of slides, by number (0 is the cut joint).
+
+    `sides` lead from the joint named to the next one; `roots` are square roots, zero where the loop is singular.
+    """
 
     turns: Mapping[int, Complex]
     slides: Mapping[int, Scalar]
+    sides: Mapping[int, Sequence[Scalar]] = field(default_factory=dict)
+    roots: Mapping[int, Scalar] = field(default_factory=dict)
 
 
 Signs = Mapping[int, int]
@@ -112,7 +117,8 @@ def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
         a = _seen_from_end(loop.segments[k - 1], before).over(before.squared)
         m = _half_difference(c.squared, before.squared, b.squared)
         turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a * b.inverse.conjugate))
-    return Closed(turns, {})
+    named = {joint.joint: side for joint, side in zip(loop.unknown, sides, strict=True)}
+    return Closed(turns, {}, named, {CUT: h})
 
 
 def _half_difference(c: Scalar, a: Scalar, b: Scalar) -> Scalar:
@@ -144,7 +150,8 @@ def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
     at_second = -(_seen_from_end(side, p).inverse.conjugate * w).conjugate
     at_first = -(_seen_from_end(way, w) * p.inverse.conjugate)
     turns = {first.joint: _of_joint(first, at_first), second.joint: _of_joint(second, at_second)}
-    return Closed(turns, {slide.joint: slide.sense * (c - dot(n, start))})
+    slides = {slide.joint: slide.sense * (c - dot(n, start))}
+    return Closed(turns, slides, {first.joint: p, second.joint: w}, {slide.joint: c})
 
 
 def _with_two_slides(loop: Circuit) -> Closed:
@@ -157,7 +164,7 @@ def _with_two_slides(loop: Circuit) -> Closed:
     slides = {first.joint: quotient(-first.sense * area(w, n2), between)}
     slides |= {second.joint: quotient(second.sense * area(w, n1), between)}
     angle = Complex(whole.rotation.x.x, whole.rotation.x.y)
-    return Closed({turn.joint: _of_joint(turn, angle)}, slides)
+    return Closed({turn.joint: _of_joint(turn, angle)}, slides, {turn.joint: w})
 
 
 def _with_one_unknown(loop: Circuit) -> Closed:

@@ -6,13 +6,16 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from symoro_elastic.equations.inverse_geometry.equation_types import Functions, NoClosedForm
 from symoro_elastic.equations.loops.circuit import Circuit, circuit
+from symoro_elastic.equations.loops.in_space import closed_in_space
 from symoro_elastic.equations.loops.parallelogram import parallelogram
 from symoro_elastic.equations.loops.planar import Closed, Complex, closed
-from symoro_elastic.machine.loops import Loop, branches
-from symoro_elastic.models.loops.assembly import Assembly, Position, cut_joint
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint
+from symoro_elastic.scalar import Scalar, quotient
+from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
+from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
@@ -50,14 +53,57 @@ def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[in
     return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
 
 
+def in_space(
+    bound: Bound, loop: Loop, dependent: Sequence[int], assembly: Assembly, positions: Sequence[Position]
+) -> Closed | None:
+    """The unknown joints of a loop by inverse geometry, on the branch of assembled positions; None where there is none.
+
+    Which solution that is depends on which parameters are numbers, so it is looked for each time.
+    """
+    at_point = loop.closes is Closing.POINT
+    try:
+        solutions = closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
+    except (NoClosedForm, ZeroDivisionError):  # an angle of no point is not determined
+        return None
+    found = (one for one in solutions if agreeing(bound, assembly, dependent, one, positions) == [*dependent])
+    return next(found, None)
+
+
+def agreeing(
+    bound: Bound, assembly: Assembly, dependent: Sequence[int], found: Closed, positions: Sequence[Position]
+) -> list[int]:
+    """Dependent joints of which a closed form gives the assembled positions."""
+    forms = {**found.turns, **found.slides}
+    return [j for j in dependent if agrees(bound, assembly, j, forms[j], positions)]
+
+
+def _functions(bound: Bound) -> Functions:
+    """What inverse geometry needs; what cannot be reached has no value, as no square root is taken of rounding."""
+    residues = ModularAngles(SEED)
+
+    def turn(x: Scalar, y: Scalar, distance: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        inverse = quotient(1, distance)
+        return arc_tangent(bound.graph, y, x), x * inverse, y * inverse
+
+    def is_zero(x: Scalar) -> bool:
+        return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
+
+    return Functions(
+        lambda x: square_root(bound.graph, x),
+        turn,
+        lambda _: 1,
+        is_zero,
+        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+    )
+
+
 def own_variable(bound: Bound, joint: int, turn: Complex) -> Scalar:
     """The own variable of a joint that stands at cosine + i sine."""
     return arc_tangent(bound.graph, turn.y, turn.x) - bound.offset(joint)
 
 
-def agrees(assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
+def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
     """Whether a closed form of a joint, its turn or its own position, gives the assembled positions."""
-    bound = assembly.bound
     offset, leaves = bound.offset(joint), list(form) if isinstance(form, Complex) else [form]
     for position in positions:
         try:

@@ -70,7 +70,11 @@ def _dropped(one: LoopPlan) -> str:
     count, total = len(one.dropped), len(one.dropped) + len(one.kept)
     if not count:
         return f"all {total} equations are needed"
-    reason = "follow from the others" if one.form in (Form.ONE, Form.ASSEMBLED) else "are fulfilled by the plane"
+    reason = (
+        "follow from the others"
+        if one.form in (Form.ONE, Form.INVERSE, Form.ASSEMBLED)
+        else "are fulfilled by the plane"
+    )
     return f"{count} of {total} equations {reason}"
 
 
@@ -116,7 +120,7 @@ def _singular(machine: Machine, plan: Plan, one: LoopPlan) -> str:
         return "nowhere: angles are sums of angles, in the flat position too"
     if one.form is Form.ONE:
         return f"nowhere: {dependent} takes back what the other joints do"
-    if one.is_assembled:
+    if one.form in (Form.INVERSE, Form.ASSEMBLED):
         return f"where the rates of {dependent} do not follow from the others: det W_d = 0"
     unknown = loop_circuit(plan.assembly.bound, one.loop, one.dependent).unknown
     named = [(joint.axis, machine.joint(joint.joint or one.loop.cut).name) for joint in unknown]

@@ -76,5 +76,6 @@ def refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], p
 
 def _other(machine: Machine, matrices: Sequence[Array]) -> str:
     """Joints that can depend, as a list in a file."""
-    kept = [machine.joint(machine.owners[k]).variable for k in independent([W.T for W in matrices])]
+    found = independent([W.T for W in matrices])[: len(machine.dependent)]
+    kept = [machine.joint(machine.owners[k]).variable for k in found]
     return "[" + ", ".join(f'"{variable}"' for variable in kept) + "]"

@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symoro_elastic.equations.spatial import Axis, is_zero
-from symoro_elastic.machine.loops import Loop, branches
+from symoro_elastic.equations.loops.circuit import Passed
+from symoro_elastic.equations.loops.closing import POINT
+from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, loop_branches
-from symoro_elastic.models.loops.closed_forms import agrees, loop_circuit, mapped, planar
+from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, loop_circuit, mapped, planar
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
 from symoro_elastic.models.loops.start import assembled_start, positions_near
+from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 if TYPE_CHECKING:
@@ -25,6 +28,10 @@ if TYPE_CHECKING:
 
 PARALLEL = 1e-12
 """Cosine or sine of the angle between axes that are at right angles, or parallel."""
+
+
+IN_PLANE = 0, 1, 5
+"""Rows of the equations of a triangle in axes whose z is its normal."""
 
 
 class Form(StrEnum):
@@ -35,6 +42,7 @@ class Form(StrEnum):
     SLIDE = "triangle with a slide"
     SLIDES = "two slides"
     ONE = "one joint"
+    INVERSE = "inverse geometry"
     ASSEMBLED = "assembled"
 
 
@@ -46,8 +54,8 @@ FORMS = {3: Form.TRIANGLE, 2: Form.SLIDE, 1: Form.SLIDES}
 class LoopPlan:
     """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
 
-    `signs` are those of the root at each unknown joint. Rates may be found in the axes of the link `view`, where the
-    same equations are `rows`, with levers over the turn `pivot`.
+    `signs` are those of the root at each unknown joint of a planar loop. Rates may be found in the axes of the link
+    `view`, where the same equations are `rows`, with levers over the turn `pivot`.
     """
 
     loop: Loop
@@ -56,6 +64,7 @@ class LoopPlan:
     dependent: tuple[int, ...]
     form: Form
     signs: dict[int, int]
+    is_in_space: bool = False
     view: int | None = None
     pivot: int | None = None
 
@@ -66,8 +75,8 @@ class LoopPlan:
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """Rows of the equations in the axes of `view`, whose z is the normal of the plane; those kept without."""
-        return self.kept if self.view is None else (0, 1, 5)[: len(self.kept)]
+        """Rows of the equations in the axes of `view`: of a triangle, those along its plane."""
+        return IN_PLANE[: len(self.kept)] if self.pivot is not None else self.kept
 
 
 @dataclass(frozen=True)
@@ -135,26 +144,11 @@ def _with_forms(
         ready = [one for one in waiting if not _needs(machine, one, waiting)] or waiting[:1]
         one = ready[0]
         waiting.remove(one)
-        form, signs = Form.ASSEMBLED, dict[int, int]()
         if shared.isdisjoint(one.dependent):
             other = [j for x in (*found, *waiting) if x.form is not Form.MAP for j in x.dependent]
-            form, signs = _form(assembly, one, positions, other)
-        view, pivot = _view(assembly.bound, one) if form is Form.TRIANGLE else (None, None)
-        found.append(replace(one, form=form, signs=signs, view=view, pivot=pivot))
+            one = _with_form(assembly, one, positions, other)
+        found.append(one)
     return tuple(found)
-
-
-def _view(bound: Bound, one: LoopPlan) -> tuple[int | None, int | None]:
-    """The link in whose axes the equations of a triangle are shortest, and the turn that it carries.
-
-    It is a dependent turn of m's branch whose antecedent has the same normal.
-    """
-    _, to_end = branches(bound.machine.antecedents, one.loop)
-    for j in to_end:
-        link = bound.mechanism.link(j)
-        if j in one.dependent and link.axis is Axis.REVOLUTE and is_zero(link.transform.steps[1].sine):
-            return link.antecedent, j
-    return None, None
 
 
 def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool:
@@ -163,22 +157,35 @@ def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool
     return any(j in around for other in waiting if other is not one for j in other.dependent)
 
 
-def _form(
-    assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]
-) -> tuple[Form, dict[int, int]]:
-    """The closed form that gives the assembled positions, and its signs."""
+def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]) -> LoopPlan:
+    """The plan with the closed form that gives the assembled positions; `other` joints depend on other loops."""
     bound = assembly.bound
     angles = mapped(bound, one.loop, one.dependent, other)
-    if angles is not None and all(agrees(assembly, j, x, positions) for j, x in angles.items()):
-        return Form.MAP, {}
-    loop = loop_circuit(bound, one.loop, one.dependent)
-    turns = sum(joint.axis is Axis.REVOLUTE for joint in loop.unknown)
-    if len(loop.unknown) != 1 and (len(loop.unknown) != 3 or not turns or not _is_planar(bound, one, assembly)):
-        return Form.ASSEMBLED, {}
-    signs = _signs(assembly, one, [joint.joint for joint in loop.unknown], positions)
+    if angles is not None and all(agrees(bound, assembly, j, x, positions) for j, x in angles.items()):
+        return replace(one, form=Form.MAP)
+    unknown = loop_circuit(bound, one.loop, one.dependent).unknown
+    turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
+    if len(unknown) == 1 or (len(unknown) == 3 and turns and _is_planar(bound, one, assembly)):
+        return _with_signs(assembly, one, unknown, positions)
+    if not {*other}.isdisjoint(bound.machine.around(one.loop)):
+        return one
+    if in_space(bound, one.loop, one.dependent, assembly, positions) is None:
+        return one
+    view = view_of_point(bound, one.loop, one.dependent) if one.kept == POINT else None
+    return replace(one, form=Form.INVERSE if turns else Form.SLIDES, is_in_space=True, view=view)
+
+
+def _with_signs(
+    assembly: Assembly, one: LoopPlan, unknown: Sequence[Passed], positions: Sequence[Position]
+) -> LoopPlan:
+    """The plan of a planar loop, or of one with a single unknown joint, on its branch."""
+    signs = _signs(assembly, one, [joint.joint for joint in unknown], positions)
     if signs is None:
-        return Form.ASSEMBLED, {}
-    return FORMS[turns] if len(loop.unknown) == 3 else Form.ONE, signs
+        return one
+    turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
+    form = FORMS[turns] if len(unknown) == 3 else Form.ONE
+    view, pivot = view_of_triangle(assembly.bound, one.loop, one.dependent) if form is Form.TRIANGLE else (None, None)
+    return replace(one, form=form, signs=signs, view=view, pivot=pivot)
 
 
 def _signs(
@@ -186,17 +193,16 @@ def _signs(
 ) -> dict[int, int] | None:
     """Signs of the root with which the closed form gives the assembled positions; None where there are none."""
 
-    def agreeing(signs: Mapping[int, int]) -> list[int]:
+    def closed_by(signs: Mapping[int, int]) -> list[int]:
         found = planar(assembly.bound, one.loop, one.dependent, signs)
-        forms = {**found.turns, **found.slides}
-        return [j for j in one.dependent if agrees(assembly, j, forms[j], positions)]
+        return agreeing(assembly.bound, assembly, one.dependent, found, positions)
 
-    by_sign = {sign: agreeing(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
+    by_sign = {sign: closed_by(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
     for sign, joints in by_sign.items():
         if len(joints) == len(one.dependent):
             return dict.fromkeys(unknown, sign)
     mixed = {j: -1 if j in by_sign[-1] else 1 for j in unknown}
-    return mixed if len(agreeing(mixed)) == len(one.dependent) else None
+    return mixed if len(closed_by(mixed)) == len(one.dependent) else None
 
 
 def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:

@@ -11,7 +11,12 @@ import numpy as np
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position
 from symoro_elastic.models.loops.closed_forms import Angles, mapped
-from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
+from symoro_elastic.models.loops.independent_rows import (
+    independent,
+    independent_rows,
+    refuse_singular,
+    refuse_wrong_number,
+)
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 SAMPLES, DRAWS, REACH, GUESSES = 4, 40, 0.3, 12
@@ -33,6 +38,7 @@ def assembled_start(machine: Machine, assembly: Assembly) -> Position:
             refuse_singular(machine, assembly, kept, [found])
         error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.moving) else math.inf
     if not error < CLOSED:
+        _refuse_singular_anywhere(machine, assembly)
         found, _ = assembly.assembled(rough, machine.dependent)
         errors = np.abs(assembly.numbers(found)[0])
         worst = assembly.equations[int(np.argmax(errors))]
@@ -41,6 +47,18 @@ def assembled_start(machine: Machine, assembly: Assembly) -> Position:
         started = any(loop.start for loop in machine.loops if loop.name == worst.loop)
         raise machine.error(f"loop {worst.loop}", what if started else f"{what}: write start = {{ ... }}")
     return found
+
+
+def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
+    """Refuse dependent variables that depend on each other wherever joints stand, closed or not.
+
+    Where loops close the rank of W is at most what it is elsewhere.
+    """
+    source = random.Random(SEED)
+    positions = [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
+    columns = independent([assembly.numbers(position)[1].T for position in positions])
+    if len(columns) >= len(machine.dependent):
+        refuse_singular(machine, assembly, range(len(assembly.equations)), positions)
 
 
 def positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:
