@@ -98,7 +98,7 @@ def test_entries_have_names(name: str, tmp_path: Path) -> None:
 def test_assemble_has_a_result_of_its_own_name_in_c() -> None:
     made = programs("ring")
     header = " ".join(render_targets(made.package, ("c",))["ring.h"].split())
-    assert "const double q_dep[RING_DEPENDENT], const double p[" in header
+    assert "const double q_dep[RING_DEPENDENT], const double *p, " in header
     assert "double q_dep_out[RING_DEPENDENT], double residual[1]);" in header
 
 
