@@ -27,7 +27,7 @@ from symoro_elastic.vibration.linearization import Linearization, linearize, wit
 from symoro_elastic.vibration.modes import Modes, modes
 from symoro_elastic.vibration.responses import frequency_response
 from symoro_elastic.vibration.sensitivity import sensitivity
-from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations
+from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations, without_closed_form
 from tests.references.closed_chains import Chain, State, in_many_digits
 from tests.references.virtual_work import VirtualWork, small_motions
 
