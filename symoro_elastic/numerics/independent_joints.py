@@ -28,14 +28,6 @@ def with_independent_motors(machine: Machine) -> Machine:
     return with_independent(machine, machine.motors)
 
 
-def refuse_dependent_motors(machine: Machine) -> None:
-    """Raise `InputError` for motors on joints that follow from loops."""
-    following = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
-    if following:
-        what = "not offered where a motor is on a dependent joint: choose others (dependent = [...])"
-        raise machine.error(f"joint {', '.join(following)}", what)
-
-
 def with_independent(machine: Machine, wanted: Collection[int]) -> Machine:
     """Return the machine with joints, by number, independent in place of others, as far as loops leave them free.
 

@@ -12,10 +12,10 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
-from symoro_elastic.numerics.independent_joints import refuse_dependent_motors
 from symoro_elastic.simulation.motor_motion import Record, risen, wobble
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.shared_motors import refuse_dependent_motors
 
 SAMPLES = 1001
 SAME = 1e-9
