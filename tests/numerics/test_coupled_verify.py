@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -95,14 +96,14 @@ def test_a_wrong_coupling_is_found(quantity: str, monkeypatch: pytest.MonkeyPatc
 def test_another_branch_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = machine("four_bar")
     states = moderate_states(whole, 1)
-    right = plans._form
+    right = plans._with_form
 
     def mirrored(*given: Any) -> Any:
-        form, signs = right(*given)
-        return form, {j: -sign for j, sign in signs.items()}
+        plan = right(*given)
+        return replace(plan, signs={j: -sign for j, sign in plan.signs.items()})
 
     assert branch_error(Reference(whole, {}, (), solved=True), states.at(0)) == 0.0
-    monkeypatch.setattr(plans, "_form", mirrored)
+    monkeypatch.setattr(plans, "_with_form", mirrored)
     monkeypatch.setattr(plans, "_known", {})
     assert Bound(whole).loops[0].signs
     assert branch_error(Reference(whole, {}, (), solved=True), states.at(0)) == 1.0
