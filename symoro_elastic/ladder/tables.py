@@ -53,11 +53,12 @@ def advice(found: Ladder) -> str:
         )
     rung = found.rungs[found.chosen]
     assert rung.chosen is not None
-    step = quantity(_step(found, rung), "s")
     many = "this motion" if len(found.references) == 1 else f"these {len(found.references)} motions"
-    saved = f"{found.saving:.3g} times fewer operations than the whole machine with RK4"
-    steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {step}"
-    return f"{within} over {many}: {_described(found, rung)}; {steps}, {saved}"
+    what = f"{within} over {many}: {_described(found, rung)}"
+    if not rung.chosen.method:
+        return f"{what}; nothing is left to integrate, for motors follow exactly"
+    steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {quantity(_step(found, rung), 's')}"
+    return f"{what}; {steps}, {found.saving:.3g} times fewer operations than the whole machine with RK4"
 
 
 def _described(found: Ladder, rung: Rung) -> str:

@@ -74,6 +74,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--frequencies", "1:9:3"),
     ),
     "compare": (("--duration", "0.01"),),
+    "ladder": (("--scene", "motion.toml"),),
     "feed-forward": (("--duration", "0.1", "--rate", "50"),),
     "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
     "identify": (
@@ -83,6 +84,13 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not
 where it takes no machine."""
+MOTION = """
+[motion]
+duration = 0.1
+moves = [{ motor = "a", by = 0.1, in = 0.05 }]
+[wanted]
+tolerance = { "a.q" = 1e-3, "b.x" = 1e-3 }
+"""
 FEW = {"long_chain": ("show", "convert", "linearize")}
 """Commands that are called on a machine, where that is not every one."""
 TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")
@@ -109,6 +117,7 @@ def test_odd_machines_end_no_command_with_a_traceback(machine: str, command: str
     (tmp_path / "odd.toml").write_text(ODD[machine])
     rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
     (tmp_path / "data.csv").write_text("\n".join(["t,q_a,q_b,tau_a,tau_b", *rows]))
+    (tmp_path / "motion.toml").write_text(MOTION)
     for options in CALLS[command][: 1 if machine == "long_chain" else None]:
         refuse_leaks(ended(command, "odd.toml", *options))
 

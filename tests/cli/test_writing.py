@@ -23,6 +23,7 @@ from symoro_elastic.pictures import PICTURE_FORMATS
 from tests.command_line import EXAMPLES, refused, run
 
 TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"
+MOTION = EXAMPLES / "scenes" / "planar_2r_move.toml"
 LIMITS = ("--position", "-1:1", "--velocity", "1", "--acceleration", "5", "--evaluations", "1", "--periods", "1")
 WRITING = {
     "equations": (TWO_R, "--model", "inertia_matrix", "--out", "out.tex"),
@@ -34,6 +35,7 @@ WRITING = {
     "linearize": (TWO_R, "--out", "out.npz"),
     "modes": (TWO_AXIS, "--out", "out.mat"),
     "response": (TWO_AXIS, "--frequencies", "1:10:3", "--out", "out.csv"),
+    "ladder": (TWO_R, "--scene", MOTION, "--out", "out.toml"),
     "feed-forward": (TWO_R, "--duration", "0.1", "--rate", "50", "--out", "out.csv"),
 }
 """Arguments with which each command that writes one file writes it; `identify --save` needs measurements first."""
