@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 from symoro_elastic.equations.coordinates import Rows
@@ -93,7 +94,9 @@ def _branches(bound: Bound, task: Task) -> list[tuple[Branch, dict[int, Scalar]]
     S = rows_of_chain(bound, task.frame, task.path, task.rows)
     followed = variables_followed(bound, f.is_zero, S)
     chain = _chain(bound, f, task.path, S)
-    branches = [where_followed(f, chain, branch, followed.followers) for branch in task.solve(f, chain, _target(bound))]
+    on_circle = partial(cosine_sine, bound.graph)
+    solved = task.solve(f, chain, _target(bound))
+    branches = [where_followed(f, on_circle, chain, branch, followed.followers) for branch in solved]
     return [(branch, followed.values({x.joint: x.variable for x in branch.found})) for branch in branches]
 
 

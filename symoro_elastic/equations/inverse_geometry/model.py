@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.equations.coordinates import Rows, product
 from symoro_elastic.equations.inverse_geometry.decompositions import (
@@ -38,6 +38,7 @@ from symoro_elastic.equations.spatial import ZERO, Matrix, Scalar, Vector, cross
 
 MISSED = Fraction(1, 2**34)
 NOT_A_PLACEMENT = Fraction(1, 2**20)
+OnCircle: TypeAlias = Callable[[Scalar], tuple[Scalar, Scalar]]
 
 
 class Branch(NamedTuple):
@@ -167,13 +168,16 @@ def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vecto
     return Branch(_divided(branch.found, ok), branch.measure / ok)
 
 
-def where_followed(f: Functions, chain: Chain, branch: Branch, followers: Rows) -> Branch:
-    """A branch, without a value where a joint is not where others put it: x_j = row of `followers` times x."""
+def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Branch, followers: Rows) -> Branch:
+    """A branch, without a value where a joint is not where others put it: x_j = row of `followers` times x.
+
+    `on_circle` gives cosine and sine.
+    """
     x = {found.joint: found.variable for found in branch.found}
     for mover in chain.movers:
         if mover.joint in followers:
             away = x[mover.joint] - product(followers[mover.joint], x)
-            cosine, sine = f.cosine_sine(away) if mover.turns else (1, away)
+            cosine, sine = on_circle(away) if mover.turns else (1, away)
             branch = _only_close(f, branch, [1 - cosine, sine], ZERO, ZERO)
     return branch
 
