@@ -206,7 +206,6 @@ def _functions(bound: Bound) -> Functions:
     return Functions(
         lambda x: square_root(bound.graph, x),
         turn,
-        lambda x: cosine_sine(bound.graph, x),
         lambda x: sign(bound.graph, x),
         is_zero,
         lambda x: not isinstance(x, Expression) or x.level < Level.STATE,

@@ -41,7 +41,6 @@ class Functions:
 
     square_root: Callable[[Scalar], Scalar]
     turn: Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar, Scalar]]
-    cosine_sine: Callable[[Scalar], tuple[Scalar, Scalar]]
     sign: Callable[[Scalar], Scalar]
     is_zero: Callable[[Scalar], bool]
     is_fixed: Callable[[Scalar], bool]

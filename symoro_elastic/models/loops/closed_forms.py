@@ -16,7 +16,7 @@ from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_j
 from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.expression import Expression, Level
-from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, cosine_sine, square_root
+from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
@@ -91,7 +91,6 @@ def _functions(bound: Bound) -> Functions:
     return Functions(
         lambda x: square_root(bound.graph, x),
         turn,
-        lambda x: cosine_sine(bound.graph, x),
         lambda _: 1,
         is_zero,
         lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
