@@ -47,7 +47,9 @@ class StepCalls:
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
-        return not {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}.isdisjoint(self.offsets)
+        return not {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}.isdisjoint(
+            self.offsets
+        )
 
     def assemble(self) -> str:
         """Return the call that closes the loops, from the last position."""

@@ -83,7 +83,10 @@ class CSteps:
         one, prepared = self._declared(read, [self._p], written), self._declared(read, [self._p, *c], written)
         many = ["size_t count", *self._pointers(read, written)]
         arguments = [*(a.name for a in read), "h", "p", *(a.name for a in (*c, *written))]
-        heads = [with_arguments(f"void {name}", one), *([with_arguments(f"void {name}_prepared", prepared)] if c else [])]
+        heads = [
+            with_arguments(f"void {name}", one),
+            *([with_arguments(f"void {name}_prepared", prepared)] if c else []),
+        ]
         batch = with_arguments(f"void {name}_batch", ["size_t states", *self._pointers(read, written)])
         return StepText(
             method=method,
@@ -91,7 +94,9 @@ class CSteps:
             with_error=with_error,
             name=name,
             comment="\n * ".join(_comment(method, variant, with_error)),
-            working=with_arguments(f"static void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared),
+            working=with_arguments(
+                f"static void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared
+            ),
             call=with_arguments(f"    {name}_stages", arguments, ");").lstrip(),
             prototypes=(batch,) if self.many else tuple(heads),
             read=read,

@@ -184,13 +184,10 @@ class _System:
         bound = self.bound
         owners = bound.machine.owners
         K = {j: bound.spring(j)[0] for j in owners}
-        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + self._viscous(j) for j in owners}
-        coupled = {j: self._viscous(j) for j in bound.machine.articulated if j not in owners}
+        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + bound.friction_slope(j) for j in owners}
+        coupled = {j: bound.friction_slope(j) for j in bound.machine.articulated if j not in owners}
         if self.motors is Motors.SERVO:
             gains = [map(bound.graph.symbol, bound.arguments()[name]) for name in ("kp", "kd")]
             for j, kp, kd in zip(bound.motors, *gains, strict=True):
                 K[j], D[j] = K[j] + kp, D[j] + kd
         return _Diagonals(K, D, coupled)
-
-    def _viscous(self, j: int) -> Scalar:
-        return self.bound.cell(self.bound.machine.joint(j).friction.viscous)

@@ -40,6 +40,12 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
         raise machine.error("steps", what)
     if not machine.moving:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
+    jumping = [
+        joint.name for joint in machine.joints if joint.friction.creep.is_zero and not joint.friction.coulomb.is_zero
+    ]
+    if jumping:
+        what = "coulomb friction jumps at rest, where no step is small enough: give creep beside it, as 1e-4"
+        raise machine.error(f"friction, {', '.join(jumping)}", what)
     dependent = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
     if dependent and not {*steps}.isdisjoint(ROSENBROCK):
         what = "is not offered where the motor is on a joint that follows by loops or couplings: take w3"
