@@ -114,7 +114,7 @@ class _System:
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
-        self.g = bound.graph.symbol("g")
+        self.g = bound.graph.symbol(*bound.arguments()["g"])
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
         self.x = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
@@ -129,14 +129,13 @@ class _System:
         gK = {j: self.g * x for j, x in of.K.items()}
         S = {j: self.g * (of.D[j] + gK[j]) for j in gK}
         self._name(gK, S)
-        links = tuple(
-            replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in bound.mechanism.from_base()
-        )
+        unloaded = without_loads(bound.mechanism)
+        links = tuple(replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in unloaded.from_base())
         rules: list[Rule | None] = [None] * (len(links) + 1)
         for j in bound.machine.moving:
             torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
             rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
-        found = dynamics(replace(without_loads(bound.mechanism), links=links), [0] * len(rules), rules)
+        found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules)
         name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
         return {j: found.qdd[j] for j in bound.machine.moving}
 
