@@ -51,8 +51,8 @@ def traced(machine: Machine, scene: Scene) -> Traced:
 
 def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) -> Traced:
     """The programs of these models, and of those that the time steps of the scene call."""
-    names = {one.model.name for one in models if one.whole}
-    called = models_of_steps(restricted(machine, scene), scene.steps, folded(machine, scene), names)
+    whole = [one for one in models if one.whole]
+    called = models_of_steps(restricted(machine, scene), scene.steps, folded(machine, scene), whole)
     return Traced(machine, scene, [*models, *called])
 
 

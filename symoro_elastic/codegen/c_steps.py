@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.codegen.c_function import CFunction
-from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
+from symoro_elastic.codegen.c_function import Array, CFunction
+from symoro_elastic.codegen.c_lines import with_arguments
+from symoro_elastic.codegen.c_step_calls import StepCalls
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import Calls, Literals, MethodText, Variant, functions_of, method_text
+from symoro_elastic.codegen.time_steps import Literals, MethodText, Terms, Variant, method_text
 from symoro_elastic.integration.methods import METHODS
 
 LANES = 16
@@ -20,24 +21,24 @@ LANES = 16
 
 
 @dataclass(frozen=True)
-class StepFunction:
-    """A function for users in a header: its comment, its prototypes."""
+class StepText:
+    """A time step: comment and heads of its functions, the call of that which does the work, arrays by use."""
 
-    comment: str
-    prototypes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Run:
-    """A function that carries out many steps: arrays that are read, each with its length for a step, and written ones.
-
-    Arrays that are `kept` are the same for all steps.
-    """
-
+    method: MethodText
+    variant: Variant
+    with_error: bool
     name: str
-    read: dict[str, int]
-    kept: tuple[str, ...]
-    written: dict[str, int]
+    comment: str
+    working: str
+    call: str
+    prototypes: tuple[str, ...]
+    read: tuple[Array, ...]
+    written: tuple[Array, ...]
+
+    @property
+    def title(self) -> str:
+        """The method and the variant, as a sentence begins."""
+        return f"{self.method.title[:1].upper()}{self.method.title[1:]}{self.variant.words}."
 
 
 class CSteps:
@@ -48,176 +49,156 @@ class CSteps:
     ) -> None:
         self.package, self.precision, self.many = package, precision, many
         self.by_name = {function.function.name: function for function in functions}
-        literal = Literals(precision)
-        self.zero, self.half = literal.number(Fraction(0)), literal.number(Fraction(1, 2))
         made = [method_text(METHODS[name], package, precision) for name in package.steps]
         self.methods = [method for method in made if not (many and method.kind == "rosenbrock")]
-        names = {name: function.name for name, function in self.by_name.items()}
-        used = functions_of(self.methods)
-        constants = {name: len(f.constants) for name, f in self.by_name.items() if name in used}
-        self.call = Calls(names, constants, "count" if many else "")
         self.prefix = package.name + precision.suffix
         self.macro = self.prefix.upper()
+        self.call = StepCalls(package, self.prefix, self.by_name, self.methods, many)
+        self.steps = list(self._steps())
 
     def source(self) -> str:
         """Return the definitions; empty where no steps are asked for."""
         return render("c/steps.c.j2", **self._context()) if self.methods else ""
 
-    def header(self) -> list[StepFunction]:
-        """Return the functions for users."""
-        return [
-            StepFunction(self._comment(method, variant, with_error), self._prototypes(method, variant, with_error))
-            for method in self.methods
-            for variant in method.variants
-            for with_error in self._errors(method)
-        ]
-
     @property
     def constants(self) -> int:
         """How many numbers depend on parameters only."""
-        return self.call.total
+        return self.call.constants
 
     @property
     def nodes(self) -> dict[str, int]:
         """How many rows of torques a step takes, by method."""
         return {method.name: len(method.nodes) for method in self.methods}
 
+    def _steps(self) -> Iterator[StepText]:
+        for method in self.methods:
+            for variant in method.variants:
+                for with_error in (False, True) if method.error else (False,):
+                    yield self._step(method, variant, with_error)
+
+    def _step(self, method: MethodText, variant: Variant, with_error: bool) -> StepText:
+        name = f"{self.prefix}_step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
+        read, written = tuple(self._read(method, variant)), tuple(self._written(with_error))
+        c = [self._constants] if self.constants else []
+        one, prepared = self._declared(read, [self._p], written), self._declared(read, [self._p, *c], written)
+        many = ["size_t count", *self._pointers(read, written)]
+        arguments = [*(a.name for a in read), "h", "p", *(a.name for a in (*c, *written))]
+        heads = [
+            with_arguments(f"void {name}", one),
+            *([with_arguments(f"void {name}_prepared", prepared)] if c else []),
+        ]
+        batch = with_arguments(f"void {name}_batch", ["size_t states", *self._pointers(read, written)])
+        return StepText(
+            method=method,
+            variant=variant,
+            with_error=with_error,
+            name=name,
+            comment="\n * ".join(_comment(method, variant, with_error)),
+            working=with_arguments(
+                f"static void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared
+            ),
+            call=with_arguments(f"    {name}_stages", arguments, ");").lstrip(),
+            prototypes=(batch,) if self.many else tuple(heads),
+            read=read,
+            written=written,
+        )
+
+    def _declared(self, read: Sequence[Array], constant: Sequence[Array], written: Sequence[Array]) -> list[str]:
+        arrays = [*constant, *written]
+        return [*(a.declared() for a in read), f"{self.precision.state} h", *(a.declared() for a in arrays)]
+
+    def _pointers(self, read: Sequence[Array], written: Sequence[Array]) -> list[str]:
+        arrays = [self._p, *written]
+        return [*(a.pointer() for a in read), f"{self.precision.state} h", *(a.pointer() for a in arrays)]
+
+    def _read(self, method: MethodText, variant: Variant) -> Iterator[Array]:
+        """Rows for the nodes, gains, and the rate of the torques."""
+        state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
+        for name in variant.of_nodes:
+            size = f"{self.macro}_{method.name.upper()}_NODES*{motors}"
+            yield Array(state, name, size, len(method.nodes) * torques)
+        for name in (*variant.of_step, *(("taud",) if method.kind == "rosenbrock" else ())):
+            yield Array(state, name, motors, torques)
+
+    def _written(self, with_error: bool) -> Iterator[Array]:
+        """The state, and the difference from the embedded method."""
+        state, n = self.precision.state, len(self.package.axes)
+        yield from (Array(state, name, f"{self.macro}_JOINTS", n, True) for name in ("q", "qd"))
+        if self.package.takes_dependent:
+            yield Array(state, "q_dep", f"{self.macro}_DEPENDENT", len(self.package.dependent or ()), True)
+        if with_error:
+            yield Array(state, "error", f"2*{self.macro}_JOINTS", 2 * n, True)
+
+    @property
+    def _p(self) -> Array:
+        return Array(self.precision.state, "p", f"{self.macro}_PARAMETERS", len(self.package.parameters))
+
+    @property
+    def _constants(self) -> Array:
+        real = self.precision.type_of_real(self.package.name)
+        return Array(real, "c", f"{self.macro}_STEP_CONSTANTS", self.constants)
+
     def _context(self) -> dict[str, Any]:
-        package = self.package
-        used = list(dict.fromkeys(variant for method in self.methods for variant in method.variants))
-        factors = {v.suffix: self.by_name.get(f"implicit_factors{v.suffix}") for v in used}
+        package, literal = self.package, Literals(self.precision)
+        variants = list(dict.fromkeys(step.variant for step in self.steps))
+        factors = {v.suffix: self.by_name.get(f"implicit_factors{v.suffix}") for v in variants}
         return {
             "name": self.prefix,
             "macro": self.macro,
             "state": self.precision.state,
             "real": self.precision.type_of_real(package.name),
             "many": self.many,
+            "times": "*count" if self.many else "",
+            "lanes": f"*{self.macro}_LANES" if self.many else "",
+            "lanes_each": LANES,
             "n": len(package.axes),
             "motors": package.motors,
-            "torques": len(package.motor_names),
-            "motor_list": ", ".join(f"{k}U" for k in package.motors),
             "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
-            "methods": self.methods,
-            "used_variants": used,
+            "steps": self.steps,
+            "rates": [(variant, self._rate_head(variant)) for variant in variants],
             "sizes": {suffix: f.results[0].entries for suffix, f in factors.items() if f},
-            "zero": self.zero,
-            "half": self.half,
+            "zero": literal.number(Fraction(0)),
+            "half": literal.number(Fraction(1, 2)),
             "constants": self.constants,
             "preparing": self.call.preparing(),
             "call": self.call,
-            "step_head": self._core_head,
-            "public_head": self._public_head,
-            "call_step": self._call_of_core,
-            "name_of": self._name,
-            "arrays": self._arrays,
-            "read_lanes": self._read_lanes,
-            "written_lanes": self._written,
-            "batch_head": self.batch_head,
-            "lanes_each": LANES,
+            "sum": sum_of,
+            "last_row": self._last_row,
             "has_dense": any(method.kind == "rosenbrock" for method in self.methods),
         }
 
-    def runs(self) -> list[Run]:
-        """Return the functions that carry out many steps, for each method and way to give the motors."""
-        found = []
-        for method in self.methods:
-            for variant in method.variants:
-                name = self._name(method, variant, False)
-                found.append(Run(name, self._arrays(method, variant), variant.of_step, dict(self._written(False))))
-        return found
-
-    @staticmethod
-    def _errors(method: MethodText) -> list[bool]:
-        return [False, True] if method.error else [False]
-
-    def _name(self, method: MethodText, variant: Variant, with_error: bool) -> str:
-        return f"{self.prefix}_step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
-
-    def _arrays(self, method: MethodText, variant: Variant) -> dict[str, int]:
-        """Sizes of the arrays that are read: rows for the nodes, gains, and the rate of the torques."""
-        torques = len(self.package.motor_names)
-        found = {name: len(method.nodes) * torques for name in variant.of_nodes}
-        found |= dict.fromkeys(variant.of_step, torques)
-        return found | ({"taud": torques} if method.kind == "rosenbrock" else {})
-
-    def _read_lanes(self, method: MethodText, variant: Variant) -> list[tuple[str, int]]:
-        return [*self._arrays(method, variant).items(), *self._written(False)]
-
-    def _written(self, with_error: bool) -> list[tuple[str, int]]:
-        """Names and sizes of the arrays that are written."""
-        package, n = self.package, len(self.package.axes)
-        dependent = [("q_dep", len(package.dependent or ()))] if package.takes_dependent else []
-        return [("q", n), ("qd", n), *dependent, *([("error", 2 * n)] if with_error else [])]
-
-    def _declared(
-        self, method: MethodText, variant: Variant, with_error: bool, prepared: bool, sizes: bool
-    ) -> list[str]:
+    def _rate_head(self, variant: Variant) -> str:
+        """The head of the function that computes accelerations; motors on prescribed motions are put in their place."""
         state = self.precision.state
-        read = self._arrays(method, variant)
-        written = dict(self._written(with_error))
-        constant = {"c": self.constants} if prepared else {}
+        moved = [Array(state, name, "", 0, variant.right_side == "inverse_dynamics") for name in ("q", "qd")]
+        given = [Array(state, name, "", 0) for name in (*variant.of_nodes, *variant.of_step)]
+        dependent = [Array(state, "q_dep", "", 0), Array(state, "stage_dep", "", 0, True)]
+        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), self._p]
+        arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
+        count = ["size_t count"] if self.many else []
+        name = f"static void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
+        return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
-        def array(name: str, size: int, type_: str) -> str:
-            return f"{type_} {name}[{size if sizes and size else ''}]" if size else f"{type_} *{name}"
-
-        parameters = len(self.package.parameters)
-        return [
-            *(array(name, size, f"const {state}") for name, size in read.items()),
-            f"{state} h",
-            array("p", parameters, f"const {state}"),
-            *(
-                array(x, size, f"const {self.precision.type_of_real(self.package.name)}")
-                for x, size in constant.items()
-            ),
-            *(array(name, size, state) for name, size in written.items()),
-        ]
-
-    def _public_head(self, method: MethodText, variant: Variant, with_error: bool, prepared: bool) -> str:
-        name = self._name(method, variant, with_error) + ("_prepared" if prepared else "")
-        return with_arguments(f"void {name}", self._declared(method, variant, with_error, prepared, sizes=True))
-
-    def _core_head(self, method: MethodText, variant: Variant, with_error: bool) -> str:
-        states = ["size_t count"] if self.many else []
-        declared = self._declared(method, variant, with_error, bool(self.constants) and not self.many, sizes=False)
-        name = f"{self._name(method, variant, with_error)}_{'lanes' if self.many else 'stages'}"
-        return with_arguments(f"void {name}", [*states, *declared])
-
-    def _call_of_core(self, method: MethodText, variant: Variant, with_error: bool) -> str:
-        names = [*self._arrays(method, variant), "h", "p", *(["c"] if self.constants else []), "q", "qd"]
-        names += ["q_dep"] if self.package.takes_dependent else []
-        names += ["error"] if with_error else []
-        return with_arguments(f"{INDENT}{self._name(method, variant, with_error)}_stages", names, ");").lstrip()
-
-    def _prototypes(self, method: MethodText, variant: Variant, with_error: bool) -> tuple[str, ...]:
-        if self.many:
-            return (self.batch_head(method, variant, with_error),)
-        heads = [False, True] if self.constants else [False]
-        return tuple(self._public_head(method, variant, with_error, prepared) for prepared in heads)
-
-    def batch_head(self, method: MethodText, variant: Variant, with_error: bool) -> str:
-        """Return the head of the function for many states."""
-        declared = self._declared(method, variant, with_error, False, sizes=False)
-        pointers = [
-            text
-            if "[" not in text
-            else f"{text[: text.index('[')].rpartition(' ')[0]} *{text[: text.index('[')].rpartition(' ')[2]}"
-            for text in declared
-        ]
-        return with_arguments(f"void {self._name(method, variant, with_error)}_batch", ["size_t states", *pointers])
-
-    def _comment(self, method: MethodText, variant: Variant, with_error: bool) -> str:
-        lines = [f"One step h [s] of the {method.title}{variant.words}."]
-        rows = ", ".join(variant.of_nodes)
-        lines.append(f"{rows}: a row for each of the times {', '.join(method.times)}")
-        if method.kind == "rosenbrock":
-            lines.append("taud: derivative of the torques by time at t, that of kp r + kd rd with it")
-        lines.append("q, qd: the state, at t when called, at t + h then")
-        if with_error:
-            lines.append("-> error: difference of q, then of qd, from the embedded method")
-        return "\n * ".join(lines)
+    def _last_row(self, method: MethodText) -> str:
+        """The place of the row of the last node."""
+        offset = (len(method.nodes) - 1) * len(self.package.motor_names)
+        return f"{offset}U{'*count' if self.many else ''} + " if offset else ""
 
 
-def render_runs(package: Package, text: CSteps) -> dict[str, str]:
-    """Return the file of the functions that carry out many steps, in double precision."""
-    made = render("c/run.c.j2", name=package.name, macro=text.macro, constants=text.constants, runs=text.runs())
-    return {f"{package.name}_run.c": fitted(made)}
+def sum_of(terms: Terms, array: str) -> str:
+    """Return the sum of coefficients times the entries i of the stages."""
+    text = ""
+    for number, (x, stage) in enumerate(terms):
+        sign = "-" if x.startswith("-") else "+" if number else ""
+        text += f"{f' {sign} ' if number else sign}{x.removeprefix('-')}*{array}[{stage}][i]"
+    return text
+
+
+def _comment(method: MethodText, variant: Variant, with_error: bool) -> Iterator[str]:
+    yield f"One step h [s] of the {method.title}{variant.words}."
+    yield f"{', '.join(variant.of_nodes)}: a row for each of the times {', '.join(method.times)}"
+    if method.kind == "rosenbrock":
+        yield "taud: derivative of the torques by time at t, that of kp r + kd rd with it"
+    yield "q, qd: the state, at t when called, at t + h then"
+    if with_error:
+        yield "-> error: difference of q, then of qd, from the embedded method"

@@ -1,4 +1,4 @@
-"""Time steps as the templates of C are given them: methods, their coefficients as literals, calls of the models."""
+"""Time steps as templates are given them: methods, their coefficients as literals, ways to give the motors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.integration.methods import Method
@@ -35,13 +34,13 @@ class Variant:
 
 
 TORQUE = Variant("", ("tau",))
-SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under torques tau + kp (r - q) + kd (rd - qd)")
+SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage: number, node, time in steps; coefficients of the stages before, and of the rate of torques."""
+    """A stage: number, node, time in words; coefficients of the stages before, and of the rate of torques."""
 
     number: int
     node: int
@@ -68,9 +67,8 @@ class MethodText:
 
     @property
     def times(self) -> tuple[str, ...]:
-        """The times of the nodes in words: `t`, `t + 0.5 h`, `t + h`."""
-        numbers = [node.removesuffix("f") for node in self.nodes]
-        return tuple({"0.0": "t", "1.0": "t + h"}.get(x, f"t + {x} h") for x in numbers)
+        """The times of the nodes in words."""
+        return tuple(map(_in_words, self.nodes))
 
 
 def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
@@ -115,6 +113,12 @@ class Literals:
         return tuple((self.number(x), j) for j, x in enumerate(row) if x)
 
 
+def _in_words(node: str) -> str:
+    """A time after a part of a step: `t`, `t + 0.5 h`, `t + h`."""
+    number = node.removesuffix("f")
+    return {"0.0": "t", "1.0": "t + h"}.get(number, f"t + {number} h")
+
+
 def _kind(method: Method) -> str:
     kinds: Mapping[type, str] = {Tableau: "explicit", WMethod: "w", Rosenbrock: "rosenbrock", Midpoint: "midpoint"}
     return kinds[type(method)]
@@ -151,52 +155,6 @@ def _stages(method: Method, times: Coefficients, nodes: Sequence[Fraction], lite
         g, rates = method.c, [literal.number(x) if x else "" for x in method.gammas]
     rows = zip(times, a, g, rates, strict=True)
     return tuple(
-        Stage(k, nodes.index(time), literal.number(time), literal.terms(row), literal.terms(others), rate)
+        Stage(k, nodes.index(time), _in_words(literal.number(time)), literal.terms(row), literal.terms(others), rate)
         for k, (time, row, others, rate) in enumerate(rows)
     )
-
-
-class Calls:
-    """Calls of the functions that a step is made of, with their constants of parameters side by side in `c`."""
-
-    def __init__(self, names: Mapping[str, str], constants: Mapping[str, int], count: str = "") -> None:
-        """`names` are those in C, `constants` the numbers that depend on parameters only, both by function.
-
-        `count` is the number of states in calls of batches.
-        """
-        self.names, self.count = names, count
-        self.offsets: dict[str, int] = {}
-        self.total = 0
-        for function, size in constants.items():
-            if size:
-                self.offsets[function] = self.total
-                self.total += size
-
-    def __call__(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
-        """Return the call of a function, on one state or on many."""
-        prepared = function in self.offsets and not self.count
-        c = [self._place(function)] if prepared else []
-        suffix = "_batch" if self.count else "_prepared" if prepared else ""
-        states = [self.count] if self.count else []
-        head = f"{INDENT * depth}{self.names[function]}{suffix}"
-        return with_arguments(head, [*states, *inputs, "p", *c, *results], ");")
-
-    def preparing(self) -> list[str]:
-        """Return the calls that compute what depends on parameters only."""
-        return [f"{INDENT}{self.names[f]}_prepare(p, {self._place(f)});" for f in self.offsets]
-
-    def _place(self, function: str) -> str:
-        return f"c + {self.offsets[function]}U" if self.offsets[function] else "c"
-
-
-def functions_of(methods: Sequence[MethodText]) -> set[str]:
-    """Return the names of the models that steps call."""
-    found = {"assemble"}
-    for method in methods:
-        found |= {variant.right_side for variant in method.variants}
-        found |= {"linearization"} if method.kind == "rosenbrock" else set()
-        if method.kind in ("w", "midpoint"):
-            found |= {
-                f"implicit_{work}{variant.suffix}" for work in ("factors", "solve") for variant in method.variants
-            }
-    return found

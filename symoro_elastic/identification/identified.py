@@ -13,7 +13,7 @@ from symoro_elastic.identification.regression import RegressorColumn
 from symoro_elastic.identification.units import has_body
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Friction, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 
 Found = Mapping[tuple[int, str], float]
@@ -97,14 +97,13 @@ def _with(joint: Joint, j: int, found: Found) -> Joint:
         return Formula.parse(found[j, quantity]) if (j, quantity) in found else otherwise
 
     rotor = Formula.parse(found.get((j, "IA"), 0.0))
-    friction = Friction(cell("FV", joint.friction.viscous), cell("FS", joint.friction.coulomb))
+    law = joint.friction
+    friction = replace(law, viscous=cell("FV", law.viscous), coulomb=cell("FS", law.coulomb))
     if joint.kind is Kind.ELASTIC:
         if (j, "DA") in found:
             friction = replace(friction, viscous=Formula.parse(0))
-        law = joint.spring
-        joint = replace(
-            joint, spring=Spring(cell("K", law.stiffness), cell("DA", law.damping), _neutral(joint, j, found))
-        )
+        stiffness, damping = cell("K", joint.spring.stiffness), cell("DA", joint.spring.damping)
+        joint = replace(joint, spring=Spring(stiffness, damping, _neutral(joint, j, found)))
     return replace(joint, rotor_inertia=rotor, ratio=Formula.parse(0), friction=friction)
 
 

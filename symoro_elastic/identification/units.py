@@ -58,7 +58,10 @@ def machine_of_units(machine: Machine) -> Machine:
         if j not in machine.articulated:
             return bare
         cell = {name: Formula.parse(units[j, name]) for name in OF_JOINTS}
-        friction, spring = Friction(cell["FV"], cell["FS"]), Spring(cell["K"], cell["DA"], cell["KQ"])
+        friction, spring = (
+            Friction(cell["FV"], cell["FS"], joint.friction.creep),
+            Spring(cell["K"], cell["DA"], cell["KQ"]),
+        )
         elastic = joint.kind is Kind.ELASTIC
         return replace(bare, rotor_inertia=cell["IA"], friction=friction, spring=spring if elastic else joint.spring)
 

@@ -15,5 +15,6 @@ class Midpoint:
     iterations: int
 
 
-MIDPOINT = Midpoint("midpoint", "implicit midpoint rule, order 2, keeps the energy of linear vibrations", 2, 4)
-"""Hairer, Lubich and Wanner, Geometric Numerical Integration, section II.1.1, Gauss method of one stage."""
+MIDPOINT = Midpoint("midpoint", "implicit midpoint rule, order 2", 2, 4)
+"""Hairer, Lubich and Wanner, Geometric Numerical Integration, section II.1.1, Gauss method of one stage: it keeps the
+energy of linear vibrations."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
-from symoro_elastic.machine.columns import Cell, cells, columns
+from symoro_elastic.machine.columns import Cell, Dimension, cells, columns
 from symoro_elastic.machine.coupling_checks import cell_faults, row_faults, share_faults, share_warnings
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
@@ -211,6 +211,8 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             raise machine.error(place, str(error)) from None
         if value < 0 and cell.column.dimension.is_nonnegative:
             raise machine.error(place, f"{quoted(formula)} is negative: {value:g}")
+        if value == 0 and cell.column.dimension is Dimension.CREEP:
+            raise machine.error(place, f"{quoted(formula)} is 0: leave it out, then dry friction jumps at rest")
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:

@@ -37,6 +37,7 @@ class Dimension(Enum):
     POSITION = "joint position", "rad", "m"
     VISCOUS_FRICTION = "viscous friction", "N m s/rad", "N s/m"
     COULOMB_FRICTION = "Coulomb friction", "N m", "N"
+    CREEP = "creep velocity", "rad/s", "m/s"
     FORCE = "force", "N"
     MOMENT = "moment", "N m"
     VELOCITY = "velocity", "m/s"
@@ -56,7 +57,7 @@ class Dimension(Enum):
 
 NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
-    *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION),
+    *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP),
 )
 
 

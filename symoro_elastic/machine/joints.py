@@ -107,7 +107,10 @@ class Spring:
 
 @dataclass(frozen=True)
 class Friction:
-    """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd."""
+    """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd.
+
+    With a velocity `creep` dry friction has no jump: qd / sqrt(qd^2 + creep^2) stands for sign(qd).
+    """
 
     viscous: Formula = column(
         *(Dimension.VISCOUS_FRICTION, "friction", "FV"),
@@ -123,6 +126,14 @@ class Friction:
         symbol="Fs",
         meaning="dry friction, against the sense of motion; none at rest",
         example="1.5",
+    )
+    creep: Formula = column(
+        *(Dimension.CREEP, "friction", "creep"),
+        title="creep velocity",
+        symbol="vs",
+        meaning="velocity vs that makes dry friction smooth, Fs qd / sqrt(qd^2 + vs^2); under a torque tau below Fs "
+        "the joint then creeps by vs tau / sqrt(Fs^2 - tau^2); left out: Fs sign(qd)",
+        example="1e-4",
     )
 
 

@@ -185,6 +185,8 @@ def _moved(machine: Machine, j: int) -> list[int]:
 def _without_effect(joint: Joint) -> Iterator[str]:
     if joint.kind == Kind.FIXED and not (joint.rotor_inertia.is_zero and joint.friction.viscous.is_zero):
         yield "rotor inertia and friction of a fixed frame have no effect"
+    if joint.friction.coulomb.is_zero and not joint.friction.creep.is_zero:
+        yield "creep has no effect: the joint has no coulomb friction"
     if joint.kind == Kind.ELASTIC and not joint.rotor_inertia.is_zero:
         yield "rotor inertia on an elastic joint: kept, and counted in its inertia"
 

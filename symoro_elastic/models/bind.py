@@ -11,7 +11,7 @@ from symoro_elastic.equations.clusters import Cluster
 from symoro_elastic.equations.coordinates import image, product, projection
 from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, Rules
 from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
-from symoro_elastic.equations.joint_laws import elastic_torque, friction
+from symoro_elastic.equations.joint_laws import elastic_torque, friction, friction_slope, smooth_sign
 from symoro_elastic.equations.loops.planar import Closed
 from symoro_elastic.equations.mechanism import Link, Mechanism
 from symoro_elastic.equations.spatial import (
@@ -41,7 +41,7 @@ from symoro_elastic.models.rules import Motion
 from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, operand
-from symoro_elastic.symbolic.functions import Circle, cosine_sine, sign
+from symoro_elastic.symbolic.functions import Circle, cosine_sine, sign, square_root
 
 
 class Bound(Cells):
@@ -172,14 +172,29 @@ class Bound(Cells):
         return own[j] if j in own else product(self.coordinates.S[j], self.qd)
 
     def sign_of_velocity(self, j: int) -> Scalar:
-        """Sign of the rate of joint j."""
-        return sign(self.graph, self.rate(j))
+        """Sign of the rate of joint j, as its friction has it: smooth where it creeps."""
+        speed = self._speed(j)
+        return sign(self.graph, self.rate(j)) if speed is None else smooth_sign(self.rate(j), speed)
+
+    def _speed(self, j: int) -> Scalar | None:
+        """sqrt(qd^2 + creep^2) of a joint that creeps; None for others."""
+        creep = self.cell(self.machine.joint(j).friction.creep)
+        if self.machine.joint(j).friction.creep.is_zero:
+            return None
+        rate = self.rate(j)
+        return square_root(self.graph, rate * rate + creep * creep)
 
     def friction(self, j: int) -> Scalar:
         """Friction of joint j, opposing motion."""
         law = self.machine.joint(j).friction
         viscous, coulomb = self.cell(law.viscous), self.cell(law.coulomb)
         return friction(viscous, coulomb, self.rate(j), self.sign_of_velocity(j))
+
+    def friction_slope(self, j: int) -> Scalar:
+        """Derivative of friction by the rate of joint j; a sign counts as constant."""
+        law = self.machine.joint(j).friction
+        viscous, coulomb, speed = self.cell(law.viscous), self.cell(law.coulomb), self._speed(j)
+        return viscous if speed is None else friction_slope(viscous, coulomb, self.cell(law.creep), speed)
 
     def passive_torque(self, j: int) -> Scalar:
         """Torque of spring and damper on joint j [9]; zero for joints without."""

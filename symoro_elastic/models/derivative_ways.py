@@ -123,7 +123,7 @@ def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
     for j in bound.machine.moving:
         joint, (stiffness, _) = bound.machine.joint(j), bound.spring(j)
         by_q[j, j] = by_q[j, j] + stiffness
-        by_qd[j, j] = by_qd[j, j] + bound.cell(joint.friction.viscous) + bound.cell(joint.spring.damping)
+        by_qd[j, j] = by_qd[j, j] + bound.friction_slope(j) + bound.cell(joint.spring.damping)
     return by_q, by_qd, made.by_qdd
 
 

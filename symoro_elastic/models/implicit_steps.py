@@ -114,7 +114,7 @@ class _System:
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
-        self.g = bound.graph.symbol("g")
+        self.g = bound.graph.symbol(*bound.arguments()["g"])
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
         self.x = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
@@ -129,14 +129,13 @@ class _System:
         gK = {j: self.g * x for j, x in of.K.items()}
         S = {j: self.g * (of.D[j] + gK[j]) for j in gK}
         self._name(gK, S)
-        links = tuple(
-            replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in bound.mechanism.from_base()
-        )
+        unloaded = without_loads(bound.mechanism)
+        links = tuple(replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in unloaded.from_base())
         rules: list[Rule | None] = [None] * (len(links) + 1)
         for j in bound.machine.moving:
             torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
             rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
-        found = dynamics(replace(without_loads(bound.mechanism), links=links), [0] * len(rules), rules)
+        found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules)
         name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
         return {j: found.qdd[j] for j in bound.machine.moving}
 
@@ -184,13 +183,10 @@ class _System:
         bound = self.bound
         owners = bound.machine.owners
         K = {j: bound.spring(j)[0] for j in owners}
-        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + self._viscous(j) for j in owners}
-        coupled = {j: self._viscous(j) for j in bound.machine.articulated if j not in owners}
+        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + bound.friction_slope(j) for j in owners}
+        coupled = {j: bound.friction_slope(j) for j in bound.machine.articulated if j not in owners}
         if self.motors is Motors.SERVO:
             gains = [map(bound.graph.symbol, bound.arguments()[name]) for name in ("kp", "kd")]
             for j, kp, kd in zip(bound.motors, *gains, strict=True):
                 K[j], D[j] = K[j] + kp, D[j] + kd
         return _Diagonals(K, D, coupled)
-
-    def _viscous(self, j: int) -> Scalar:
-        return self.bound.cell(self.bound.machine.joint(j).friction.viscous)

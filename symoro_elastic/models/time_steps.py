@@ -1,8 +1,8 @@
-"""The models that generated time steps call."""
+"""The models that generated time steps call, and the machines that have time steps."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
@@ -13,24 +13,43 @@ EXPLICIT, ROSENBROCK = ("rk4",), ("rodas4",)
 
 
 def models_of_steps(
-    machine: Machine, steps: Sequence[str], folded: Sequence[str], at_hand: Collection[str]
+    machine: Machine, steps: Sequence[str], folded: Sequence[str], at_hand: Sequence[TracedModel]
 ) -> Iterator[TracedModel]:
     """Yield the models that steps of some methods call, without those `at_hand`; raises `InputError`."""
     if not steps:
         return
-    if machine.floating:
-        what = "time steps are not offered on a floating base, whose pose is no entry of q: leave them out"
-        raise machine.error("steps", what)
-    names = {"direct_dynamics": True, "linearization": not {*steps}.isdisjoint(ROSENBROCK)}
-    names["inverse_dynamics"] = Motors.DRIVEN in ways_to_give_motors(machine)
-    found = [trace(machine, name, folded=folded) for name, needed in names.items() if needed and name not in at_hand]
-    yield from found
-    takes_dependent = any("q_dep" in model.model.arguments for model in found)
-    if takes_dependent and "assemble" not in at_hand:
+    refuse_machines_without_steps(machine, steps)
+    needed = ["direct_dynamics"]
+    needed += ["inverse_dynamics"] if Motors.DRIVEN in ways_to_give_motors(machine) else []
+    needed += [] if {*steps}.isdisjoint(ROSENBROCK) else ["linearization"]
+    known = {one.model.name: one for one in at_hand}
+    new = [trace(machine, name, folded=folded) for name in needed if name not in known]
+    yield from new
+    takes_dependent = any("q_dep" in one.model.arguments for one in (*at_hand, *new))
+    if takes_dependent and "assemble" not in known:
         yield trace(machine, "assemble", folded=folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
         for motors in ways_to_give_motors(machine):
             yield from implicit_system(machine, motors, folded)
+
+
+def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
+    """Raise `InputError` where a machine has no time steps, or not those of some method."""
+    if machine.floating:
+        what = "time steps are not offered on a floating base, whose pose is no entry of q: leave them out"
+        raise machine.error("steps", what)
+    if not machine.moving:
+        raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
+    jumping = [
+        joint.name for joint in machine.joints if joint.friction.creep.is_zero and not joint.friction.coulomb.is_zero
+    ]
+    if jumping:
+        what = "coulomb friction jumps at rest, where no step is small enough: give creep beside it, as 1e-4"
+        raise machine.error(f"friction, {', '.join(jumping)}", what)
+    dependent = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
+    if dependent and not {*steps}.isdisjoint(ROSENBROCK):
+        what = "is not offered where the motor is on a joint that follows by loops or couplings: take w3"
+        raise machine.error(f"steps, {', '.join(dependent)}", f"{ROSENBROCK[0]} {what}")
 
 
 def ways_to_give_motors(machine: Machine) -> list[Motors]:

@@ -193,7 +193,8 @@ class _Course:
         return total / (2 * self.h)
 
     def _friction(self, joint: Joint, rate: Any) -> Any:
-        way = (rate > 0) - (rate < 0)
+        creep = self.point.cell(joint.friction.creep)
+        way = rate / (rate * rate + creep * creep) ** 0.5 if creep else (rate > 0) - (rate < 0)
         return self.point.cell(joint.friction.viscous) * rate + self.point.cell(joint.friction.coulomb) * way
 
 

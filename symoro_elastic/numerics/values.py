@@ -39,7 +39,7 @@ ORDER_ONE = _between(0.3, 1.5)
 ANGLE, LENGTH = _either_sign(0.3, 1.2), _either_sign(0.2, 1.0)  # rad, m
 ROTOR, STIFFNESS, DAMPING, NEUTRAL = _between(0.1, 1.0), _between(100, 1000), _between(0.1, 1.0), _between(-0.2, 0.2)
 FRICTION, FORCE, GRAVITY, MOTION = _between(0.1, 1.0), _either_sign(1, 10), _either_sign(5, 10), _either_sign(0.3, 2)
-MASS = _between(1.0, 5.0)  # kg
+MASS, CREEP = _between(1.0, 5.0), _between(0.05, 0.5)  # kg; rad/s, m/s
 
 
 def _one(rng: np.random.Generator) -> float:
@@ -55,6 +55,7 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.POSITION: NEUTRAL,
     Dimension.VISCOUS_FRICTION: FRICTION,
     Dimension.COULOMB_FRICTION: FRICTION,
+    Dimension.CREEP: CREEP,
     Dimension.FORCE: FORCE,
     Dimension.MOMENT: FORCE,
     Dimension.VELOCITY: MOTION,

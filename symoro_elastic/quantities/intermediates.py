@@ -45,7 +45,7 @@ ROWS = (
     Intermediate("P", "r", "P", "", r"@,\mathrm{r}", "r_{j}", (1,), same("m"), "whole shift along the axis of joint j"),
     Intermediate("P", "axis", "P", "", "@#", "{}^{0}P_{j}", (2,), same("m"), "origin of frame j, in frame 0"),
     Intermediate("A", "number", "A", "", "@,#", r"\mathbf{A}", (8,), INERTIA,
-                 "entry j, i of the inertia matrix", ("A", "qdd")),
+                 "entry j, i of the inertia matrix", ("A", "qdd", "factors", "z_v")),
     Intermediate("A", "rotation", "A", "", "@,#", "{}^{0}A_{j}", (2,), NUMBER, "orientation of frame j, in frame 0",
                  ("T", "V", "Vd", "J", "E", "h")),
     Intermediate("A", "base rotation", "A", "", "@,#", "", (), NUMBER, "orientation of the base in the world"),
@@ -172,6 +172,17 @@ ROWS = (
                  "acceleration of dependent variable j where no independent variable accelerates (L11)"),
     Intermediate("newton", "number", "x", "(#)", "@", "", (), POSITION,
                  "dependent variable j after step i of Newton's method (L18)"),
+    Intermediate("gh", "", "g", "", "", r"\gamma h", (), same("s"), "step times the coefficient gamma of the method"),
+    Intermediate("kpm", "", "k", r"\mathrm{p}", "@", "", (), FORCE / POSITION, "position gain of the servo of motor j"),
+    Intermediate("kdm", "", "k", r"\mathrm{d}", "@", "", (), FORCE / VELOCITY, "velocity gain of the servo of motor j"),
+    Intermediate("rhq", "", "r", "q", "@", "", (), VELOCITY,
+                 "right side of an implicit step for the position of joint j"),
+    Intermediate("rhv", "", "r", r"\dot{q}", "@", "", (), ACCELERATION,
+                 "right side of an implicit step for the velocity of joint j"),
+    Intermediate("gK", "", "gK", "", "@", "", (), FORCE / VELOCITY, "gamma h times the stiffness at joint j"),
+    Intermediate("Sg", "", "S", "", "@", r"g D_{j} + g^{2} K_{j}", (), MASS,
+                 "rotor inertia that stands for spring, damper and servo of joint j in an implicit step"),
+    Intermediate("handed", "", "F", "", "@", "", (), None, "number j that the factors of an implicit step hand on"),
 )
 # fmt: on
 FUNCTIONS = {"sin": r"\mathrm{S}", "cos": r"\mathrm{C}"}

@@ -14,7 +14,7 @@ OF_TIME_STEPS = (
         unit=same("s"),
         shape="1",
         roles=ARGUMENT,
-        entries=("g",),
+        entries=("gh0",),
     ),
     Quantity(
         name="kp",
@@ -23,7 +23,7 @@ OF_TIME_STEPS = (
         unit=Unit("N m/rad", "N/m"),
         shape="m",
         roles=ARGUMENT,
-        entries="kp@",
+        entries="kpm@",
     ),
     Quantity(
         name="kd",
@@ -32,7 +32,7 @@ OF_TIME_STEPS = (
         unit=Unit("N m s/rad", "N s/m"),
         shape="m",
         roles=ARGUMENT,
-        entries="kd@",
+        entries="kdm@",
     ),
     Quantity(
         name="factors",
@@ -49,7 +49,7 @@ OF_TIME_STEPS = (
         unit=VELOCITY,
         shape="n",
         roles=ARGUMENT,
-        entries="rq@",
+        entries="rhq@",
     ),
     Quantity(
         name="r_v",
@@ -58,7 +58,7 @@ OF_TIME_STEPS = (
         unit=ACCELERATION,
         shape="n",
         roles=ARGUMENT,
-        entries="rv@",
+        entries="rhv@",
     ),
     Quantity(name="z_q", meaning="solution, of positions", symbol="z_q", unit=VELOCITY, shape="n", roles=RESULT),
     Quantity(name="z_v", meaning="solution, of velocities", symbol="z_v", unit=ACCELERATION, shape="n", roles=RESULT),

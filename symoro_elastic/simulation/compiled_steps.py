@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c_steps import Run, render_runs
+from symoro_elastic.codegen.c_runs import Run, render_runs, runs
 from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
@@ -60,9 +60,9 @@ class CompiledSteps:
         self.machine = machine
         self.package = traced(machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=ALL)).package
         text = source_text(with_own_results(self.package), DOUBLE)
-        files = render_c(self.package) | render_runs(self.package, text.steps)
+        files = render_c(self.package) | render_runs(self.package.name, text.steps)
         library = load_library(compile_library(files, folder, flags=FLAGS))
-        self._runs = {run.name: run for run in text.steps.runs()}
+        self._runs = {run.name: run for run in runs(text.steps)}
         self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:

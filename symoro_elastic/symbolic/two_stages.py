@@ -50,7 +50,7 @@ def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
         if node.operation == SYMBOL:
             names.append(str(node.operands[0]))
         else:
-            names.append(label.name if label and not negative else f"handed_{number}")
+            names.append(label.name if label and not negative else f"handed{number}")
     return names
 
 

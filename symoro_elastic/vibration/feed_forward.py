@@ -233,8 +233,9 @@ def notes(command: FeedForward) -> list[str]:
 
 
 def _with_dry_friction(machine: Machine) -> list[str]:
-    """Return the motors that have dry friction."""
-    return [joint.name for joint in machine.motor_joints if not joint.friction.coulomb.is_zero]
+    """Return the motors that have dry friction that jumps."""
+    laws = ((joint.name, joint.friction) for joint in machine.motor_joints)
+    return [name for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
 
 
 def figures(command: FeedForward) -> dict[str, Any]:

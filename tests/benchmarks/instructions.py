@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from collections.abc import Mapping
 
 from tests.benchmarks.contest import compiled
 from tests.benchmarks.ours import Code
@@ -47,8 +48,13 @@ def per_call(code: Code, compiler: str) -> float:
     return (_instructions(str(program), 1 + CALLS) - _instructions(str(program), 1)) / CALLS
 
 
-def _instructions(program: str, calls: int) -> int:
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, str(calls)]
+def counted(files: Mapping[str, str], compiler: str, word: str) -> int:
+    """Instructions of a program that is given one word."""
+    return _instructions(str(compiled([compiler, *FLAGS], dict(files), ["-lm"], product="main")), word)
+
+
+def _instructions(program: str, word: int | str) -> int:
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, str(word)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     found = re.search(r"Collected : (\d+)", done.stderr)
     assert found, done.stderr

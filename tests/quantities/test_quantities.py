@@ -21,8 +21,10 @@ from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
+from symoro_elastic.models.implicit_steps import implicit_system
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites
+from symoro_elastic.models.time_steps import ways_to_give_motors
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.packaging import reserved_words
 from symoro_elastic.pipeline import programs
@@ -167,6 +169,9 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
                 yield machine, trace(machine, name)
             except (InputError, SingularPivot):
                 continue
+        if machine.moving and not machine.floating and len(machine.moving) < 8:
+            for motors in ways_to_give_motors(machine):
+                yield from ((machine, one) for one in implicit_system(machine, motors))
 
 
 @cache
@@ -222,7 +227,7 @@ def test_intermediate_rows_have_symbol_and_meaning() -> None:
     assert len(set(keys)) == len(keys)
     for row in INTERMEDIATES:
         assert row.symbol() and row.meaning and row.role is Role.INTERMEDIATE
-        assert row.unit or row.name in ("y", "Y", "root", "W")
+        assert row.unit or row.name in ("y", "Y", "root", "W", "handed")
 
 
 def test_names_of_a_linearization_have_symbols() -> None:

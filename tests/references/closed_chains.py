@@ -166,7 +166,7 @@ class Chain:
         """Coulomb and viscous friction of the joints that own a variable, against its rate."""
         rows = self.numbers(at).joints
         pairs = zip((rows[j - 1] for j in self.machine.owners), rates, strict=True)
-        return np.array([-row.coulomb * mpmath.sign(xd) - row.viscous * xd for row, xd in pairs], dtype=object)
+        return np.array([-row.friction(xd) for row, xd in pairs], dtype=object)
 
     def spread_motors(self, tau: Sequence[Any]) -> Array:
         """Torques of the motors among the forces on own variables."""

@@ -306,7 +306,7 @@ def _generalized_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers, qdd: N
     rates, accelerations = [_number(x) for x in qd], [_number(x) for x in qdd or [0] * len(qd)]
     forces = np.array(
         [
-            joint.coulomb * mpmath.sign(rate) + joint.viscous * rate + joint.rotor_inertia * acceleration
+            joint.friction(rate) + joint.rotor_inertia * acceleration
             for joint, rate, acceleration in zip(rows, rates, accelerations, strict=True)
         ],
         dtype=object,

@@ -59,10 +59,16 @@ class JointNumbers:
     neutral: Any
     viscous: Any
     coulomb: Any
+    creep: Any
     rotor_inertia: Any
     body: BodyNumbers
     force: Array
     moment: Array
+
+    def friction(self, rate: Any) -> Any:
+        """Friction against a rate: viscous, and dry that jumps or, with a creep velocity, does not."""
+        sense = rate / (rate * rate + self.creep * self.creep) ** 0.5 if self.creep else (rate > 0) - (rate < 0)
+        return self.viscous * rate + self.coulomb * sense
 
 
 @dataclass(frozen=True)
@@ -133,12 +139,12 @@ def numbers_of(
 def _joint(joint: Joint, number: Scalar, vector: Vector) -> JointNumbers:
     spring, friction = joint.spring, joint.friction
     geometry = (joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r)
-    law = (spring.stiffness, spring.damping, spring.neutral, friction.viscous, friction.coulomb, joint.rotor_inertia)
+    law = (spring.stiffness, spring.damping, spring.neutral, friction.viscous, friction.coulomb, friction.creep)
     return JointNumbers(
         joint.antecedent,
         joint.kind,
         joint.sigma,
-        *[*map(number, (*geometry, *law)), _body(joint.body, number, vector)],
+        *[*map(number, (*geometry, *law, joint.rotor_inertia)), _body(joint.body, number, vector)],
         *map(vector, (joint.wrench.force, joint.wrench.moment)),
     )
 

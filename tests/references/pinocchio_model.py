@@ -168,7 +168,7 @@ def _joint_forces(built: _Built, q: Array, qd: Array) -> Array:
 
 def _friction(built: _Built, qd: Array) -> Array:
     rows = [built.numbers.joints[j] for j in built.numbers.moving]
-    return np.array([row.coulomb * np.sign(rate) + row.viscous * rate for row, rate in zip(rows, qd, strict=True)])
+    return np.array([row.friction(rate) for row, rate in zip(rows, qd, strict=True)])
 
 
 def _external_forces(built: _Built) -> Any:

@@ -127,8 +127,7 @@ class VirtualWork:
         inertial = row.rotor_inertia * 2 * coefficient(value, 2)
         if row.kind != "coupled":
             return inertial
-        rate = coefficient(value, 1)
-        return inertial + row.viscous * rate + row.coulomb * ((rate > 0) - (rate < 0))
+        return inertial + row.friction(coefficient(value, 1))
 
     # Results
 

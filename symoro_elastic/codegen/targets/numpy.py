@@ -11,13 +11,12 @@ from typing import Any
 from symoro_elastic.codegen.body import PYTHON, Writer
 from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.local_names import with_local_names
+from symoro_elastic.codegen.numpy_steps import numpy_methods
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import words
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
-from symoro_elastic.codegen.time_steps import Terms, method_text
-from symoro_elastic.integration.methods import METHODS, Method
 from symoro_elastic.quantities import QUANTITIES
 
 KEYWORDS = words(
@@ -44,12 +43,10 @@ def render_numpy(package: Package) -> Files:
     """`__init__.py`, `_runtime.py` that carries programs out, and a module of straight-line code for each model."""
     package = with_local_names(package, OWN)
     functions = [_python_function(package, function) for function in package.functions]
-    steps = [_step(METHODS[name], package) for name in package.steps]
+    methods = numpy_methods(package)
     context = shared(package) | {
         "functions": functions,
-        "steps": steps,
-        "takes_dependent": package.takes_dependent,
-        "torques": len(package.motor_names),
+        "steps": [step for method in methods for step in method.steps],
         "parameters": [
             {"name": p.name, "python_value": Literal("np.nan" if math.isnan(p.value) else repr(p.value))}
             for p in package.parameters
@@ -59,40 +56,12 @@ def render_numpy(package: Package) -> Files:
         "__init__.py": render("numpy/__init__.py.j2", **context),
         "_runtime.py": render("numpy/runtime.py.j2", matrices=json.dumps(_matrices())),
     }
-    if steps:
-        kinds = {step["kind"] for step in steps}
-        files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=steps, kinds=kinds)
+    if methods:
+        kinds = {method.text.kind for method in methods}
+        files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=methods, kinds=kinds)
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files
-
-
-def _step(method: Method, package: Package) -> dict[str, Any]:
-    """The context of a method of time steps."""
-    text = method_text(method, package, DOUBLE)
-    times, nodes = [stage.node for stage in text.stages], len(text.stages)
-    tables: dict[str, Any] = {"stages": times, "a": [_row(stage.a, nodes) for stage in text.stages]}
-    if text.kind == "w":
-        tables |= {"g": [_row(stage.g, nodes) for stage in text.stages], "gamma": float(text.gamma)}
-    elif text.kind == "rosenbrock":
-        tables |= {"c": [_row(stage.g, nodes) for stage in text.stages], "gamma": float(text.gamma)}
-        tables |= {"gammas": [float(stage.of_rate or 0) for stage in text.stages]}
-    elif text.kind == "midpoint":
-        tables = {"iterations": text.iterations}
-    tables |= {} if text.kind == "midpoint" else {"b": _row(text.b, nodes), "error": _row(text.error, nodes)}
-    return vars(text) | {
-        "title": method.title,
-        "times": text.times,
-        "nodes": tuple(map(float, text.nodes)),
-        "tables": tables,
-        "has_error": bool(text.error),
-    }
-
-
-def _row(terms: Terms, stages: int) -> list[float]:
-    """Coefficients of all stages; empty where there are none."""
-    found = {j: float(x) for x, j in terms}
-    return [found.get(j, 0.0) for j in range(stages)] if terms else []
 
 
 def _matrices() -> dict[str, int]:

@@ -122,7 +122,7 @@ KEYS = (
         "{b1, pin, b2, pin_end}",
         "the order of the rows",
     ),
-    *_cells(Place.EXTENSION, "damping neutral ratio sharing", "{0, @2, 0}"),
+    *_cells(Place.EXTENSION, "damping neutral ratio sharing creep", "{0, @2, 0}"),
     ParKey(
         *("central", Place.EXTENSION, "bodies given about the centre of mass: x y z XX XY XZ YY YZ ZZ by joint"),
         "{elbow = {0.1, 0, 0, XX2, 0, 0, YY2, 0, ZZ2}}",

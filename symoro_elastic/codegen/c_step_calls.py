@@ -1,0 +1,105 @@
+"""Calls in time steps in C: of the models, and of the functions that steps are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from symoro_elastic.codegen.c_function import CFunction
+from symoro_elastic.codegen.c_lines import INDENT, with_arguments
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.time_steps import MethodText, Variant
+
+
+class StepCalls:
+    """Lines of calls on one state or, with `many`, on `count` states side by side.
+
+    On one state what depends on parameters only is computed before, for all functions side by side in `c`.
+    """
+
+    def __init__(
+        self,
+        package: Package,
+        prefix: str,
+        functions: Mapping[str, CFunction],
+        methods: Sequence[MethodText],
+        many: bool,
+    ) -> None:
+        """`functions` are the models by name, `methods` those whose steps are written."""
+        self.package, self.prefix, self.functions, self.many = package, prefix, functions, many
+        self.offsets: dict[str, int] = {}
+        self.constants = 0
+        for name in functions_of(methods):
+            size = len(functions[name].constants) if name in functions and not many else 0
+            if size:
+                self.offsets[name] = self.constants
+                self.constants += size
+
+    def preparing(self) -> list[str]:
+        """Return the calls that compute what depends on parameters only."""
+        return [f"{INDENT}{self.functions[f].name}_prepare(p, {self._place(f)});" for f in self.offsets]
+
+    def accelerations(self, variant: Variant) -> str:
+        """Return the call of the right side for the accelerations `qdd`."""
+        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
+        if variant.right_side == "inverse_dynamics":
+            return self._model("inverse_dynamics", [*position, "qd", "ydd"], ["tau", "qdd"])
+        return self._model("direct_dynamics", [*position, "qd", "torque" if variant.of_step else "tau"], ["qdd"])
+
+    def prepares_rate(self, variant: Variant) -> bool:
+        """Return whether something that the accelerations need depends on parameters only."""
+        return not {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}.isdisjoint(
+            self.offsets
+        )
+
+    def assemble(self) -> str:
+        """Return the call that closes the loops, from the last position."""
+        return self._model("assemble", ["q", "q_dep"], ["stage_dep", "residual"])
+
+    def linearization(self) -> str:
+        """Return the call of the linear model at the start of a step."""
+        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
+        return self._model("linearization", [*position, "qd", "qdd"], ["M", "D", "K"])
+
+    def factors(self, variant: Variant) -> str:
+        """Return the call that factors the system of an implicit step."""
+        position = ["q", "q_dep"] if self.package.takes_dependent else ["q"]
+        return self._model(f"implicit_factors{variant.suffix}", [*position, "qd", "g", *variant.of_step], ["factors"])
+
+    def solve(self, variant: Variant, z_q: str, z_v: str, depth: int = 1) -> str:
+        """Return the call that solves it, for the right side `v_s`, `qdd`."""
+        return self._model(f"implicit_solve{variant.suffix}", ["factors", "v_s", "qdd"], [z_q, z_v], depth)
+
+    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1) -> str:
+        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`."""
+        offset = node * len(self.package.motor_names)
+        place = f" + {offset}U{'*count' if self.many else ''}" if offset else ""
+        rows = [row + place for row in variant.of_nodes]
+        dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
+        arrays = ["q_s", "v_s", *rows, *variant.of_step, *dependent, "p", *(["c"] if self.constants else []), qdd]
+        head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
+        return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
+
+    @property
+    def _count(self) -> list[str]:
+        return ["count"] if self.many else []
+
+    def _model(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
+        prepared = function in self.offsets
+        suffix = "_batch" if self.many else "_prepared" if prepared else ""
+        head = f"{INDENT * depth}{self.functions[function].name}{suffix}"
+        c = [self._place(function)] if prepared else []
+        return with_arguments(head, [*self._count, *inputs, "p", *c, *results], ");")
+
+    def _place(self, function: str) -> str:
+        return f"c + {self.offsets[function]}U" if self.offsets[function] else "c"
+
+
+def functions_of(methods: Sequence[MethodText]) -> list[str]:
+    """Return the names of the models that steps call."""
+    found = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
+    if any(method.kind == "rosenbrock" for method in methods):
+        found["linearization"] = None
+    implicit = [method for method in methods if method.kind in ("w", "midpoint")]
+    for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
+        found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
+    return [*found, "assemble"]

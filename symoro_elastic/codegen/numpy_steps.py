@@ -1,0 +1,123 @@
+"""Time steps in Python: what the templates of the target numpy are given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_lines import with_arguments
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.time_steps import MethodText, Terms, Variant, method_text
+from symoro_elastic.integration.methods import METHODS
+
+
+@dataclass(frozen=True)
+class NumpyStep:
+    """A function that takes a step: its method and variant, head, docstring, and calls in its body."""
+
+    method: MethodText
+    variant: Variant
+    with_error: bool
+    head: str
+    described: tuple[str, ...]
+    arrays: str
+    takes_dependent: bool
+    needs: str
+
+    @property
+    def position(self) -> str:
+        """The arguments for the position at the start of the step."""
+        return "q, q_dep" if self.takes_dependent else "q"
+
+    @property
+    def stage_position(self) -> str:
+        """The arguments for the position of a stage."""
+        return "q, dependent" if self.takes_dependent else "q"
+
+    @property
+    def gains(self) -> str:
+        """The gains as further arguments."""
+        return "".join(f", {name}" for name in self.variant.of_step)
+
+
+@dataclass(frozen=True)
+class NumpyMethod:
+    """A method: its text, its coefficients by name as source, the functions that take its steps."""
+
+    text: MethodText
+    tables: dict[str, str]
+    steps: tuple[NumpyStep, ...]
+
+
+def numpy_methods(package: Package) -> list[NumpyMethod]:
+    """Return the methods of the time steps of a package."""
+    texts = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
+    return [NumpyMethod(text, _tables(text), tuple(_steps(text, package))) for text in texts]
+
+
+def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
+    for variant in method.variants:
+        for with_error in (False, True) if method.error else (False,):
+            yield _step(method, variant, with_error, package)
+
+
+def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
+    of_rate = ("taud",) if method.kind == "rosenbrock" else ()
+    arrays = [*variant.of_nodes, *variant.of_step, *of_rate]
+    dependent = ["q_dep"] if package.takes_dependent else []
+    name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
+    return NumpyStep(
+        method=method,
+        variant=variant,
+        with_error=with_error,
+        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, "p=DEFAULTS"], "):"),
+        described=tuple(_described(method, variant, with_error, package)),
+        arrays=", ".join(["h", "q", "qd", *arrays]),
+        takes_dependent=package.takes_dependent,
+        needs=NEEDS[method.kind],
+    )
+
+
+NEEDS = {
+    "explicit": "rate",
+    "w": "rate, factors, solve",
+    "midpoint": "rate, factors, solve",
+    "rosenbrock": "rate, linear, _steps.on_motors(taud, MOTORS, len(JOINTS))",
+}
+"""The functions that a step of each kind of method calls."""
+
+
+def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
+    motors = len(package.motor_names)
+    rows = ", ".join(variant.of_nodes)
+    yield f"{rows} (..., {len(method.nodes)}, {motors}): a row for each of the times {', '.join(method.times)}."
+    if variant.of_step:
+        yield f"kp, kd ({motors}): gains of the servos."
+    if method.kind == "rosenbrock":
+        yield f"taud ({motors}): derivative by time of the torques at t, that of kp r + kd rd with it."
+    dependent = ", q_dep" if package.takes_dependent else ""
+    error = "; difference of q, then of qd, from the embedded method" if with_error else ""
+    yield f"-> q, qd{dependent} at t + h{error}"
+
+
+def _tables(method: MethodText) -> dict[str, str]:
+    """Nodes of the stages, coefficients by stage, weights."""
+    if method.kind == "midpoint":
+        return {"iterations": str(method.iterations)}
+    tables = {"stages": str([stage.node for stage in method.stages]), "a": _rows([s.a for s in method.stages])}
+    if method.kind != "explicit":
+        tables |= {"gamma": method.gamma, "c": _rows([stage.g for stage in method.stages])}
+    if method.kind == "rosenbrock":
+        tables["gammas"] = str([float(stage.of_rate or 0) for stage in method.stages])
+    return tables | {"b": _row(method.b), "error": _row(method.error)}
+
+
+def _rows(terms: Sequence[Terms]) -> str:
+    return "\n        ".join(["[", *(f"{_row(one)}," for one in terms)]) + "\n    ]"
+
+
+def _row(terms: Terms) -> str:
+    """Coefficients up to the last that is not zero."""
+    found = {j: x for x, j in terms}
+    return f"[{', '.join(found.get(j, '0.0') for j in range(max(found, default=-1) + 1))}]"

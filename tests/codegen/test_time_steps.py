@@ -1,0 +1,263 @@
+"""Generated time steps: C against numpy, batches against single calls, precisions, warnings, and no branch on data."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.c_steps import CSteps, StepText
+from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
+from symoro_elastic.codegen.targets.c import render_c, source_text
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.traced import traced
+from tests.benchmarks.instructions import available, counted
+from tests.closed_chains.machines import machine as of_loops
+from tests.closed_chains.machines import situations
+from tests.generated_code import COMPILERS
+from tests.models.test_creep import creeping
+from tests.references.random_machines import planar_2r, random_machine
+
+STRICT = ("-O0", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+STATES, H = 19, 1e-4
+"""More states than a batch takes side by side, and no multiple of it."""
+CASES = {
+    "random": STEPS,
+    "planar": ("w3",),
+    "ring": ("w2",),
+    "delta": ("w2", "rk4"),
+    "ball_screw": ("w2",),
+}
+
+pytestmark = pytest.mark.skipif(not COMPILERS, reason="no C compiler")
+
+
+def machine(name: str) -> Machine:
+    if name == "random":
+        kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE)
+        return creeping(random_machine(3, joints=4, kinds=kinds, symbolic=True, massless=0))
+    if name == "planar":
+        return planar_2r(elastic=[2])
+    return creeping(of_loops(name))
+
+
+@dataclass(frozen=True)
+class Generated:
+    """Steps of a machine in numpy and in C, and the states they are taken from."""
+
+    package: Package
+    module: ModuleType
+    library: ctypes.CDLL
+    steps: tuple[StepText, ...]
+    state: dict[str, Array]
+
+
+@cache
+def generated(name: str) -> Generated:
+    package = traced(machine(name), Scene(models=("direct_dynamics",), steps=CASES[name])).package
+    with TemporaryDirectory() as folder:
+        library = ctypes.CDLL(str(compile_library(render_c_batch(package), Path(folder) / "c", flags=STRICT)))
+        module = import_package(render_numpy(package), Path(folder) / "numpy")
+    steps = tuple(source_text(with_own_results(package), DOUBLE).steps.steps)
+    return Generated(package, module, library, steps, state_of(name, package, module))
+
+
+def state_of(name: str, package: Package, module: ModuleType) -> dict[str, Array]:
+    """q, qd and, where loops are assembled, q_dep of some states."""
+    rng, n = np.random.default_rng(1), len(package.axes)
+    if package.dependent is None:
+        return {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
+    first = situations(name)[0].state
+    q = np.array(first.u) + 1e-3 * rng.normal(size=(STATES, n))
+    if not package.takes_dependent:
+        return {"q": q, "qd": rng.normal(size=(STATES, n))}
+    variables = {row.name: str(row.variable) for row in machine(name).joints}
+    guess = np.array([float(first.guess[variables[axis.name]]) for axis in package.dependent or ()])
+    return {"q": q, "qd": rng.normal(size=(STATES, n)), "q_dep": module.assemble(q, np.tile(guess, (STATES, 1)))[0]}
+
+
+def parameters(package: Package) -> Array:
+    return np.array([*(p.value for p in package.parameters), 0.0])
+
+
+def given(step: StepText, package: Package, q: Array) -> dict[str, Array]:
+    """What a step is given of the motors, (states, entries)."""
+    rng = np.random.default_rng(2)
+    found = {array.name: rng.normal(size=(STATES, array.entries)) for array in step.read}
+    if "y" in found:
+        found["y"] = np.tile(q[:, list(package.motors)], (1, len(step.method.nodes))) + 1e-3 * found["y"]
+    return {name: 100 * abs(x) if name in ("kp", "kd") else x for name, x in found.items()}
+
+
+def pointers(arrays: Any) -> list[ctypes.c_void_p]:
+    return [array.ctypes.data_as(ctypes.c_void_p) for array in arrays]
+
+
+def by_c(of: Generated, step: StepText) -> list[Array]:
+    """Results of calls, one for each state."""
+    p, read = parameters(of.package), given(step, of.package, of.state["q"])
+    written = [of.state[a.name].copy() if a.name in of.state else np.zeros((STATES, a.entries)) for a in step.written]
+    for s in range(STATES):
+        arguments = pointers(np.ascontiguousarray(x[s]) for x in read.values())
+        rows = pointers(x[s] for x in written)
+        getattr(of.library, step.name)(*arguments, ctypes.c_double(H), *pointers([p]), *rows)
+    return written
+
+
+def by_batch(of: Generated, step: StepText) -> list[Array]:
+    """Results of one call for all states."""
+    read = given(step, of.package, of.state["q"])
+    written = [of.state.get(a.name, np.zeros((STATES, a.entries))).T.copy() for a in step.written]
+    columns = [np.ascontiguousarray(x.T) for x in read.values()]
+    tail = [ctypes.c_double(H), *pointers([parameters(of.package)]), *pointers(written)]
+    getattr(of.library, f"{step.name}_batch")(ctypes.c_size_t(STATES), *pointers(columns), *tail)
+    return [x.T for x in written]
+
+
+def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
+    """Results for all states at once."""
+    motors = len(of.package.motor_names)
+    read = given(step, of.package, of.state["q"])
+    rows = [x.reshape(STATES, -1, motors) if name in step.variant.of_nodes else x for name, x in read.items()]
+    function = getattr(of.module, step.name.removeprefix(f"{of.package.name}_"))
+    found: tuple[Array, ...] = function(*rows, H, *of.state.values(), parameters(of.package)[:-1])
+    return found
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
+    """Every method, servo, prescribed motion and error: rounding apart, which dense systems of rodas4 magnify."""
+    of = generated(name)
+    assert {step.method.name for step in of.steps} == {*CASES[name]}
+    for step in of.steps:
+        one, many = by_c(of, step), by_numpy(of, step)
+        rounding = 1e-10 if step.method.kind == "rosenbrock" else 1e-12
+        for array, ours, other in zip(step.written, one, many, strict=True):
+            assert np.abs(ours).max() > 0, step.name
+            np.testing.assert_allclose(ours, other, rtol=0, atol=rounding * np.abs(ours).max(), err_msg=step.name)
+            moved = array.name == "error" or np.abs(ours - of.state[array.name]).max() > 1e-7
+            assert moved, (step.name, array.name)
+        if step.method.kind != "rosenbrock":
+            for ours, other in zip(one, by_batch(of, step), strict=True):
+                np.testing.assert_array_equal(ours, other, err_msg=step.name)
+
+
+def test_the_same_in_two_calls() -> None:
+    """`prepare`, then `_prepared`: what depends on parameters only is computed once."""
+    of = generated("random")
+    step = next(step for step in of.steps if step.name.endswith("w3"))
+    p, read, n = parameters(of.package), given(step, of.package, of.state["q"]), len(of.package.axes)
+    q, qd, c = of.state["q"][0].copy(), of.state["qd"][0].copy(), np.empty(1000)
+    of.library[f"{of.package.name}_step_prepare"](*pointers([p, c]))
+    rows = pointers(np.ascontiguousarray(x[0]) for x in read.values())
+    of.library[f"{step.name}_prepared"](*rows, ctypes.c_double(H), *pointers([p, c, q, qd]))
+    wanted = by_c(of, step)
+    np.testing.assert_array_equal([*q, *qd], [*wanted[0][0], *wanted[1][0]])
+    assert n == len(q)
+
+
+@pytest.mark.parametrize("precision", [p for p in PRECISIONS.values() if p is not DOUBLE], ids=lambda p: p.name)
+def test_other_precisions(precision: Precision, tmp_path: Path) -> None:
+    """A step of w3 in single, mixed and double-double is that in double, to the digits that its state has."""
+    of = generated("planar")
+    library = ctypes.CDLL(str(compile_library(render_c_batch(of.package, precision), tmp_path, flags=STRICT)))
+    dtype = np.float32 if precision.state == "float" else np.float64
+    step = next(step for step in of.steps if step.name.endswith("w3"))
+    read = given(step, of.package, of.state["q"])
+    q, qd, *rows = (np.array(x[0], dtype=dtype) for x in (of.state["q"], of.state["qd"], *read.values()))
+    p = parameters(of.package).astype(dtype)
+    h = ctypes.c_float(H) if dtype is np.float32 else ctypes.c_double(H)
+    name = f"{of.package.name}{precision.suffix}_step_w3"
+    library[name](*pointers(rows), h, *pointers([p, q, qd]))
+    wanted = by_c(of, step)
+    few = precision.name in ("single", "mixed")
+    np.testing.assert_allclose(q, wanted[0][0], rtol=0, atol=(1e-6 if few else 1e-14) * np.abs(wanted[0][0]).max())
+    np.testing.assert_allclose(qd, wanted[1][0], rtol=0, atol=(1e-4 if few else 1e-13) * np.abs(wanted[1][0]).max())
+
+
+def test_no_branch_depends_on_data() -> None:
+    """Steps hold loops of fixed length only; the functions that they call are straight lines."""
+    package = generated("random").package
+    text = CSteps(package, DOUBLE, functions_of(package)).source()
+    code = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
+    assert not re.search(r"\b(if|while|switch|goto|do)\b|\?", code)
+    bounds = set(re.findall(r"for \([^;]*; ([^;]*);", code))
+    assert bounds and all(re.fullmatch(r"\w+ < (\d+U(\*\d+U)?|i)|i-- > 0U", bound) for bound in bounds)
+
+
+def functions_of(package: Package) -> Any:
+    return list(source_text(with_own_results(package), DOUBLE).steps.by_name.values())
+
+
+@pytest.mark.skipif(not available(), reason="no valgrind")
+def test_a_step_takes_the_same_instructions_at_every_state(tmp_path: Path) -> None:
+    """Moderate angles: those beyond the range of the generated sine are another path of it."""
+    package = generated("random").package
+    name, n, m = package.name, len(package.axes), len(package.motor_names)
+    program = f"""
+#include "{name}.h"
+
+int main(int count, char **words)
+{{
+    double tau[{4 * m}], q[{n}], qd[{n}];
+    const double x = 0.43*(words[count - 1][0] - '2');
+    for (int call = 0; call < 20; call++) {{
+        for (int k = 0; k < {4 * m}; ++k) tau[k] = 0.3*k*x;
+        for (int k = 0; k < {n}; ++k) q[k] = 0.1*k + 0.2*x;
+        for (int k = 0; k < {n}; ++k) qd[k] = 0.4 - x*k;
+        {name}_step_w3(tau, 1e-4, {name}_defaults, q, qd);
+    }}
+    return 0;
+}}
+"""
+    files = render_c(package) | {"main.c": program}
+    counts = {counted(files, COMPILERS[0], word) for word in "0134"}
+    assert len(counts) == 1
+
+
+# Refusals
+
+
+def refused(described: Machine, *names: str) -> str:
+    with pytest.raises(InputError) as caught:
+        traced(described, Scene(models=("direct_dynamics",), steps=names))
+    return str(caught.value)
+
+
+def test_motors_on_dependent_joints_have_no_rodas4() -> None:
+    assert "rodas4 is not offered where the motor is on a joint that follows by loops" in refused(
+        creeping(of_loops("delta")), "rodas4"
+    )
+
+
+def test_dry_friction_that_jumps_is_refused() -> None:
+    assert "friction, link_2: coulomb friction jumps at rest" in refused(of_loops("ring"), "w3")
+
+
+def test_a_machine_without_moving_joints_has_no_steps() -> None:
+    still = planar_2r()
+    rows = tuple(row for row in still.joints if row.kind is Kind.FIXED)
+    described = type(still)("still", tuple(type(row)(row.name, 0, row.kind, row.sigma) for row in rows))
+    assert "no joint moves" in refused(described, "w3")
+
+
+def test_every_method_is_offered() -> None:
+    assert {*STEPS} == {*METHODS}

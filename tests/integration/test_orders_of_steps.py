@@ -1,0 +1,185 @@
+"""Orders that are observed: generated steps of every method against DOP853 at 1e-12, under changing torques."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.codegen.time_steps import times_of
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Base, Kind, Machine
+from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.traced import traced
+from tests.closed_chains.machines import machine as of_loops
+from tests.closed_chains.machines import situations
+from tests.models.test_creep import creeping
+from tests.references.random_machines import random_machine
+
+GENTLE = Formula.parse("3")
+DURATION = 0.08
+TOLERANCE = 1e-12
+VARIANTS = ("", "_servo", "_driven")
+CASES = [
+    *(("arm", name, variant) for name in STEPS for variant in VARIANTS),
+    *(("ring", name, "") for name in ("w3", "rodas4", "midpoint")),
+]
+
+
+def machine(name: str) -> Machine:
+    """An arm with springs, smooth friction, wrenches and weight; a loop that is assembled at every stage."""
+    if name == "arm":
+        kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.MOTOR, Kind.PASSIVE)
+        found = creeping(random_machine(11, joints=4, kinds=kinds, massless=0))
+        laws = (
+            replace(row.friction, creep=GENTLE) if not row.friction.creep.is_zero else row.friction
+            for row in found.joints
+        )
+        return replace(
+            found, joints=tuple(replace(row, friction=law) for row, law in zip(found.joints, laws, strict=True))
+        )
+    return creeping(of_loops(name))
+
+
+@cache
+def generated(name: str) -> tuple[Package, ModuleType]:
+    package = traced(machine(name), Scene(models=("direct_dynamics", "inverse_dynamics"), steps=STEPS)).package
+    with TemporaryDirectory() as folder:
+        return package, import_package(render_numpy(package), Path(folder) / "numpy")
+
+
+@cache
+def start(name: str) -> tuple[Array, Array, Array | None]:
+    package, module = generated(name)
+    if name == "arm":
+        rng = np.random.default_rng(4)
+        return rng.uniform(-0.4, 0.4, len(package.axes)), rng.uniform(-1, 1, len(package.axes)), None
+    state = situations(name)[0].state
+    variables = {row.name: str(row.variable) for row in machine(name).joints}
+    guess = [float(state.guess[variables[axis.name]]) for axis in package.dependent or ()]
+    return np.array(state.u), np.array(state.ud), module.assemble(state.u, guess)[0]
+
+
+class Course:
+    """What is given of the motors over time, with its derivatives."""
+
+    def __init__(self, q: Array, qd: Array) -> None:
+        self.q, self.qd, m = q, qd, len(q)
+        self.kp, self.kd = 40 + 10.0 * np.arange(m), 3 + 1.0 * np.arange(m)
+
+    def tau(self, t: float, order: int = 0) -> Array:
+        return 4 * 20.0**order * np.sin(20 * t + 0.3 + order * np.pi / 2) * np.ones(len(self.q))
+
+    def y(self, t: float, order: int = 0) -> Array:
+        """From the start on, with velocity and acceleration."""
+        wave = 0.05 * 25.0**order * np.cos(25 * t + order * np.pi / 2)
+        still = self.q - 0.05 if order == 0 else np.zeros(len(self.q))
+        return still + wave + (self.qd * (t if order == 0 else 1.0) if order < 2 else 0.0)
+
+    def torque(self, t: float, q: Array, qd: Array) -> Array:
+        return self.tau(t) + self.kp * (self.y(t) - q) + self.kd * (self.y(t, 1) - qd)
+
+
+def course(name: str) -> Course:
+    package, (q, qd, _) = generated(name)[0], start(name)
+    return Course(q[list(package.motors)], qd[list(package.motors)])
+
+
+@cache
+def exact(name: str, variant: str) -> Array:
+    """q, qd at the end, by DOP853."""
+    (package, module), (q, qd, q_dep), given = generated(name), start(name), course(name)
+    motors, n = list(package.motors), len(q)
+
+    def rate(t: float, y: Array) -> Array:
+        q, qd = y[:n].copy(), y[n:].copy()
+        if variant == "_driven":
+            q[motors], qd[motors] = given.y(t), given.y(t, 1)
+        place = (q,) if q_dep is None else (q, module.assemble(q, q_dep)[0])
+        if variant == "_driven":
+            return np.concatenate([qd, module.inverse_dynamics(*place, qd, given.y(t, 2))[1]])
+        torque = given.torque(t, q[motors], qd[motors]) if variant else given.tau(t)
+        return np.concatenate([qd, module.direct_dynamics(*place, qd, torque)])
+
+    solved = solve_ivp(rate, (0, DURATION), np.concatenate([q, qd]), method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
+    found: Array = solved.y[:, -1]
+    return found
+
+
+def taken(name: str, method: str, variant: str, count: int, error: str = "") -> tuple[Array, Array]:
+    """q, qd at the end of so many steps, and the last results beside."""
+    (_, module), (q, qd, q_dep), given = generated(name), start(name), course(name)
+    function: Callable[..., Any] = getattr(module, f"step_{method}{variant}{error}")
+    nodes = [float(x) for x in dict.fromkeys(times_of(METHODS[method]))]
+    h, rest = DURATION / count, () if q_dep is None else (q_dep,)
+    for k in range(count):
+        at, t = [h * (k + x) for x in nodes], h * k
+        y = [[given.y(x, order) for x in at] for order in (0, 1, 2)]
+        tau = [given.tau(x) for x in at]
+        rows: list[Any] = {"": [tau], "_servo": [tau, y[0], y[1], given.kp, given.kd], "_driven": y}[variant]
+        if method == "rodas4":
+            follows = given.kp * given.y(t, 1) + given.kd * given.y(t, 2) if variant else 0.0
+            rows = [*rows, given.tau(t, 1) + follows]
+        q, qd, *rest = function(*rows, h, q, qd, *rest)
+        if error:
+            return np.concatenate([q, qd]), np.asarray(rest[-1])
+    return np.concatenate([q, qd]), np.array([])
+
+
+@pytest.mark.parametrize(("name", "method", "variant"), CASES)
+def test_orders_are_observed(name: str, method: str, variant: str) -> None:
+    """The error falls by 2^p where steps are halved; velocities of some rad/s, errors of a hundredth at most."""
+    if not hasattr(generated(name)[1], f"step_{method}{variant}"):
+        assert (method, variant) in (("rodas4", "_driven"), ("midpoint", "_driven"))
+        return
+    counts = (32, 64)
+    errors = [np.abs(taken(name, method, variant, n)[0] - exact(name, variant)).max() for n in counts]
+    assert 100 * TOLERANCE < errors[1] < errors[0] < 0.02
+    order = METHODS[method].order
+    assert order - 0.5 < np.log2(errors[0] / errors[1]) < order + 0.5
+
+
+@pytest.mark.parametrize("method", ["w3", "rodas4"])
+def test_the_error_of_a_step_is_of_the_order_of_the_embedded_method(method: str) -> None:
+    sizes = [np.abs(taken("arm", method, "", n, "_error")[1]).max() for n in (32, 64)]
+    assert METHODS[method].order - 0.4 < np.log2(sizes[0] / sizes[1]) < METHODS[method].order + 1.0
+
+
+def test_stiff_springs_leave_the_error_of_a_step_as_it_is() -> None:
+    """Springs 1e8 times as stiff: steps 1000 times those of an explicit method stay bounded, and follow the rigid arm."""
+    stiff = machine("arm")
+    rows = tuple(
+        replace(
+            row,
+            spring=replace(
+                row.spring, stiffness=Formula.parse("1e11"), damping=Formula.parse("0"), neutral=Formula.parse("0")
+            ),
+        )
+        if row.kind is Kind.ELASTIC
+        else row
+        for row in stiff.joints
+    )
+    described = replace(stiff, joints=rows, base=Base())
+    package = traced(described, Scene(models=("direct_dynamics",), steps=(W3.name,))).package
+    with TemporaryDirectory() as folder:
+        module = import_package(render_numpy(package), Path(folder) / "numpy")
+    q, qd = np.zeros(len(package.axes)), np.zeros(len(package.axes))
+    tau = np.ones((4, len(package.motors)))
+    for _ in range(40):
+        q, qd = module.step_w3(tau, 2e-3, q, qd)
+    elastic = list(package.elastic)
+    assert np.abs(q[elastic]).max() < 1e-8 < 1e-3 < np.abs(q).max() < 10
