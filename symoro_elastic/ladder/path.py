@@ -78,8 +78,8 @@ class LinearPath:
         """
         rows = np.array([[k for k in self.moved if k not in left_out] for left_out in sets], dtype=int)
         columns = rows[:, None, :]
-        square = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
-        found = small_motion(LinearMotion(self.h, *square, (self.R if forces is None else forces)[:, rows]))
+        M, D, K = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
+        found = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
         return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
@@ -89,14 +89,14 @@ class LinearPath:
     @property
     def thinned(self) -> LinearPath:
         """The model at every second time."""
-        rows = {name: getattr(self, name)[::2] for name in ("t", "M", "D", "K", "R")}
-        return replace(self, outputs=self.outputs.thinned, **rows)
+        M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
+        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.thinned)
 
     def finer(self, samples: int) -> LinearPath:
-        """Return the model at other times, evenly spaced: polynomials between those that are known."""
+        """Return the model at other times, evenly spaced: cubic between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
-        rows = {name: between(self.t, getattr(self, name), t) for name in ("M", "D", "K", "R")}
-        return replace(self, t=t, outputs=self.outputs.at(self.t, t), **rows)
+        M, D, K, R = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R))
+        return replace(self, t=t, M=M, D=D, K=K, R=R, outputs=self.outputs.at(self.t, t))
 
 
 def linear_path(reference: Reference, outputs: Sequence[str], samples: int = SAMPLES) -> LinearPath:
