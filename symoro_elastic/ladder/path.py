@@ -33,6 +33,8 @@ from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 SAMPLES = 800
 """Times along a motion."""
 NEWTON_STEPS = 2
+NEAR = 10.0
+"""Of a deviation, rad or m: beyond it the linear model tells nothing."""
 Three = tuple[Array, Array, Array]
 
 
@@ -106,14 +108,18 @@ def linear_path(
 ) -> LinearPath:
     """Return the linear model along a motion, with rows for outputs named as signals, `motor_x.tau` among them.
 
-    The first step of Newton's method is about the reference, the next about the motion that the one before gave.
-    Raises `InputError` for machines and outputs that it cannot treat, and motions whose torques are not finite.
+    The first step of Newton's method is about the reference, the next about the motion that the one before gave, where
+    that is near. Raises `InputError` for machines and outputs that it cannot treat, and where torques are not finite.
     """
     along = _Along(reference, np.linspace(0.0, reference.duration, samples + 1))
-    path = along.about(None, outputs if newton_steps == 1 else ())
-    for left in reversed(range(newton_steps - 1)):
-        path = along.about(path.without([()]), () if left else outputs)
-    return path
+    near: SmallMotion | None = None
+    for _ in range(newton_steps - 1):
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = along.about(near, ()).without([()])
+        if not np.abs(found.d).max(initial=0.0) <= NEAR:
+            break
+        near = found
+    return along.about(near, outputs)
 
 
 class _Along:
