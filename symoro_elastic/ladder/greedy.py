@@ -42,7 +42,8 @@ def backward_greedy(
     """
     deviations = [Deviations(path) for path in paths]
     springs = paths[0].springs
-    rungs, left_out, costs = [spring_errors(deviations, [()])[0]], (), dict.fromkeys(springs, 0.0)
+    rungs, costs = [spring_errors(deviations, [()])[0]], dict.fromkeys(springs, 0.0)
+    left_out: tuple[int, ...] = ()
     while len(left_out) < len(springs):
         tried = _tried([k for k in springs if k not in left_out], costs, first=not left_out)
         found = spring_errors(deviations, [(*left_out, k) for k in tried])

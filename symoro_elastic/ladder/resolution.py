@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 
 import numpy as np
 
@@ -43,7 +44,8 @@ def _least_samples(reference: Reference) -> int:
 
 def _times(reference: Reference) -> Iterator[float]:
     """Times in which something happens, s: moves, rises of forces, periods, and what a record tells."""
-    yield from (part.lasts for part in (*reference.prescribed.moves, *reference.prescribed.forces))
+    yield from (move.lasts for move in reference.prescribed.moves)
+    yield from (force.lasts for force in reference.prescribed.forces)
     yield from (1 / wobble.frequency for wobble in reference.prescribed.wobbles)
     if reference.record is not None:
         yield IN_DETAIL * float(np.median(np.diff(reference.record.t)))
@@ -60,6 +62,4 @@ def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
 def _largest(outputs: Array) -> Array:
     """Return the largest absolute values (WINDOWS, outputs) in parts of a motion."""
     ends = np.linspace(0, len(outputs) - 1, WINDOWS + 1).astype(int)
-    return np.array(
-        [np.abs(outputs[first : last + 1]).max(axis=0) for first, last in zip(ends, ends[1:], strict=False)]
-    )
+    return np.array([np.abs(outputs[first : last + 1]).max(axis=0) for first, last in pairwise(ends)])

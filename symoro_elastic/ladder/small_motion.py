@@ -59,7 +59,8 @@ def small_motion(model: LinearMotion) -> SmallMotion:
         states[k + 1] = transition @ states[k] + push
     d, dd = states[..., :n, 0], states[..., n:, 0]
     left = model.R - _times(model.K, d) - _times(model.D, dd)
-    return SmallMotion(d, dd, np.linalg.solve(model.M, left[..., None])[..., 0])
+    ddd = np.linalg.solve(model.M, left[..., None])[..., 0]
+    return SmallMotion(d, dd, np.asarray(ddd, dtype=float))
 
 
 def _steps(model: LinearMotion) -> tuple[Array, Array]:

@@ -2,9 +2,9 @@
 
     y' = y_r' + J (y - y_r) + [0; M^-1 R],    J = [0 I; -M^-1 K, -M^-1 D],    y = [q; v]
 
-M, D, K, R are polynomials between their samples. T is that of generated steps: for W-methods the inertia at the beginning
-of the step, stiffness and damping of the joints themselves; for methods with exact derivatives J. Motors without servo
-are where they are prescribed to be at every stage. The exact solution is that of a fine run.
+M, D, K, R are cubic between their samples. T is that of generated steps: for W-methods the inertia at the beginning of
+the step, stiffness and damping of the joints themselves; for methods with exact derivatives J. Motors without servo are
+where they are prescribed to be at every stage. The exact solution is that of a fine run.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class _Steps:
         def solution(r: Array) -> Array:
             return self.solver.solution(k, r) if self.solver else r
 
-        after = stepped(self.method, self.h, y, rate, solution, self._of_time(k, y))
+        after: Array = stepped(self.method, self.h, y, rate, solution, self._of_time(k, y))
         after[self.driven] = self.ends[k, self.driven]
         return after
 
@@ -106,7 +106,8 @@ class _Steps:
         if self.around is None:
             return np.zeros_like(y)
         before, after, apart = self.around
-        return (after.at(k, y) - before.at(k, y)) / apart[k]
+        change: Array = (after.at(k, y) - before.at(k, y)) / apart[k]
+        return change
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,8 @@ class StepErrors:
         found = self._solution
         h = self.path.h / FINE
         value, rate = joined(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
-        return self._states(t) + np.concatenate([value, rate], axis=1)
+        y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
+        return y
 
     @cached_property
     def _solution(self) -> SmallMotion:

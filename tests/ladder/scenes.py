@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
-from symoro_elastic.machine.prescribed_motion import AppliedForce, Servo
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Servo
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
@@ -125,9 +126,36 @@ def tool_scene(title: str, lasts: float, servo: Servo | None = None, forces: Seq
     return Scene(title, reference, ("tool.x", "tool.y"), 1e-5)
 
 
-def arm(frequencies: Sequence[float], damping: float = 0.0) -> Machine:
-    """Four joints of a vertical arm with springs behind the motors."""
-    machine, _ = read_machine(EXAMPLES / "rx90.par")
+def arm(file: str, frequencies: Sequence[float], damping: float = 0.0) -> Machine:
+    """An arm of the examples with a spring behind each motor."""
+    machine, _ = read_machine(EXAMPLES / file)
     values = parameter_values(machine, 5)
     named = tuple(replace(p, value=cell(_short(values[p.name]))) for p in machine.parameters)
     return tuned(with_springs(replace(machine, parameters=named)), frequencies, damping)
+
+
+def many() -> dict[str, Callable[[], Scene]]:
+    """Scenes of a benchmark: machine tools, arms and random trees, motors that follow exactly and servos."""
+    slow, stiff = Bandwidth(8, 0.7), Bandwidth(25, 0.8)
+    push = AppliedForce("tool", (200.0, 0.0, 100.0, 0.0, 0.0, 0.0), 0.02, 0.03)
+    found: dict[str, Callable[[], Scene]] = {
+        "two_axis, 150 ms": lambda: tool_scene("", 0.15),
+        "two_axis, 60 ms": lambda: tool_scene("", 0.06),
+        "two_axis, 100 ms, servos": lambda: tool_scene("", 0.1, stiff),
+        "two_axis, 80 ms, pushed": lambda: tool_scene("", 0.08, forces=[push]),
+        "flex4": lambda: moving("", tuned(flex4(), (40,)), 0.5, 0.3, 1e-5),
+        "flex4, fast": lambda: moving("", tuned(flex4(), (40, 60)), 0.3, 0.1, 1e-5),
+        "flex4, servos": lambda: moving("", tuned(flex4(), (40,)), 0.3, 0.3, 1e-5, slow),
+        "rx90": lambda: moving("", arm("rx90.par", (40, 60)), 0.5, 0.4, 1e-5),
+        "rx90, damped": lambda: moving("", arm("rx90.par", (30, 90), 0.01), 0.3, 0.2, 1e-5),
+        "rx90, servos": lambda: moving("", arm("rx90.par", (30, 60), 0.01), 0.3, 0.4, 1e-5, Bandwidth(6, 0.7)),
+        "puma560": lambda: moving("", arm("puma560.par", (50, 80)), 0.5, 0.4, 1e-5),
+        "puma560, fast": lambda: moving("", arm("puma560.par", (25, 40), 0.02), 0.2, 0.15, 1e-5),
+    }
+    for seed in (11, 12, 13, 14, 15, 16, 18, 19, 20, 21):
+        machine = partial(random_springs, seed, 6 + seed % 4, (20 + seed, 90, 50), 0.01 * (seed % 3))
+        lasts, servo = 0.15 + 0.05 * (seed % 3), slow if seed % 5 == 0 else None
+        found[f"random {seed}"] = partial(
+            lambda made, t, law: moving("", made(), 0.2, t, 1e-5, law), machine, lasts, servo
+        )
+    return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -22,7 +24,7 @@ def test_each_rung_leaves_out_the_spring_that_costs_least() -> None:
     rungs, tolerance = backward_greedy([path], scene.tolerances), scene.tolerances
     assert [len(rung.left_out) for rung in rungs] == list(range(len(path.springs) + 1))
     assert set(rungs[-1].left_out) == set(path.names(path.springs))
-    for rung, after in zip(rungs[1:-1], rungs[2:], strict=True):
+    for rung, after in pairwise(rungs):
         before = {path.joints.index(name) for name in rung.left_out}
         others = [{*before, k} for k in path.springs if k not in before]
         least = min(relative(x.static, tolerance) for x in spring_errors([Deviations(path)], others))

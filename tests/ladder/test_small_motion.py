@@ -44,11 +44,8 @@ def test_masses_may_be_coupled_and_matrices_need_no_symmetry() -> None:
     from scipy.linalg import expm
 
     rng = np.random.default_rng(4)
-    M, K, D = (
-        np.array([[2.0, 0.5], [0.5, 1.0]]),
-        np.array([[9.0, -2.0], [-1.0, 5.0]]),
-        0.1 * rng.standard_normal((2, 2)),
-    )
+    M, K = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([[9.0, -2.0], [-1.0, 5.0]])
+    D = 0.1 * rng.standard_normal((2, 2))
     t = np.linspace(0.0, 4.0, 401)
     rate = np.array([0.7, -0.4])
     everywhere = [np.broadcast_to(x, (401, 2, 2)) for x in (M, D, K)]

@@ -36,7 +36,7 @@ def slow_tool() -> Scene:
 SCENES: dict[str, Callable[[], Scene]] = {
     "flex4": lambda: moving("flex4", tuned(flex4(), (40,)), 0.2, 0.07, 1e-5),
     "flex4, servos": lambda: moving("flex4", tuned(flex4(), (40,)), 0.2, 0.15, 1e-5, SERVO),
-    "rx90": lambda: moving("rx90", arm((40, 60), 0.01), 0.1, 0.06, 1e-5),
+    "rx90": lambda: moving("rx90", arm("rx90.par", (40, 60), 0.01), 0.1, 0.06, 1e-5),
     "random 1": lambda: moving("random", random_springs(1, 6, (30, 50, 70)), 0.1, 0.06, 1e-5),
     "random 3": lambda: moving("random", random_springs(3, 7, (20, 80, 50), 0.02), 0.1, 0.06, 1e-5),
     "two_axis": slow_tool,

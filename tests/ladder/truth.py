@@ -154,10 +154,10 @@ class Truth:
     def _output(self, machine: Machine, name: str, q: Array) -> Array:
         if name.endswith(".tau"):
             (signal,) = inputs(machine, [name])
-            return self.motor_torques()[..., signal.k]
+            return self.motor_torques()[..., machine.moving.index(signal.number)]
         (signal,) = output_signals(machine, [name])
         if not isinstance(signal, FrameSignal):
-            return (q, self.v, self.a)[signal.order][..., signal.k]
+            return (q, self.v, self.a)[signal.order][..., machine.moving.index(signal.number)]
         assert signal.order == 0 and signal.component < 3
         frame = str(Asked(machine.joints[signal.number - 1].name, signal.at))
         placed = numpy_model(machine, ("geometric_model",), {"geometric_model": (frame,)}).geometric_model(q)
