@@ -1,4 +1,4 @@
-"""Cost of time steps in a controller: operations, instructions at two states, stack: `python -m tests.benchmarks.steps`.
+"""Operations, instructions at two states, and stack of time steps: `python -m tests.benchmarks.steps`.
 
 Real time asks for the same work at every state, and for memory that is known before.
 """
@@ -85,7 +85,7 @@ def can_measure_stack() -> bool:
 def largest_stack(files: Mapping[str, str], function: str) -> int:
     """Bytes of stack that a function and all that it calls take at most, as gcc lays them out at -O2.
 
-    Functions of libraries are not counted. Raises `ValueError` where a size depends on data, or a function calls itself.
+    Libraries are not counted. Raises `ValueError` where a size depends on data, or a function calls itself.
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
