@@ -87,6 +87,7 @@ def generate(
     written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
     with steps() as announce:
         found, scene = selection.read(machine, announce)
+        _warn_of_soft_springs(found, scene)
         made = generate(found, scene, chosen, Path(out), announce, written_in)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)
@@ -96,6 +97,22 @@ def generate(
     click.echo(f"wrote {made.written[0].parent}: {', '.join(path.name for path in made.written)}")
     print_table(models_table(made.models, made.whole))
     click.echo("x products and divisions, + sums and differences")
+
+
+def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
+    """Warn of a static spring that its load bends further than it bends back, motors at 0, where values are known."""
+    if not scene.static:
+        return
+    from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.vibration.soft_springs import SOFT, soft_static
+
+    kept = restricted(machine, scene)
+    try:
+        weakest = soft_static(kept, {})
+    except InputError:
+        return
+    if weakest:
+        click.echo(f"warning: {scene.source or machine.label}: scene, static, {weakest}: {SOFT}", err=True)
 
 
 @click.command()

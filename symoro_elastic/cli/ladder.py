@@ -61,7 +61,7 @@ def ladder(
     Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
     """
     from symoro_elastic.ladder.plots import plot_ladder
-    from symoro_elastic.ladder.tables import advice, ladder_json, ladder_table
+    from symoro_elastic.ladder.tables import ladder_json
 
     with staged() as (announce, progress):
         whole = read(machine, announce=announce)
@@ -69,11 +69,20 @@ def ladder(
     if as_json:
         print_json(ladder_json(found))
     else:
-        print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
-        click.echo(advice(found))
+        _print(found, scene)
     if out:
         _write_reduced(found, whole, scene, out)
     plots.write(partial(plot_ladder, found))
+
+
+def _print(found: Ladder, scene: str) -> None:
+    from symoro_elastic.ladder.tables import advice, ladder_table, period_of
+    from symoro_elastic.machine.formats import read_wanted
+
+    print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
+    wanted = read_wanted(scene)
+    lines = [advice(found), period_of(found, wanted) if wanted else ""]
+    click.echo("\n".join(line for line in lines if line))
 
 
 def _found(

@@ -177,7 +177,10 @@ def enough_steps(
     """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors."""
     least = simulating.stable_steps(method)
     choice = fewest_steps(simulating.step_errors, method, tolerance, share, least)
-    return simulating.in_periods(choice.steps), choice.errors
+    steps = simulating.in_periods(choice.steps)
+    if steps == choice.steps or not choice.is_tried:
+        return steps, choice.errors
+    return steps, simulating.step_errors.errors(method, steps)
 
 
 def simulate(

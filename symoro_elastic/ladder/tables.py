@@ -11,9 +11,9 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
+from symoro_elastic.machine.wanted import Wanted
+from symoro_elastic.simulation.periods import period_line, quantity
 from symoro_elastic.simulation.tolerances import unit_of
-
-PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"))
 
 
 def ladder_table(found: Ladder) -> Any:
@@ -74,6 +74,12 @@ def _described(found: Ladder, rung: Rung) -> str:
     return f"keep {', '.join(kept)} as springs, {left}" if kept else f"all springs, {left}"
 
 
+def period_of(found: Ladder, wanted: Wanted) -> str:
+    """Return how long the steps of a period take on the chosen rung; empty where there is none of both."""
+    rung = found.rungs[found.chosen] if found.chosen is not None else None
+    return period_line(wanted, _step(found, rung), rung.measured.seconds) if rung and rung.measured else ""
+
+
 def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
     """Return the scene of a whole machine with the method of the chosen rung, and its springs held where they start."""
     if found.chosen is None:
@@ -124,14 +130,6 @@ def worst_output(found: Ladder) -> str:
         name: max(rung.predicted[name] for rung in found.rungs) / limit for name, limit in found.tolerance.items()
     }
     return max(shares, key=lambda name: shares[name])
-
-
-def quantity(x: float, unit: str) -> str:
-    """Return a number with its unit: `5.9 um`, `3.12 ms`, `12 N`."""
-    if unit not in ("m", "s") or not abs(x) > 0:
-        return f"{x:.3g} {unit}"
-    scale, prefix = next((pair for pair in PREFIXES if abs(x) >= pair[0]), PREFIXES[-1])
-    return f"{x / scale:.3g} {prefix}{unit}"
 
 
 def _name(rung: Rung, before: set[str]) -> str:

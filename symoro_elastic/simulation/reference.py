@@ -16,6 +16,7 @@ from symoro_elastic.simulation.motor_motion import Record, risen, wobble
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.shared_motors import refuse_dependent_motors
+from symoro_elastic.vibration.soft_springs import refuse_soft_static
 
 SAMPLES = 1001
 SAME = 1e-9
@@ -97,7 +98,9 @@ def reference_of(
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None
     motion = EquationsOfMotion(machine, values)
-    start = equilibrium(motion, _positions(machine, prescribed, record))
+    at = _positions(machine, prescribed, record)
+    refuse_soft_static(machine, at, values)
+    start = equilibrium(motion, at)
     reference = Reference(machine, prescribed, start, _gains(motion, prescribed, start), record)
     qd = np.zeros_like(start.qd)
     qd[motion.motors] = reference.at(np.zeros(1))[1][0]

@@ -6,9 +6,9 @@ import re
 import shutil
 import subprocess
 from collections.abc import Mapping
+from typing import Protocol
 
 from tests.benchmarks.contest import compiled
-from tests.benchmarks.ours import Code
 
 FLAGS = ("-O2", "-mavx2", "-mfma", "-fno-math-errno", "-fno-trapping-math")
 CALLS = 100
@@ -20,7 +20,7 @@ int main(int count, char **words)
 {
     double row[@INPUTS@], result[@RESULTS@];
     @SETUP@
-    for (int k = 0; k < @INPUTS@; ++k) row[k] = 0.1 + 0.07*k;
+    for (int k = 0; k < @INPUTS@; ++k) row[k] = @FIRST@ + 0.07*k;
     for (int call = atoi(words[count - 1]); call > 0; --call) {
         @CALL@
     }
@@ -34,14 +34,32 @@ def available() -> bool:
     return bool(shutil.which("valgrind"))
 
 
-def per_call(code: Code, compiler: str) -> float:
-    """Instructions of one call, the loop around it included."""
+class Called(Protocol):
+    """C of a function, and of a call of it at the state `row`, results in `result`."""
+
+    @property
+    def files(self) -> dict[str, str]: ...
+    @property
+    def header(self) -> str: ...
+    @property
+    def setup(self) -> str: ...
+    @property
+    def call(self) -> str: ...
+    @property
+    def inputs(self) -> list[int]: ...
+    @property
+    def results(self) -> list[int]: ...
+
+
+def per_call(code: Called, compiler: str, first: float = 0.1) -> float:
+    """Instructions of one call, the loop around it included; the inputs are `first` and numbers from there upwards."""
     words = {
         "HEADER": code.header,
         "SETUP": code.setup,
         "CALL": code.call,
         "INPUTS": str(sum(code.inputs)),
         "RESULTS": str(sum(code.results)),
+        "FIRST": repr(first),
     }
     text = re.sub(r"@(\w+)@", lambda found: words[found[1]], PROGRAM)
     program = compiled([compiler, *FLAGS], {**code.files, "main.c": text}, ["-lm"], product="main")
