@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -60,7 +61,7 @@ def test_the_chosen_rung_is_measured_within_its_tolerance_and_prediction() -> No
 def test_every_rung_leaves_out_one_spring_more() -> None:
     static = [rung.left_out for rung in found().rungs if not rung.locked]
     assert [len(names) for names in static] == [0, 1, 2, 3, 4]
-    assert all({*fewer} < {*more} for fewer, more in zip(static, static[1:], strict=False))
+    assert all({*fewer} < {*more} for fewer, more in itertools.pairwise(static))
     assert [rung.left_out for rung in found().rungs if rung.locked] == [static[-1]]
 
 
