@@ -108,7 +108,7 @@ def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
     q, _, _ = random_state(machine, 7)
     n, rest = len(q), [0.0] * len(q)
     left, right = np.random.default_rng(7).uniform(-1, 1, (2, n, 2))
-    state = State(np.array(q), np.zeros(n), np.zeros(n), np.zeros(n))
+    state = State(np.array(q), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(0))
     given = [motion.parameters[name] for name in names]
     by_symbol = motion.work_slopes(state, left)
     by_q, changed = motion.change_slopes(state, left, right, -2 * right)
