@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,7 +26,8 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Floating, Kind, Machine
+from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.scene import STEPS, Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
@@ -281,6 +282,16 @@ def test_a_machine_without_moving_joints_has_no_steps() -> None:
     rows = tuple(row for row in still.joints if row.kind is Kind.FIXED)
     described = type(still)("still", tuple(type(row)(row.name, 0, row.kind, row.sigma) for row in rows))
     assert "no joint moves" in refused(described, "w3")
+
+
+def test_a_floating_base_has_no_steps() -> None:
+    assert "not offered on a floating base" in refused(replace(planar_2r(), floating=Floating()), "w3")
+
+
+@pytest.mark.parametrize(("names", "says"), [(("w3", "w5"), "no time step 'w5'"), (("w3", "w3"), "w3 is named twice")])
+def test_steps_are_known_and_differ(names: tuple[str, ...], says: str) -> None:
+    with pytest.raises(InputError, match=f"scene, steps: {says}"):
+        resolve(Scene(steps=names), planar_2r())
 
 
 def test_every_method_is_offered() -> None:
