@@ -72,8 +72,8 @@ class StepCalls:
     def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1) -> str:
         """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`."""
         offset = node * len(self.package.motor_names)
-        place = f" + {offset}U{'*count' if self.many else ''}" if offset else ""
-        rows = [row + place for row in variant.of_nodes]
+        place = f"{offset}U{'*count' if self.many else ''}"
+        rows = [f"&{row}[{place}]" if offset else row for row in variant.of_nodes]
         dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
         arrays = ["q_s", "v_s", *rows, *variant.of_step, *dependent, "p", *(["c"] if self.constants else []), qdd]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
@@ -91,7 +91,7 @@ class StepCalls:
         return with_arguments(head, [*self._count, *inputs, "p", *c, *results], ");")
 
     def _place(self, function: str) -> str:
-        return f"c + {self.offsets[function]}U" if self.offsets[function] else "c"
+        return f"&c[{self.offsets[function]}U]" if self.offsets[function] else "c"
 
 
 def functions_of(methods: Sequence[MethodText]) -> list[str]:

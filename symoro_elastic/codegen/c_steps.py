@@ -115,8 +115,8 @@ class CSteps:
         """Rows for the nodes, gains, and the rate of the torques."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
         for name in variant.of_nodes:
-            size = f"{self.macro}_{method.name.upper()}_NODES*{motors}"
-            yield Array(state, name, size, len(method.nodes) * torques)
+            rows = len(method.nodes) * torques
+            yield Array(state, name, str(rows), rows)
         for name in (*variant.of_step, *(("taud",) if method.kind == "rosenbrock" else ())):
             yield Array(state, name, motors, torques)
 

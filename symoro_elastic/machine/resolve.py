@@ -45,6 +45,8 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     _check_static(static, locked, machine, source)
     for name in scene.steps:
         _known(name, STEPS, "time step", source, "steps")
+        if scene.steps.count(name) > 1:
+            raise InputError(source, "scene, steps", f"{name} is named twice: keep one")
     return replace(scene, outputs=outputs, locked=locked, static=static, source=source)
 
 

@@ -114,8 +114,7 @@ class _System:
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
-        (g,) = bound.arguments()["g"]
-        self.g = bound.graph.symbol(g)
+        self.g = bound.graph.symbol(bound.arguments()["g"][0])
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
         self.x = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()

@@ -19,18 +19,19 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.quantities.time_steps import OF_TIME_STEPS
 from symoro_elastic.traced import traced
 from tests.generated_code import ALL_MODELS, COMPILERS
 from tests.golden import FIVE
-from tests.references.random_machines import chain, random_machine
+from tests.references.random_machines import chain, planar_2r, random_machine
 
 ROOT = Path(__file__).parents[2]
 LONGEST_LINE = 120
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow")
 COMPILERS_OWN = ("far", "near", "huge", "interrupt", "unix", "linux", "pascal", "cdecl", "bit", "data", "code", "at")
 """Keywords and macros of common compilers; <windows.h> and <complex.h> define some."""
-MACHINES = ("two_axis.toml", "rx90.par", "flex4.par", "random", "long", "constant")
+MACHINES = ("two_axis.toml", "rx90.par", "flex4.par", "random", "long", "constant", "steps")
 PRECISION = [pytest.param(precision, id=precision.name) for precision in PRECISIONS.values()]
 
 
@@ -41,6 +42,8 @@ def machine(name: str) -> Machine:
         return random_machine(0, joints=4, symbolic=True, moving_base=True)
     if name == "long":
         return replace(chain(4), name="machine_of_many_words_that_has_a_long_name")
+    if name == "steps":
+        return replace(planar_2r(elastic=[2]), name="stepping")
     if name == "constant":
         return random_machine(1, joints=3)
     return read_machine(ROOT / "examples" / name)[0]
@@ -50,7 +53,7 @@ def machine(name: str) -> Machine:
 def package(name: str) -> Package:
     """All models of a machine."""
     models = ALL_MODELS if name == "random" else FIVE
-    return traced(machine(name), Scene(models)).package
+    return traced(machine(name), Scene(models, steps=STEPS if name == "steps" else ())).package
 
 
 @cache
@@ -278,8 +281,11 @@ def test_words_of_templates_are_reserved_or_avoided(name: str, precision: Precis
 
 
 def text_arrays() -> tuple[str, ...]:
-    """Arguments and results: names that a user cannot take either."""
-    return ("q", "qd", "qdd", "tau", "qdd_motor", "A", "H", "T", "J", "V", "Vd", "f", "E", "Y", "h", "X")
+    """Arguments and results: names that a user cannot take either, or that the names of users give way to."""
+    return (
+        *("q", "qd", "qdd", "tau", "qdd_motor", "A", "H", "T", "J", "V", "Vd", "f", "E", "Y", "h", "X"),
+        *(row.name for row in OF_TIME_STEPS),
+    )
 
 
 # MISRA C:2012
@@ -289,9 +295,10 @@ DEVIATIONS = set(re.findall(r"^\| (\d+\.\d+) \|", (ROOT / "docs" / "misra.md").r
 
 @pytest.mark.skipif(not shutil.which("cppcheck"), reason="cppcheck and its MISRA addon are not installed")
 @pytest.mark.parametrize("precision", PRECISION)
-@pytest.mark.parametrize("name", ["random", "constant"])
+@pytest.mark.parametrize("name", ["random", "constant", "steps"])
 def test_deviations_from_misra_are_documented(name: str, precision: Precision, tmp_path: Path) -> None:
-    made = traced(machine(name), Scene(("bias_forces", "inertia_matrix"))).package
+    scene = Scene(("bias_forces", "inertia_matrix"), steps=STEPS if name == "steps" else ())
+    made = traced(machine(name), scene).package
     texts = render_c(made, precision)
     for file, text in texts.items():
         (tmp_path / file).write_text(text)

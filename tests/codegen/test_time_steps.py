@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,7 +25,9 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.machine import Floating, Kind, Machine
+from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.scene import STEPS, Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
@@ -233,6 +235,29 @@ int main(int count, char **words)
     assert len(counts) == 1
 
 
+@pytest.mark.parametrize("taken", ["g", "kp", "r_q", "factors", "handed", "torque", "z_v"])
+def test_names_of_users_give_way_to_those_of_steps(taken: str, tmp_path: Path) -> None:
+    """A length that is called as an argument of implicit systems: the same numbers."""
+    described = planar_2r(elastic=[2])
+    first = described.parameters[0].name
+    text = toml.write(described)
+    renamed = toml.read(re.sub(rf"\b{first}\b", taken, text), "planar.toml")
+    found = []
+    for k, one in enumerate((described, renamed)):
+        package = traced(one, Scene(models=("direct_dynamics",), steps=("w2",))).package
+        module = import_package(render_numpy(package), tmp_path / f"numpy{k}")
+        library = ctypes.CDLL(str(compile_library(render_c(package), tmp_path / f"c{k}", flags=STRICT)))
+        q, qd, tau, p = np.array([0.3, 0.01]), np.array([1.0, -2.0]), np.ones(2), 1 + np.arange(20.0)
+        rows = [tau, tau, tau, np.full(1, 50.0), np.full(1, 5.0)]
+        wanted = module.step_w2_servo(
+            *(x[:, None] for x in rows[:3]), *rows[3:], H, q, qd, p[: len(package.parameters)]
+        )
+        library[f"{package.name}_step_w2_servo"](*pointers(rows), ctypes.c_double(H), *pointers([p, q, qd]))
+        np.testing.assert_allclose([q, qd], wanted, rtol=1e-12)
+        found.append([*q, *qd])
+    assert found[0] == found[1]
+
+
 # Refusals
 
 
@@ -257,6 +282,16 @@ def test_a_machine_without_moving_joints_has_no_steps() -> None:
     rows = tuple(row for row in still.joints if row.kind is Kind.FIXED)
     described = type(still)("still", tuple(type(row)(row.name, 0, row.kind, row.sigma) for row in rows))
     assert "no joint moves" in refused(described, "w3")
+
+
+def test_a_floating_base_has_no_steps() -> None:
+    assert "not offered on a floating base" in refused(replace(planar_2r(), floating=Floating()), "w3")
+
+
+@pytest.mark.parametrize(("names", "says"), [(("w3", "w5"), "no time step 'w5'"), (("w3", "w3"), "w3 is named twice")])
+def test_steps_are_known_and_differ(names: tuple[str, ...], says: str) -> None:
+    with pytest.raises(InputError, match=f"scene, steps: {says}"):
+        resolve(Scene(steps=names), planar_2r())
 
 
 def test_every_method_is_offered() -> None:

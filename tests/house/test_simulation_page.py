@@ -1,0 +1,75 @@
+"""Programs and figures of docs/simulation.md are those of the two-axis machine."""
+
+from __future__ import annotations
+
+import re
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.traced import Traced, traced
+from tests.golden import ROOT
+
+PAGE = (ROOT / "docs" / "simulation.md").read_text(encoding="utf-8")
+
+
+def snippets(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def machine() -> Machine:
+    return read_machine(ROOT / "examples" / "two_axis.toml")[0]
+
+
+@cache
+def asked() -> Traced:
+    return traced(machine(), Scene(models=("direct_dynamics",), steps=("w2", "w3", "rk4")))
+
+
+def test_programs_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "generated" / "two_axis"
+    folder.mkdir(parents=True)
+    for name, text in render_numpy(asked().package).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "generated"]:
+        monkeypatch.delitem(sys.modules, name)
+    rows, motors, state = np.zeros((4, 2)), np.ones(2), np.zeros((3, 12))
+    given = {**dict.fromkeys(("tau", "r", "rd", "y", "yd", "ydd"), rows), **dict.fromkeys(("kp", "kd"), motors)}
+    given |= {"h": 1e-4, "q": state, "qd": state}
+    (program,) = snippets("python")
+    exec(program, given)
+    assert given["q"].shape == given["qd"].shape == (3, 12) and given["error"].shape == (3, 24)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "generated"]:
+        monkeypatch.delitem(sys.modules, name)
+
+
+def test_figures() -> None:
+    count = {one.model.name: one.program.count for one in asked().models}
+    size = {name: c.mul + c.div + c.add for name, c in count.items()}
+    right, factors, solve = (size[name] for name in ("direct_dynamics", "implicit_factors", "implicit_solve"))
+    text = " ".join(PAGE.split())
+    assert f"the models of a step of `rk4` take {4 * right} products" in text
+    assert f"of `w2` {2 * (right + solve) + factors}, of `w3` and `midpoint` {4 * (right + solve) + factors}." in text
+
+
+def test_every_method_is_listed_with_its_order() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|[^|]+\| (\d) \|", PAGE, re.MULTILINE)
+    assert {name: int(order) for name, order in rows} == {name: METHODS[name].order for name in STEPS}
+
+
+def test_tables_are_read() -> None:
+    scene, friction = snippets("toml")
+    text = (ROOT / "examples" / "two_axis.toml").read_text(encoding="utf-8")
+    assert "[friction]" not in text and "[scene]" not in text
+    found = toml.read(f"{text}\n{scene}\n{friction}", "two_axis.toml")
+    assert found.scene is not None and found.scene.steps == ("w3",)
+    assert not found.joint(2).friction.creep.is_zero or any(not row.friction.creep.is_zero for row in found.joints)
