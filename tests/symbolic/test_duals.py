@@ -76,7 +76,7 @@ def test_jacobians_of_random_trees_against_differences_in_50_digits(seed: int) -
     motion = EquationsOfMotion(machine)
     q, qd, _ = random_state(machine, seed)
     qdd = np.random.default_rng(seed).uniform(-3, 3, len(q)).tolist()
-    found = motion.jacobians(motion.residual, State(*map(np.array, (q, qd, qdd)), np.zeros(len(q)), np.zeros(0)))
+    found = motion.jacobians(motion.residual, State(*map(np.array, (q, qd, qdd)), np.zeros(len(q)), np.zeros(len(machine.motors))))
     wanted = [
         differences(lambda x: forces(machine, x, qd, qdd), q),
         differences(lambda x: forces(machine, q, x, qdd), qd),
@@ -108,7 +108,7 @@ def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
     q, _, _ = random_state(machine, 7)
     n, rest = len(q), [0.0] * len(q)
     left, right = np.random.default_rng(7).uniform(-1, 1, (2, n, 2))
-    state = State(np.array(q), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(0))
+    state = State(np.array(q), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(machine.motors)))
     given = [motion.parameters[name] for name in names]
     by_symbol = motion.work_slopes(state, left)
     by_q, changed = motion.change_slopes(state, left, right, -2 * right)
