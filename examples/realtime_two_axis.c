@@ -23,10 +23,10 @@ enum { N = TWO_AXIS_JOINTS, MOTORS = TWO_AXIS_MOTORS, NODES = TWO_AXIS_W2_NODES,
 static const double PERIOD = 1e-3; /* s */
 
 /* Equilibrium at the start, torques that hold it, and gains of the servos. */
-static const double start[N] = {-1.03003e-06, 0.0, 0.0, -3.74589e-06, 0.0, 0.1};
+static const double start[N] = {-1.03e-06, 0.0, 0.0, -3.746e-06, 0.0, 0.1};
 static const double hold[MOTORS] = {0.0, 1010.43};
 static const double kp[MOTORS] = {8848100.35, 6982745.11};
-static const double kd[MOTORS] = {90126.01, 71125.658};
+static const double kd[MOTORS] = {90126.01, 71125.66};
 
 /* Where the motors are to be, and how fast: by 0.08 m and 0.05 m in 0.15 s. */
 static void wanted(double t, double r[MOTORS], double rd[MOTORS])
@@ -103,7 +103,7 @@ int main(void)
     tool(PERIODS*PERIOD, q, qd, position);
     printf("%d periods of %g ms: longest step %.1f us, end of the step %.1f us after the tick at most, %d overruns\n",
            PERIODS, 1e3*PERIOD, 1e6*work, 1e6*whole, overruns);
-    printf("motor_x %.12f m, motor_y %.12f m, tool %.12f %.12f %.12f m\n", q[2], q[5], position[0], position[1],
-           position[2]);
+    printf("motor_x %.9f m, motor_y %.9f m, tool %.9f %.9f %.9f m\n",
+           q[2], q[5], position[0], position[1], position[2]);
     return 0;
 }

@@ -28,5 +28,6 @@ def quantity(x: float, unit: str) -> str:
     """Return a number with its unit: `5.9 um`, `3.12 ms`, `12 N`."""
     if unit not in ("m", "s") or not abs(x) > 0:
         return f"{x:.3g} {unit}"
-    scale, prefix = next((pair for pair in PREFIXES if abs(x) >= pair[0]), PREFIXES[-1])
+    shown = abs(float(f"{x:.3g}"))
+    scale, prefix = next((pair for pair in PREFIXES if shown >= pair[0]), PREFIXES[-1])
     return f"{x / scale:.3g} {prefix}{unit}"

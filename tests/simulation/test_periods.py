@@ -25,7 +25,14 @@ def test_steps_of_a_period_are_added_and_compared(wanted: Wanted, line: str) -> 
 
 @pytest.mark.parametrize(
     ("x", "unit", "text"),
-    [(0.0, "m", "0 m"), (2.0, "m", "2 m"), (-3e-3, "s", "-3 ms"), (4e-11, "m", "0.04 nm"), (1e-6, "rad", "1e-06 rad")],
+    [
+        (0.0, "m", "0 m"),
+        (2.0, "m", "2 m"),
+        (-3e-3, "s", "-3 ms"),
+        (4e-11, "m", "0.04 nm"),
+        (1e-6, "rad", "1e-06 rad"),
+        (9.996e-7, "s", "1 us"),
+    ],
 )
 def test_quantities_have_prefixes(x: float, unit: str, text: str) -> None:
     assert quantity(x, unit) == text

@@ -76,7 +76,9 @@ def test_jacobians_of_random_trees_against_differences_in_50_digits(seed: int) -
     motion = EquationsOfMotion(machine)
     q, qd, _ = random_state(machine, seed)
     qdd = np.random.default_rng(seed).uniform(-3, 3, len(q)).tolist()
-    found = motion.jacobians(motion.residual, State(*map(np.array, (q, qd, qdd)), np.zeros(len(q)), np.zeros(len(machine.motors))))
+    found = motion.jacobians(
+        motion.residual, State(*map(np.array, (q, qd, qdd)), np.zeros(len(q)), np.zeros(len(machine.motors)))
+    )
     wanted = [
         differences(lambda x: forces(machine, x, qd, qdd), q),
         differences(lambda x: forces(machine, q, x, qdd), qd),

@@ -1,0 +1,160 @@
+"""Commands and programs of docs/scenes.md, run from the first to the last, print what the page shows."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from decimal import Decimal, InvalidOperation
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.command_line import EXAMPLES, ended
+from tests.golden import ROOT
+
+PAGE = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+SCENE, REDUCED = (text for language, text in BLOCKS if language == "toml")
+IN_REAL_TIME = sys.platform.startswith("linux") and shutil.which("cc")
+pytestmark = pytest.mark.skipif(not IN_REAL_TIME, reason="the loop is for Linux and its compiler")
+
+TIME = re.compile(r"[\d.e+-]+ [num]?s\b")
+VERDICT = re.compile(r"(within|more than) the TIME that|\d+ overruns|\d\.\de-1\d|-?─+")
+BELOW = Decimal("1e-9")
+"""Of a number that is rounding: positions that are zero but for that."""
+
+
+class Run(NamedTuple):
+    """A command or a program, and what the page shows of its output."""
+
+    language: str
+    text: str
+    shown: str
+
+
+RUNS = [
+    Run(language, text, shown)
+    for (language, text), (kind, shown) in pairwise([*BLOCKS, ("sh", "")])
+    if language in ("sh", "python")
+    for shown in [shown if not kind else ""]
+]
+
+
+def words(text: str) -> list[str]:
+    """Without times, what depends on them, and the last digits of rounding errors."""
+    return VERDICT.sub("", TIME.sub("TIME", text)).split()
+
+
+def differ(shown: str, printed: str) -> bool:
+    """Whether two words are other texts, or numbers by more than one of the last digit that is shown."""
+    if shown == printed:
+        return False
+    try:
+        x, y = Decimal(shown.strip(",[]")), Decimal(printed.strip(",[]"))
+    except InvalidOperation:
+        return True
+    digit = Decimal(1).scaleb(int(x.as_tuple().exponent))
+    return abs(x - y) > max(digit, BELOW)
+
+
+def differences(shown: str, printed: str) -> list[tuple[str, str]]:
+    before, after = words(shown), words(printed)
+    if len(before) != len(after):
+        return [(shown, printed)]
+    return [pair for pair in zip(before, after, strict=True) if differ(*pair)]
+
+
+def output(run: Run) -> str:
+    """Standard output, then the error stream."""
+    if run.language == "python":
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            exec(run.text, {})
+        return out.getvalue()
+    program, *arguments = shlex.split(run.text)
+    if program == "symoro-elastic":
+        done = ended(*arguments)
+        assert done.code == 0, done.err
+        return done.out + done.err
+    finished = subprocess.run([program, *arguments], capture_output=True, text=True, check=True)
+    return finished.stdout
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder beside the examples, as the page assumes."""
+    (tmp_path / "examples").symlink_to(EXAMPLES)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_scene_is_that_of_the_examples() -> None:
+    assert (EXAMPLES / "scenes" / "two_axis_move.toml").read_text(encoding="utf-8").endswith(SCENE)
+
+
+def test_commands_print_what_the_page_shows(folder: Path) -> None:
+    """Numbers to the last digit shown, texts but for times; the scene that `ladder` writes, the labels of the plot."""
+    assert len(RUNS) >= 6
+    found = {run.text: differences(run.shown, output(run)) for run in RUNS}
+    assert {text: wrong for text, wrong in found.items() if wrong} == {}
+    written, shown = (tomllib.loads(x) for x in ((folder / "reduced.toml").read_text(encoding="utf-8"), REDUCED))
+    assert written.pop("scene")["steps"] == shown["scene"]["steps"]
+    static = tomllib.loads((folder / "reduced.toml").read_text(encoding="utf-8"))["scene"]["static"]
+    assert static == pytest.approx(shown.pop("scene")["static"], abs=float(BELOW))
+    assert written == shown
+    drawn, kept = (re.findall("<!-- .* -->", path.read_text(encoding="utf-8")) for path in plots(folder))
+    assert drawn == kept
+
+
+def plots(folder: Path) -> tuple[Path, Path]:
+    return folder / "plots" / "rungs.svg", ROOT / "docs" / "scenes_rungs.svg"
+
+
+def test_the_loop_ends_where_numpy_does(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the nanometre that it prints; the same steps, the same numbers of its first lines."""
+    (folder / "reduced.toml").write_text(REDUCED, encoding="utf-8")
+    *_, generate, _check, _start, build, loop = RUNS
+    for run in (generate, build):
+        output(run)
+    printed = output(loop).splitlines()[-1]
+    monkeypatch.syspath_prepend(folder / "generated")
+    monkeypatch.delitem(sys.modules, "two_axis", raising=False)
+    two_axis = importlib.import_module("two_axis")
+    monkeypatch.delitem(sys.modules, "two_axis")
+    q, qd, h = np.array(array("start")), np.zeros(6), 1e-3
+    hold, kp, kd = (np.array(array(name)) for name in ("hold", "kp", "kd"))
+    for k in range(250):
+        r, rd = wanted(np.array([k * h, (k + 1) * h]))
+        q, qd = two_axis.step_w2_servo(np.tile(hold, (2, 1)), r, rd, kp, kd, h, q, qd)
+    r, rd = (x[0] for x in wanted(np.array([250 * h])))
+    motors = list(two_axis.MOTORS)
+    qdd = two_axis.direct_dynamics(q, qd, hold + kp * (r - q[motors]) + kd * (rd - qd[motors]))
+    T = two_axis.geometric_model_with_deflections(q, two_axis.static_deflections(q, qd, qdd))
+    expected = [*q[motors], *T[two_axis.FRAMES.index("tool"), :3, 3]]
+    assert [float(x) for x in re.findall(r"-?\d+\.\d{9}", printed)] == pytest.approx(expected, abs=0.6e-9)
+
+
+def array(name: str) -> list[float]:
+    """The numbers of an array in the loop's source."""
+    source = (EXAMPLES / "realtime_two_axis.c").read_text(encoding="utf-8")
+    found = re.search(rf"double {name}\[\w+\] = {{(.*?)}}", source)
+    assert found
+    return [float(x) for x in found[1].split(",")]
+
+
+def wanted(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of the motors, (N, 2)."""
+    x = np.minimum(t / 0.15, 1.0)[:, None]
+    by = np.array([0.08, 0.05])
+    course = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
+    return np.array([0.0, 0.1]) + by * course(x), by * course.deriv()(x) / 0.15
