@@ -20,6 +20,7 @@ from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.sections import Failure, SectionedGroup
+from symoro_elastic.cli.simulation import simulate
 from symoro_elastic.cli.trade import trade
 from symoro_elastic.cli.vibration import linearize, modes, response
 from symoro_elastic.errors import InputError
@@ -39,7 +40,7 @@ SECTIONS = {
     "Models and code": (show, convert, models, equations, generate),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
-    "Simulation": (ladder,),
+    "Simulation": (simulate, ladder),
     "Control": (feed_forward,),
     "Identification": (excite, identify),
 }

@@ -59,6 +59,12 @@ def _pictures() -> Iterable[str]:
     return PICTURE_FORMATS
 
 
+def _methods() -> Iterable[str]:
+    from symoro_elastic.integration.methods import METHODS
+
+    return METHODS
+
+
 def _freed() -> Iterable[str]:
     from symoro_elastic.machine.freed import SECTIONS
 
@@ -68,6 +74,7 @@ def _freed() -> Iterable[str]:
 MODELS = completed_from(_models)
 TARGETS = completed_from(_targets)
 PRECISIONS = completed_from(_precisions)
+METHODS = completed_from(_methods)
 FREED = completed_from(_freed)
 PICTURES = completed_from(_pictures)
 DOCUMENTS = completed_from(lambda: ("latex", "html", "pdf"))

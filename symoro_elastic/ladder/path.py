@@ -13,7 +13,7 @@ Motors without servo follow exactly: their rows are no equations then, but give 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,8 +25,8 @@ from symoro_elastic.ladder.outputs import Outputs, outputs_along
 from symoro_elastic.ladder.refusals import refuse_machine
 from symoro_elastic.ladder.samples import between, slopes
 from symoro_elastic.ladder.small_motion import LinearMotion, SmallMotion, small_motion
-from symoro_elastic.machine.scene import Asked
 from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
@@ -88,7 +88,7 @@ class LinearPath:
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,)."""
-        return reference_states(self.reference, t)
+        return self.reference.states(t)
 
     @property
     def thinned(self) -> LinearPath:
@@ -131,7 +131,7 @@ class _Along:
         refuse_machine(self.motion, reference.start)
         self.motors = list(self.machine.motor_entries)
         self.model = numpy_model(self.machine, ("linearization", "inverse_dynamics"))
-        self.states = reference_states(reference, t)
+        self.states = reference.states(t)
 
     def about(self, deviation: SmallMotion | None, outputs: Sequence[str]) -> LinearPath:
         """Return the model about the reference, or a deviation (N, 1, n) from it; d is from the reference in both."""
@@ -184,20 +184,12 @@ class _Along:
         """Return J^T w of the applied wrenches (N, n) and its derivatives by q (N, n, n)."""
         if not self.reference.frames:
             return np.zeros_like(q), np.zeros((*q.shape, q.shape[1]))
-        wrenches = self.reference.forces_at(self.t)
+        forces = AppliedForces(self.reference)
 
         def force(q: Array) -> Array:
-            found: Array = np.einsum("tfci,tfc->ti", self._jacobian(q), wrenches)
-            return found
+            return forces.on_joints(self.t, q)
 
         return force(q), slopes(force, q)
-
-    @cached_property
-    def _jacobian(self) -> Callable[[Array], Array]:
-        """Jacobians (N, frames, 6, n) of the frames on which forces act, in axes of frame 0."""
-        frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in self.reference.frames)
-        jacobian: Callable[[Array], Array] = numpy_model(self.machine, ("jacobian",), {"jacobian": frames}).jacobian
-        return jacobian
 
     def _refuse_infinite(self, *arrays: Array) -> None:
         finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)
@@ -212,15 +204,6 @@ def _spread(x: Array, rows: Array, n: int) -> Array:
     spread = np.zeros((*x.shape[:-1], n))
     np.put_along_axis(spread, np.broadcast_to(rows, x.shape), x, axis=-1)
     return spread
-
-
-def reference_states(reference: Reference, t: Array) -> tuple[Array, Array, Array]:
-    """Return q_r, v_r, a_r (N, n): motors on their motion, other joints where they start."""
-    q, v, a = np.zeros((3, len(t), len(reference.start.q)))
-    q += reference.start.q
-    motors = list(reference.machine.motor_entries)
-    q[:, motors], v[:, motors], a[:, motors] = reference.at(t)
-    return q, v, a
 
 
 def _laws(motion: EquationsOfMotion, start: Array) -> tuple[Array, Array, Array]:

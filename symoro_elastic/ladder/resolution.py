@@ -24,22 +24,33 @@ MOST_SAMPLES = 16 * SAMPLES
 def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath:
     """Return the linear model along a motion, with rows for the outputs that have a tolerance.
 
-    Its samples are doubled until every second one tells the same. Raises `InputError` for motions that are too long.
+    Raises `InputError` for motions that are too long.
     """
-    samples = _least_samples(reference)
+    path = path_if_resolved(reference, tolerance)
+    if path is None:
+        what = f"{reference.duration:g} s are too long for the short moves or the vibrations in it: shorten it"
+        raise reference.prescribed.error("duration", what)
+    return path
+
+
+def path_if_resolved(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath | None:
+    """Return the linear model along a motion; None for motions that are too long.
+
+    Its samples are doubled until every second one tells the same.
+    """
+    samples = max(SAMPLES, in_detail(reference))
     while samples <= MOST_SAMPLES:
         path = linear_path(reference, tuple(tolerance), samples)
         if is_resolved(path, tolerance):
             return path
         samples *= 2
-    what = f"{reference.duration:g} s are too long for the short moves or the vibrations in it: shorten it"
-    raise reference.prescribed.error("duration", what)
+    return None
 
 
-def _least_samples(reference: Reference) -> int:
+def in_detail(reference: Reference) -> int:
     """Return the samples that tell all parts of a motion, an even number."""
     shortest = min(_times(reference), default=reference.duration)
-    return max(SAMPLES, 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest)))
+    return 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest))
 
 
 def _times(reference: Reference) -> Iterator[float]:

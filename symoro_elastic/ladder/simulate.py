@@ -11,22 +11,26 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, ComplexArray
+from symoro_elastic.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS, Method
 from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
+from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.ladder.path import LinearPath, linear_path
-from symoro_elastic.ladder.spring_errors import Deviations
-from symoro_elastic.ladder.stability import damped_above, largest_stable_step, poles
+from symoro_elastic.ladder.resolution import in_detail, path_if_resolved
+from symoro_elastic.ladder.spring_errors import Deviations, relative
+from symoro_elastic.ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.implicit_steps import Motors
+from symoro_elastic.numerics.values import given_values
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory
-from symoro_elastic.simulation.energy_balance import EnergyBalance, energy_balance
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
+from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
 from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.simulation.simulated import Simulation
 from symoro_elastic.simulation.step_cost import StepCost
 
 SHARE = 0.25
@@ -34,39 +38,16 @@ SHARE = 0.25
 USUAL = 1e-3
 """Of the largest deflection: the tolerance where none is given."""
 LEAST = 1e-12
-REFINEMENTS = 6
+FIRST, REFINEMENTS = 200, 8
+"""Steps that are tried where nothing is predicted, and how often they are made shorter."""
+MARGIN, MOST_AT_ONCE = 1.1, 16.0
+"""Steps more than the order of a method asks for, and times as many at most."""
+WHOLE = 1e-9
+"""Of a number of steps: rounding of times."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
 CANDIDATES = ("rk4", "w2", "w3")
 SLOW = 1e-6
 """Seconds that a step takes about, to say how long many of them would."""
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """A simulated motion: states with accelerations and torques, outputs (N, names), and what is known of its error.
-
-    `errors` are measured by halving the step, `tolerance` those that are allowed, by output; `predicted` the steps
-    and errors of the linear model, empty where none was made. `largest_step` is that of an explicit method, `followed`
-    the frequency, Hz, above which vibrations are damped instead of followed.
-    """
-
-    reference: Reference
-    trajectory: Trajectory
-    motion: Motion
-    names: tuple[str, ...]
-    outputs: Array
-    errors: Mapping[str, float]
-    tolerance: Mapping[str, float]
-    predicted: Mapping[str, float]
-    operations: int
-    energy: EnergyBalance
-    followed: float | None
-    largest_step: float
-
-    @property
-    def is_within(self) -> bool:
-        """Whether every measured error is within its tolerance."""
-        return all(self.errors[name] <= limit for name, limit in self.tolerance.items())
 
 
 @dataclass(frozen=True)
@@ -89,27 +70,43 @@ class Simulating:
         """`linear` is the linear model of a machine with more springs, and the entries of q that are left out."""
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
-        joints = tuple(f"{joint.name}.q" for joint in self.machine.moving_joints)
-        self.names = request.outputs or tuple(request.tolerance or ()) or joints
+        self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
         self.observer = Observer(self.machine, reference, self.names)
 
     @property
-    def path(self) -> LinearPath:
-        """The linear model along the motion."""
-        return self.linear[0]
+    def is_predicted(self) -> bool:
+        """Whether there is a linear model along the motion: not where joints depend on others, nor for long motions."""
+        return self._path is not None
 
-    @cached_property
+    @property
     def linear(self) -> tuple[LinearPath, tuple[int, ...]]:
         """The linear model along the motion, and the springs in it that are left out."""
-        return self._linear or (linear_path(self.reference, self.names), ())
+        assert self._path is not None
+        return self._path
+
+    @cached_property
+    def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:
+        if self._linear or self.machine.is_coupled:
+            return self._linear
+        allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
+        path = path_if_resolved(self.reference, allowed)
+        return path and (path, ())
 
     @cached_property
     def tolerance(self) -> dict[str, float]:
         """Tolerances by output: those that are given, else a thousandth of how far it is from the reference."""
-        if self.request.tolerance:
-            return dict(self.request.tolerance)
-        largest = np.abs(Deviations(self.path).outputs).max(axis=0)
+        return dict(self.request.tolerance or self.usual(Deviations(self.linear[0]).outputs))
+
+    def usual(self, deviation: Array) -> dict[str, float]:
+        """Return a thousandth of the largest deviation (N, names) of each output."""
+        largest = np.abs(deviation).max(axis=0)
         return {name: max(USUAL * float(x), LEAST) for name, x in zip(self.names, largest, strict=True)}
+
+    def deviation(self, motion: Motion, outputs: Array) -> Array:
+        """Return outputs (N, names) less those of the reference; torques less what holds the machine at the start."""
+        along = self.observer.along_reference(motion.t)
+        found: Array = outputs - np.where(np.isnan(along), outputs[:1], along)
+        return found
 
     @cached_property
     def step_errors(self) -> StepErrors:
@@ -118,12 +115,18 @@ class Simulating:
 
     @cached_property
     def poles(self) -> ComplexArray:
-        """Poles along the motion, rad/s."""
-        return poles(*self.linear)
+        """Poles along the motion, rad/s; of a tree."""
+        return poles(*(self._path or (linear_path(self.reference, (), PLACES), ())))
 
     def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
         """Return the steps that suffice for a method by prediction, and the errors predicted."""
-        return enough_steps(self, method, self.tolerance)
+        if method.name not in self._steps:
+            self._steps[method.name] = enough_steps(self, method, self.tolerance)
+        return self._steps[method.name]
+
+    @cached_property
+    def _steps(self) -> dict[str, tuple[int, Mapping[str, float]]]:
+        return {}
 
     def stable_steps(self, method: Method) -> int:
         """Return the fewest steps that an explicit method bears."""
@@ -131,7 +134,9 @@ class Simulating:
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        return largest_stable_step(method, self.poles) if isinstance(method, Tableau) else math.inf
+        if not isinstance(method, Tableau) or self.machine.is_coupled:
+            return math.inf
+        return largest_stable_step(method, self.poles)
 
     def in_periods(self, steps: int) -> int:
         """Return at least as many steps, a whole number of them in each period."""
@@ -139,6 +144,11 @@ class Simulating:
             return steps
         periods = max(1, round(self.reference.duration / self.request.period))
         return periods * -(-steps // periods)
+
+    @property
+    def first_steps(self) -> int:
+        """Steps that are tried first where none are predicted."""
+        return self.in_periods(max(FIRST, in_detail(self.reference)))
 
     @cached_property
     def cost(self) -> StepCost:
@@ -153,29 +163,39 @@ class Simulating:
         """Return the methods to choose from: those with exact derivatives need servos."""
         return list(CANDIDATES if self.reference.servo is None else (*CANDIDATES, RODAS4.name))
 
+    def error(self, key: str, what: str) -> InputError:
+        """Return the error to raise about one key or option."""
+        place = key if key.startswith("--") else f"wanted, {key}"
+        return InputError(self.reference.prescribed.source or self.machine.label, place, what)
+
     def refuse_unstable(self, method: Method, step: float) -> None:
         """Raise `InputError` for steps that an explicit method does not bear."""
         largest = self.largest_step(method)
         if step > largest:
             what = f"{step:g} s is beyond the limit of {method.name} here: give at most {largest:.3g} s, or w3, w2"
-            raise InputError(self.machine.label, "--step", what)
+            raise self.error("--step", what)
 
     def refuse_many(self, steps: float) -> None:
         """Raise `InputError` for more steps than are carried out."""
         if steps > MOST_STEPS:
             hours = steps * SLOW / 3600
             what = (
-                f"{steps:.3g} steps, some {hours:.2g} h of work: {MOST_STEPS:.0e} are the most, so give at least "
+                f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} are the most, so give at least "
                 f"{self.reference.duration / MOST_STEPS:.3g} s"
             )
-            raise InputError(self.machine.label, "--step", what)
+            raise self.error("--step", what)
 
 
 def enough_steps(
     simulating: Simulating, method: Method, tolerance: Mapping[str, float], share: float = SHARE
 ) -> tuple[int, Mapping[str, float]]:
-    """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors."""
+    """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors.
+
+    The errors are NaN where stability alone takes too many steps to try them.
+    """
     least = simulating.stable_steps(method)
+    if least > MOST_PREDICTED:
+        return simulating.in_periods(least), dict.fromkeys(tolerance, math.nan)
     choice = fewest_steps(simulating.step_errors, method, tolerance, share, least)
     steps = simulating.in_periods(choice.steps)
     if steps == choice.steps or not choice.is_tried:
@@ -194,8 +214,7 @@ def simulate(
     Method and step are predicted where they are not given. Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     simulating = Simulating(reference, request)
-    announce("predict")
-    name = request.method or simulating.cheapest()
+    name = _method(simulating, announce)
     steps, predicted = _steps(simulating, METHODS[name])
     announce("compile")
     with TemporaryDirectory() as folder:
@@ -204,19 +223,62 @@ def simulate(
         return _refined(simulating, compiled, name, steps, predicted, progress)
 
 
+def _method(simulating: Simulating, announce: Announce) -> str:
+    """Return the method that is asked for, or the cheapest by prediction. Raises `InputError` where none serves."""
+    request = simulating.request
+    refuse_still(simulating.reference)
+    refuse_dry_friction(simulating)
+    refuse_period(simulating)
+    announce("predict")
+    name = request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
+    refuse_motors(simulating.reference, name)
+    return name
+
+
+def refuse_dry_friction(simulating: Simulating) -> None:
+    """Raise `InputError` where dry friction acts on a joint without a motor: it sticks at times."""
+    values = given_values(simulating.machine)
+    for k, joint in enumerate(simulating.machine.moving_joints):
+        if k not in simulating.machine.motor_entries and joint.friction.coulomb.value(values):
+            what = f"{joint.name} has no motor, so dry friction holds it at times: make its coulomb friction 0"
+            raise simulating.machine.error("friction", what)
+
+
+def refuse_period(simulating: Simulating) -> None:
+    """Raise `InputError` where the motion is no whole number of periods, or a period no whole number of steps."""
+    period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
+    if period is None:
+        return
+    if not _is_whole(duration / period):
+        nearest = max(1, round(duration / period)) * period
+        what = f"{period:g} s is no whole part of the motion of {duration:g} s: make its duration {nearest:g} s"
+        raise simulating.error("period", what)
+    if step and 0 < step < math.inf and not _is_whole(period / step):
+        what = (
+            f"{step:g} s is no whole part of the period of {period:g} s: give {period / math.ceil(period / step):g} s"
+        )
+        raise simulating.error("--step", what)
+
+
+def _is_whole(ratio: float) -> bool:
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
+
+
 def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:
     """Return the first number of steps, and the errors predicted for it."""
     step, duration = simulating.request.step, simulating.reference.duration
     if step is None:
-        steps, predicted = simulating.steps_of(method)
+        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (simulating.first_steps, {})
         simulating.refuse_many(steps)
         return steps, predicted
     if not 0 < step < math.inf:
-        raise InputError(simulating.machine.label, "--step", f"{step:g} s is no time: give a positive number")
+        raise simulating.error("--step", f"{step:g} s is no time: give a positive number")
     simulating.refuse_many(duration / step)
     simulating.refuse_unstable(method, step)
-    steps = max(1, round(duration / step))
-    return steps, simulating.step_errors.errors(method, steps) if steps <= MOST_PREDICTED else {}
+    steps = math.ceil(duration / step * (1 - WHOLE))
+    if not simulating.is_predicted or steps > MOST_PREDICTED:
+        return steps, {}
+    return steps, simulating.step_errors.errors(method, steps)
 
 
 def _refined(
@@ -227,57 +289,94 @@ def _refined(
     predicted: Mapping[str, float],
     progress: Progress,
 ) -> Simulation:
-    """Return the motion with a step that is halved until the measured errors are tolerable, or given."""
-    reference, method = simulating.reference, METHODS[name]
-    coarse = _run(simulating, compiled, name, steps, progress)
+    """Return the motion with steps that are given, or refined until the measured errors are tolerable."""
+    runs = Runs(simulating, compiled, name, progress)
     for _ in range(REFINEMENTS):
-        fine = _run(simulating, compiled, name, 2 * coarse[0].steps, progress)
-        errors = _errors(simulating, method, coarse, fine)
-        if simulating.request.step or all(errors[x] <= limit for x, limit in simulating.tolerance.items()):
+        errors, tolerance = runs.errors(steps), runs.tolerance(steps)
+        excess = relative(errors, tolerance)
+        if simulating.request.step or excess <= 1:
             break
-        coarse = fine
-    trajectory, motion, outputs = coarse
-    return Simulation(
-        reference,
-        trajectory,
-        motion,
-        simulating.names,
-        outputs,
-        errors,
-        simulating.tolerance,
-        predicted,
-        simulating.cost.of(method),
-        energy_balance(reference.machine, motion),
-        damped_above(method, trajectory.step),
-        simulating.largest_step(method),
-    )
+        factor = np.clip(MARGIN * excess ** (1 / METHODS[name].order), 2, MOST_AT_ONCE)
+        steps, predicted = simulating.in_periods(math.ceil(steps * factor)), {}
+        simulating.refuse_many(2 * steps)
+    return runs.simulation(steps, errors, tolerance, predicted)
 
 
-Run = tuple[Trajectory, Motion, Array]
+class Runs:
+    """Motions by one method, with different numbers of steps."""
+
+    def __init__(self, simulating: Simulating, compiled: CompiledSteps, name: str, progress: Progress) -> None:
+        self.simulating, self.compiled, self.method, self.progress = simulating, compiled, METHODS[name], progress
+        self._found: dict[int, tuple[Trajectory, Motion, Array]] = {}
+
+    def run(self, steps: int) -> tuple[Trajectory, Motion, Array]:
+        """Return states, motion and outputs; not finite where they grow out of range."""
+        if steps not in self._found:
+            trajectory = self.compiled.run(self.simulating.reference, self.method.name, steps, self.progress)
+            with np.errstate(all="ignore"):
+                motion = self.simulating.observer.motion(trajectory)
+                self._found[steps] = trajectory, motion, self.simulating.observer.outputs(motion)
+        return self._found[steps]
+
+    def errors(self, steps: int) -> dict[str, float]:
+        """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
+        (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
+        _, here, there = np.intersect1d(_numbers(coarse) * 2, _numbers(fine), return_indices=True)
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(smooth[there] - rough[here]).max(axis=0)
+        factor = 2**self.method.order / (2**self.method.order - 1)
+        return dict(
+            zip(self.simulating.names, np.where(np.isfinite(apart), factor * apart, np.inf).tolist(), strict=True)
+        )
+
+    def tolerance(self, steps: int) -> dict[str, float]:
+        """Return the tolerances; those of a run itself where nothing gives them before."""
+        simulating = self.simulating
+        if simulating.request.tolerance or simulating.is_predicted:
+            return simulating.tolerance
+        _, motion, outputs = self.run(2 * steps)
+        with np.errstate(all="ignore"):
+            found = simulating.usual(simulating.deviation(motion, outputs))
+        return {name: x if math.isfinite(x) else LEAST for name, x in found.items()}
+
+    def simulation(
+        self, steps: int, errors: Mapping[str, float], tolerance: Mapping[str, float], predicted: Mapping[str, float]
+    ) -> Simulation:
+        """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
+        simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
+        _refuse_infinite(simulating, trajectory)
+        return Simulation(
+            simulating.reference,
+            trajectory,
+            motion,
+            simulating.names,
+            outputs,
+            simulating.deviation(motion, outputs),
+            errors,
+            tolerance,
+            predicted,
+            simulating.cost.of(self.method),
+            energy_balance(simulating.reference, motion),
+            damped_above(self.method, trajectory.step),
+            simulating.largest_step(self.method),
+            simulating.request.period,
+        )
 
 
-def _run(simulating: Simulating, compiled: CompiledSteps, name: str, steps: int, progress: Progress) -> Run:
-    trajectory = compiled.run(simulating.reference, name, steps, progress)
-    _refuse_infinite(simulating, trajectory)
-    motion = simulating.observer.motion(trajectory)
-    return trajectory, motion, simulating.observer.outputs(motion)
+def _numbers(run: Trajectory) -> AnyArray:
+    """Return the numbers of the steps that were kept."""
+    return np.round(run.t / run.step).astype(np.int64)
 
 
 def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
     finite = np.isfinite(trajectory.q).all(axis=1) & np.isfinite(trajectory.qd).all(axis=1)
     if not finite.all():
         first = trajectory.t[int(np.argmin(finite))]
-        what = (
-            f"the motion grows out of range at {first:.4g} s with steps of {trajectory.step:.3g} s: give shorter ones"
-        )
-        raise InputError(simulating.machine.label, "--step", what)
+        shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"
+        raise simulating.error("--step", f"the motion grows out of range at {first:.4g} s {shorter}")
 
 
-def _errors(simulating: Simulating, method: Method, coarse: Run, fine: Run) -> dict[str, float]:
-    """Return the errors of the coarse run by output: its distance from the fine one, extrapolated by the order."""
-    both = np.isin(np.round(fine[0].t / fine[0].step).astype(np.int64) % 2, 0)
-    common = fine[2][both]
-    there = min(len(common), len(coarse[2]))
-    apart = np.abs(common[:there] - coarse[2][:there]).max(axis=0)
-    factor = 2**method.order / (2**method.order - 1)
-    return dict(zip(simulating.names, (factor * apart).tolist(), strict=True))
+def _free_joints(reference: Reference) -> tuple[str, ...]:
+    """Return the positions of the joints that do not follow exactly."""
+    exact = () if reference.servo else reference.motors
+    return tuple(f"{joint.name}.q" for joint in reference.machine.moving_joints if joint.name not in exact)

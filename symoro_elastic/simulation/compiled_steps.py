@@ -18,7 +18,10 @@ from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.codegen.time_steps import times_of
+from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.integration.midpoint import Midpoint
+from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.numerics.closed_positions import Followed
@@ -40,6 +43,7 @@ class Trajectory:
     """States at times t (N,) s: q, qd (N, n) of the independent joints and the torques (N, m), SI units, radians.
 
     `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
+    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none.
     """
 
     t: Array
@@ -50,6 +54,7 @@ class Trajectory:
     step: float
     steps: int
     seconds: float
+    q_dep: Array | None = None
 
 
 class CompiledSteps:
@@ -67,11 +72,12 @@ class CompiledSteps:
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
+        refuse_motors(reference, method)
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
         state = self._state(reference, run)
         every = -(-steps // MOST_RECORDED)
-        kept, passed = [np.concatenate([state["q"], state["qd"]])[None]], 0.0
+        kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
         width = sum(run.written.values())
         for first in range(0, steps, CHUNK):
             count = min(CHUNK, steps - first)
@@ -82,7 +88,7 @@ class CompiledSteps:
             self._call(run, count, arrays, h, [*state.values(), record])
             passed += time.perf_counter() - began
             last = [k for k in range(count) if (first + k + 1) % every == 0 or first + k + 1 == steps]
-            kept.append(record[last, : 2 * len(state["q"])])
+            kept.append(record[last])
             progress(first + count, steps)
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
         return self._trajectory(reference, method, np.array(numbers) * h, np.concatenate(kept), steps, passed / steps)
@@ -102,19 +108,43 @@ class CompiledSteps:
     def _trajectory(
         self, reference: Reference, method: str, t: Array, record: Array, steps: int, seconds: float
     ) -> Trajectory:
-        q, qd = np.split(record, 2, axis=1)
-        tau = self._torques(reference, t, q, qd)
-        return Trajectory(t, q, qd, tau, method, reference.duration / steps, steps, seconds)
+        n = len(reference.start.q)
+        q, qd, q_dep = np.split(record, [n, 2 * n], axis=1)
+        tau = servo_torques(reference, t, q, qd)
+        h = reference.duration / steps
+        return Trajectory(t, q, qd, tau, method, h, steps, seconds, q_dep if q_dep.size else None)
 
-    def _torques(self, reference: Reference, t: Array, q: Array, qd: Array) -> Array:
-        """Return the torques of servos; NaN where motors follow exactly, whose torques the inverse model gives."""
-        if reference.servo is None:
-            return np.full((len(t), len(reference.motors)), np.nan)
-        motors = list(self.machine.motor_entries)
-        y, yd, _ = reference.at(t)
-        kp, kd = reference.servo
-        found: Array = reference.start.tau[motors] + kp * (y - q[:, motors]) + kd * (yd - qd[:, motors])
-        return found
+
+def servo_torques(reference: Reference, t: Array, q: Array, qd: Array) -> Array:
+    """Return the torques of servos (N, m); NaN where motors follow exactly, whose torques the inverse model gives."""
+    if reference.servo is None:
+        return np.full((len(t), len(reference.motors)), np.nan)
+    motors = list(reference.machine.motor_entries)
+    y, yd, _ = reference.at(t)
+    kp, kd = reference.servo
+    found: Array = reference.start.tau[motors] + kp * (y - q[:, motors]) + kd * (yd - qd[:, motors])
+    return found
+
+
+def refuse_motors(reference: Reference, method: str) -> None:
+    """Raise `InputError` where steps of a method cannot take what moves the machine: its motors, or applied forces."""
+    refuse_still(reference)
+    if reference.frames:
+        what = "even steps take no forces on frames: use simulate --adaptive, or leave them out"
+        raise reference.prescribed.error("forces", what)
+    if reference.servo is None and isinstance(METHODS[method], Rosenbrock | Midpoint):
+        what = f"{method} needs servos, and motors follow exactly here: take w3, or give every motor a servo"
+        raise InputError(reference.machine.label, "--method", what)
+
+
+def refuse_still(reference: Reference) -> None:
+    """Raise `InputError` where no equations are left to integrate."""
+    machine, given = reference.machine, reference.prescribed
+    if not machine.motors:
+        raise machine.error("motors", "no joint has a motor: nothing moves the machine from its equilibrium")
+    if reference.servo is None and len(machine.motors) == len(machine.moving):
+        what = "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos"
+        raise given.error("servo", what)
 
 
 def prescribed(reference: Reference, steps: int) -> Trajectory:

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.machine import Friction, Machine, Wrench
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
+from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.observed import Motion
+from symoro_elastic.simulation.reference import Reference
+
+FORMS = ("kinetic", "gravity", "elastic")
+"""Forms of energy, in the order of the model `energy`."""
 
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energies over a motion, J: `put_in` by motors, `dissipated` by dampers and friction, `stored` more at the end.
+    """Energies over a motion, J: `put_in` by motors and forces, `dissipated` by dampers and friction, `stored` more.
 
-    `largest` is the largest kinetic and elastic energy meanwhile; `left_over` is what steps and samples lose or make.
+    `courses` (N, 3) are kinetic energy, that of gravity and that of springs at each time. `largest` is the largest
+    kinetic and elastic energy meanwhile; `left_over` is what steps and samples lose or make.
     """
 
     put_in: float
     dissipated: float
     stored: float
     largest: float
+    courses: Array
 
     @property
     def left_over(self) -> float:
@@ -32,24 +39,43 @@ class EnergyBalance:
         return self.stored - self.put_in + self.dissipated
 
 
-def energy_balance(machine: Machine, motion: Motion) -> EnergyBalance:
+def energy_balance(reference: Reference, motion: Motion) -> EnergyBalance:
     """Return the balance of a motion, its powers integrated by Simpson's rule over the samples."""
-    energy = numpy_model(machine, ("energy",)).energy(motion.q, motion.qd)
+    machine = reference.machine
+    energy = motion.given_to(numpy_model(machine, ("energy",)).energy)
     total = energy.sum(axis=1)
     simpson = for_vibrations("scipy.integrate").simpson
-    motors = list(machine.motor_entries)
-    put_in = float(simpson((motion.tau * motion.qd[:, motors]).sum(axis=1), x=motion.t))
-    dissipated = float(simpson(_losses(machine, motion), x=motion.t))
+    lossless = _without_losses(machine)
+    put_in = float(simpson(_power(reference, motion), x=motion.t))
+    dissipated = 0.0 - float(simpson(_power_of(machine, lossless, motion), x=motion.t))
     moving = energy[:, 0] + energy[:, 2]
-    return EnergyBalance(put_in, dissipated, float(total[-1] - total[0]), float(moving.max(initial=0.0)))
+    return EnergyBalance(put_in, dissipated, float(total[-1] - total[0]), float(moving.max(initial=0.0)), energy)
 
 
-def _losses(machine: Machine, motion: Motion) -> Array:
-    """Return the power (N,) that dampers and friction take, W."""
-    values = given_values(machine)
-    lost = np.zeros(len(motion.t))
-    for k, joint in enumerate(machine.moving_joints):
-        rate = motion.qd[:, k]
-        viscous = joint.spring.damping.value(values) + joint.friction.viscous.value(values)
-        lost += viscous * rate**2 + joint.friction.coulomb.value(values) * np.abs(rate)
-    return lost
+def _power(reference: Reference, motion: Motion) -> Array:
+    """Return the power (N,) of motors and forces, W."""
+    machine = reference.machine
+    found: Array = (motion.tau * motion.qd[:, list(machine.motor_entries)]).sum(axis=1)
+    unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
+    found = found + _power_of(machine, unloaded, motion)
+    if reference.frames:
+        found = found + (AppliedForces(reference).on_joints(motion.t, motion.q, motion.q_dep) * motion.qd).sum(axis=1)
+    return found
+
+
+def _without_losses(machine: Machine) -> Machine:
+    """Return the machine without dampers and friction."""
+    undamped = (replace(joint.spring, damping=ZERO) for joint in machine.joints)
+    kept = zip(machine.joints, undamped, strict=True)
+    return replace(machine, joints=tuple(replace(j, spring=spring, friction=Friction()) for j, spring in kept))
+
+
+def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:
+    """Return the power (N,) of what a machine has and another one lacks, qd^T A (qdd - qdd_other)."""
+    if machine == other:
+        return np.zeros(len(motion.t))
+    model = numpy_model(machine, ("inertia_matrix", "direct_dynamics"))
+    more = motion.given_to(model.direct_dynamics)
+    more = more - motion.given_to(numpy_model(other, ("direct_dynamics",)).direct_dynamics)
+    found: Array = np.einsum("ti,tij,tj->t", motion.qd, motion.given_to(model.inertia_matrix), more)
+    return found

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from inspect import signature
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import BASE, Asked
+from symoro_elastic.models.static_deflections import DEFLECTIONS, PLACED
+from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
+from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs, outputs
@@ -24,31 +30,53 @@ FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 
 @dataclass(frozen=True)
 class Motion:
-    """q, qd, qdd (N, n) of the independent joints and the torques tau (N, m) at times t (N,), SI units, radians."""
+    """q, qd, qdd (N, n) of the independent joints and the torques tau (N, m) at times t (N,), SI units, radians.
+
+    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none.
+    """
 
     t: Array
     q: Array
     qd: Array
     qdd: Array
     tau: Array
+    q_dep: Array | None = None
+
+    def given_to(self, model: Callable[..., Any], **others: Array) -> Any:
+        """Return the results of a generated function at the states of the motion, with further arguments."""
+        known = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "q_dep": self.q_dep} | others
+        return model(**{name: known[name] for name in signature(model).parameters if name in known})
 
 
 class Observer:
     """Accelerations, torques and outputs of motions along a reference."""
 
     def __init__(self, machine: Machine, reference: Reference, names: Sequence[str]) -> None:
-        """Raises `InputError` for signals that do not exist."""
+        """Raises `InputError` for signals that do not exist, and for forces that static springs do not feel."""
+        if reference.frames and machine.static:
+            raise reference.prescribed.error("forces", "static springs do not feel them: leave one of both out")
         self.machine, self.reference, self.names = machine, reference, tuple(names)
         self.signals = tuple(_signal(machine, name) for name in names)
 
     def motion(self, found: Trajectory) -> Motion:
         """Return accelerations and torques with the states."""
+        states = Motion(found.t, found.q, found.qd, np.zeros_like(found.q), found.tau, found.q_dep)
         if self.reference.servo is None:
             _, _, ydd = self.reference.at(found.t)
-            tau, qdd = self._dynamics.inverse_dynamics(found.q, found.qd, ydd)
-            return Motion(found.t, found.q, found.qd, qdd, tau)
-        qdd = self._dynamics.direct_dynamics(found.q, found.qd, found.tau)
-        return Motion(found.t, found.q, found.qd, qdd, found.tau)
+            tau, qdd = states.given_to(self._dynamics.inverse_dynamics, qdd_motor=ydd)
+        else:
+            tau, qdd = found.tau, states.given_to(self._dynamics.direct_dynamics)
+        if self._forces:
+            by_forces, held = self._forces.answer(found.t, found.q, found.q_dep)
+            qdd, tau = qdd + by_forces, tau + held
+        return replace(states, qdd=qdd, tau=tau)
+
+    def along_reference(self, t: Array) -> Array:
+        """Return the outputs (N, names) where motors follow exactly and springs stay; NaN for torques."""
+        q, v, a = self.reference.states(t)
+        takes = "q_dep" in signature(self._dynamics.inverse_dynamics).parameters
+        q_dep = Followed(self.machine, given_values(self.machine)).at(q) if takes else None
+        return self.outputs(Motion(t, q, v, a, np.full((len(t), len(self.reference.motors)), np.nan), q_dep))
 
     def outputs(self, motion: Motion) -> Array:
         """Return the outputs (N, names); rotations are vectors from the attitude at the start, in axes of frame 0."""
@@ -63,10 +91,19 @@ class Observer:
             return (motion.q, motion.qd, motion.qdd)[signal.order][:, k]
         row = self._frames.index(_in_base(self.machine, signal))
         if signal.order == 0:
-            return _pose(self._frame_models.geometric_model(motion.q)[:, row])[:, signal.component]
-        states = (motion.q, motion.qd, motion.qdd)[: signal.order + 1]
-        found: Array = getattr(self._frame_models, FRAME_MODELS[signal.order])(*states)[:, row, signal.component]
-        return found
+            return _pose(self._placements(motion)[:, row])[:, signal.component]
+        found: Array = motion.given_to(getattr(self._frame_models, FRAME_MODELS[signal.order]))
+        return found[:, row, signal.component]
+
+    def _placements(self, motion: Motion) -> Array:
+        """Return the placements of frames (N, frames, 4, 4), static springs deflected."""
+        models = self._frame_models
+        if not self.machine.static:
+            found: Array = motion.given_to(models.geometric_model)
+            return found
+        q_static = motion.given_to(models.static_deflections)
+        placed: Array = motion.given_to(models.geometric_model_with_deflections, q_static=q_static)
+        return placed
 
     @cached_property
     def _frames(self) -> tuple[str, ...]:
@@ -75,11 +112,18 @@ class Observer:
 
     @cached_property
     def _frame_models(self) -> ModuleType:
-        return numpy_model(self.machine, FRAME_MODELS, dict.fromkeys(FRAME_MODELS, self._frames))
+        placing = (PLACED,) if self.machine.static else ()
+        deflecting = (DEFLECTIONS,) if self.machine.static else ()
+        parts = dict.fromkeys((*FRAME_MODELS, *placing), self._frames)
+        return numpy_model(self.machine, (*parts, *deflecting), parts)
 
     @cached_property
     def _dynamics(self) -> ModuleType:
         return numpy_model(self.machine, ("direct_dynamics", "inverse_dynamics"))
+
+    @cached_property
+    def _forces(self) -> AppliedForces | None:
+        return AppliedForces(self.reference) if self.reference.frames else None
 
 
 def _signal(machine: Machine, name: str) -> Signal:

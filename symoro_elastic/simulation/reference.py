@@ -62,6 +62,14 @@ class Reference:
         y, yd, ydd = motion
         return y, yd, ydd
 
+    def states(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return q_r, v_r, a_r (N, n) at times (N,): motors on their motion, other joints where they start."""
+        q, v, a = np.zeros((3, len(t), len(self.start.q)))
+        q += self.start.q
+        motors = list(self.machine.motor_entries)
+        q[:, motors], v[:, motors], a[:, motors] = self.at(t)
+        return q, v, a
+
     def _moved(self, motor: str, t: Array) -> Array:
         """Return the sum of the motions of a motor, (3, N)."""
         given = self.prescribed

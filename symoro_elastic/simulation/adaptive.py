@@ -1,0 +1,208 @@
+"""Motions by integrators of scipy with steps of their own: the generated right side and its derivatives, compiled.
+
+    y' = [v; qdd(q, v, t)],    dy'/dy = [0 I; -M^-1 K, -M^-1 D]
+
+M, D, K are those of the model `linearization`, with the gains of servos; y holds the joints that do not follow exactly.
+Radau where the machine is stiff over the motion, DOP853 elsewhere. Methods of multiple steps are not used: those of
+order above 2 grow where springs have little damping.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.values import given_values
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.simulation.applied_forces import AppliedForces
+from symoro_elastic.simulation.compiled_steps import Trajectory, refuse_still, servo_torques
+from symoro_elastic.simulation.events import Crossing, Level, Watch
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.traced import traced
+
+STIFF = 20_000.0
+"""Largest pole times duration that DOP853 is taken for: a step passes about 6."""
+ABSOLUTE = 1e-3
+"""Absolute tolerance of positions (rad, m) and velocities, of the relative one."""
+LONGEST = 100
+"""Steps over a motion, at least."""
+MOST_STEPS = 400_000
+SAMPLES, SAMPLES_OF_STEP, MOST_SAMPLES = 1000, 4, 100_000
+
+
+class CompiledMotion:
+    """The right side of a motion and its derivatives."""
+
+    def __init__(self, reference: Reference, folder: Path) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        refuse_still(reference)
+        self.reference, machine = reference, reference.machine
+        self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
+        package = traced(machine, Scene(models=(self.dynamics, "linearization"), fold=ALL)).package
+        self._compiled = CompiledPackage(package, compile_library(render_c(package), folder))
+        self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
+        self._forces = AppliedForces(reference) if reference.frames else None
+        self.motors = list(machine.motor_entries)
+        driven = self.motors if reference.servo is None else []
+        self.free = [k for k in range(len(machine.moving)) if k not in driven]
+        self._q_dep = None
+        if package.takes_dependent:
+            self._q_dep = Followed(machine, given_values(machine)).at(reference.start.q[None])[0]
+
+    @property
+    def start(self) -> Array:
+        """y (2 f,) at the start."""
+        state = self.reference.start
+        return np.concatenate([state.q[self.free], state.qd[self.free]])
+
+    def placed(self, t: Array, y: Array) -> tuple[Array, Array]:
+        """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f)."""
+        q, qd, _ = self.reference.states(t)
+        q[:, self.free], qd[:, self.free] = np.split(y, 2, axis=1)
+        return q, qd
+
+    def rate(self, t: float, y: Array) -> Array:
+        """Return y' (2 f,)."""
+        q, qd = self.placed(np.array([t]), y[None])
+        return np.concatenate([qd[0, self.free], self._accelerations(t, q, qd)[0, self.free]])
+
+    def jacobian(self, t: float, y: Array) -> Array:
+        """Return dy'/dy (2 f, 2 f), without what forces on frames change by position."""
+        q, qd = self.placed(np.array([t]), y[None])
+        found = self._call("linearization", q=q, qd=qd, qdd=self._accelerations(t, q, qd))
+        M, D, K = (found[name][0] for name in ("M", "D", "K"))
+        if self.reference.servo is not None:
+            for matrix, gains in zip((K, D), self.reference.servo, strict=True):
+                matrix[self.motors, self.motors] += gains
+        rows, f = np.ix_(self.free, self.free), len(self.free)
+        J = np.zeros((2 * f, 2 * f))
+        J[:f, f:] = np.eye(f)
+        J[f:] = -np.linalg.solve(M[rows], np.hstack([K[rows], D[rows]]))
+        return J
+
+    def dependent(self, q: Array) -> Array | None:
+        """Return q_dep (N, d) at positions (N, n), each from the one before; None where there are none."""
+        if self._q_dep is None:
+            return None
+        self._q_dep = Followed(self.reference.machine, given_values(self.reference.machine)).at(q[:1])[0]
+        return np.array([self._assembled(row[None])[0] for row in q])
+
+    def _accelerations(self, t: float, q: Array, qd: Array) -> Array:
+        """Return qdd (1, n)."""
+        at = np.array([t])
+        if self.reference.servo is None:
+            qdd = self._call(self.dynamics, q=q, qd=qd, qdd_motor=self.reference.at(at)[2])["qdd"]
+        else:
+            qdd = self._call(self.dynamics, q=q, qd=qd, tau=servo_torques(self.reference, at, q, qd))["qdd"]
+        if self._forces:
+            qdd = qdd + self._forces.answer(at, q, None if self._q_dep is None else self._assembled(q))[0]
+        return qdd
+
+    def _call(self, function: str, **arrays: Array) -> dict[str, Array]:
+        if "q_dep" in self._arguments[function]:
+            arrays["q_dep"] = self._assembled(arrays["q"])
+        return self._compiled.call(function, **arrays)
+
+    def _assembled(self, q: Array) -> Array:
+        """Return q_dep (1, d) at a position, from the last one."""
+        assert self._q_dep is not None
+        found = self._compiled.call("assemble", q=q, q_dep=self._q_dep[None])["q_dep"]
+        self._q_dep = found[0]
+        return found
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """A motion of adapted steps: y at any time by `dense`, until `ends`, and the crossings of levels."""
+
+    method: str
+    dense: Any
+    ends: float
+    steps: int
+    seconds: float
+    crossings: tuple[Crossing, ...]
+
+    @property
+    def samples(self) -> Array:
+        """Even times (N,) that resolve the steps."""
+        count = min(max(SAMPLES, SAMPLES_OF_STEP * self.steps), MOST_SAMPLES)
+        return np.linspace(0.0, self.ends, count + 1)
+
+    def trajectory(self, system: CompiledMotion, t: Array) -> Trajectory:
+        """Return the states and torques at times (N,)."""
+        q, qd = system.placed(t, self.dense(t).T)
+        tau = servo_torques(system.reference, t, q, qd)
+        return Trajectory(
+            t, q, qd, tau, self.method, self.ends / self.steps, self.steps, self.seconds, system.dependent(q)
+        )
+
+
+def method_for(system: CompiledMotion) -> str:
+    """Return Radau where a pole at the start is fast over the motion, else DOP853."""
+    poles = np.linalg.eigvals(system.jacobian(0.0, system.start))
+    return "Radau" if np.abs(poles).max(initial=0.0) * system.reference.duration > STIFF else "DOP853"
+
+
+def integrated(
+    system: CompiledMotion,
+    method: str,
+    precision: float,
+    levels: Sequence[Level] = (),
+    stop: bool = False,
+    progress: Progress = no_progress,
+) -> Adapted:
+    """Return the motion at a relative tolerance of a step, up to the first crossing if it is to `stop` there.
+
+    Raises `InputError` where steps get too small or many.
+    """
+    reference, watch = system.reference, Watch(levels)
+    began, duration = time.perf_counter(), reference.duration
+    solver = _solver(system, method, precision)
+    times, pieces, found = [0.0], [], list[Crossing]()
+    while solver.status == "running":
+        failure = solver.step()
+        if failure or not np.isfinite(solver.y).all() or len(times) > MOST_STEPS:
+            what = f"the motion gets too fast to follow at {solver.t:.4g} s: shorten it, or change springs and dampers"
+            raise reference.prescribed.error("duration", what)
+        times.append(solver.t)
+        pieces.append(dense := solver.dense_output())
+        if levels:
+            found += watch.crossings(partial(_states, system, dense), times[-2], times[-1])
+        progress(int(1000 * solver.t / duration), 1000)
+        if stop and found:
+            break
+    ends = found[0].t if stop and found else duration
+    solution = for_vibrations("scipy.integrate").OdeSolution(times, pieces)
+    passed = (time.perf_counter() - began) / len(pieces)
+    return Adapted(method, solution, ends, len(pieces), passed, tuple(found[:1] if stop else found))
+
+
+def _states(system: CompiledMotion, dense: Any, t: Array) -> tuple[Array, Array]:
+    return system.placed(t, dense(t).T)
+
+
+def _solver(system: CompiledMotion, method: str, precision: float) -> Any:
+    duration = system.reference.duration
+    more = {"jac": system.jacobian} if method == "Radau" else {}
+    return getattr(for_vibrations("scipy.integrate"), method)(
+        system.rate,
+        0.0,
+        system.start,
+        duration,
+        rtol=precision,
+        atol=ABSOLUTE * precision,
+        max_step=duration / LONGEST,
+        **more,
+    )

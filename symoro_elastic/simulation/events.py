@@ -1,0 +1,81 @@
+"""Events of a motion: a joint reaches a position, or a velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.packages import for_vibrations
+from symoro_elastic.vibration.signals import JointSignal, entry_of, outputs
+
+States = Callable[[Array], tuple[Array, Array]]
+"""q, qd (N, n) at times (N,)."""
+LOOKS = 9
+"""Times within a step at which a level is looked for."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level of a joint's position or velocity: `signal` is its name, `k` the entry of q, `order` 0 or 1."""
+
+    signal: str
+    k: int
+    order: int
+    level: float
+
+    def above(self, states: States, t: Array) -> Array:
+        """Return by how much the signal is above the level at times (N,)."""
+        found: Array = states(t)[self.order][:, self.k] - self.level
+        return found
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A time, s, at which a signal crosses a level, upwards or downwards."""
+
+    signal: str
+    level: float
+    t: float
+    upwards: bool
+
+
+def level_of(machine: Machine, signal: str, level: float) -> Level:
+    """Return a level of a signal by its name; raises `InputError` where it is no position or velocity of a joint."""
+    (found,) = outputs(machine, [signal])
+    if not isinstance(found, JointSignal) or found.order > 1:
+        what = f"{signal} is no position or velocity of a joint: give {machine.moving_joints[0].name}.q = X, or .qd"
+        raise machine.error("--event", what)
+    return Level(found.name, entry_of(machine, found), found.order, level)
+
+
+class Watch:
+    """Looks for crossings of levels in one interval of time after another; touching a level is no crossing."""
+
+    def __init__(self, levels: Sequence[Level]) -> None:
+        self.levels = levels
+        self._last: dict[Level, tuple[float, float]] = {}
+
+    def crossings(self, states: States, begins: float, ends: float) -> list[Crossing]:
+        """Return the crossings between two times, in the order of time."""
+        t = np.linspace(begins, ends, LOOKS)
+        found = [crossing for level in self.levels for crossing in self._of(level, states, t)]
+        return sorted(found, key=lambda crossing: crossing.t)
+
+    def _of(self, level: Level, states: States, t: Array) -> Iterator[Crossing]:
+        """Yield the crossings of a level between times; at the level a signal counts as where it was before."""
+        for at, above in zip(t.tolist(), level.above(states, t).tolist(), strict=True):
+            since, before = self._last.get(level, (at, above))
+            if before * above < 0:
+                yield Crossing(level.signal, level.level, _root(level, states, since, at), above > 0)
+            if above:
+                self._last[level] = at, above
+
+
+def _root(level: Level, states: States, begins: float, ends: float) -> float:
+    """Return the time at which a signal is at its level, between two at which it is not."""
+    search = for_vibrations("scipy.optimize").brentq
+    return float(search(lambda t: float(level.above(states, np.array([t]))[0]), begins, ends, xtol=1e-15))

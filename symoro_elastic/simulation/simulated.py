@@ -1,0 +1,51 @@
+"""A simulated motion, and what is known of its error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.simulation.compiled_steps import Trajectory
+from symoro_elastic.simulation.energy_balance import EnergyBalance
+from symoro_elastic.simulation.events import Crossing
+from symoro_elastic.simulation.observed import Motion
+from symoro_elastic.simulation.reference import Reference
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulated motion: states with accelerations and torques, outputs (N, names), and what is known of its error.
+
+    `deviation` (N, names) are the outputs less those where motors follow exactly and springs stay; NaN for torques.
+    `errors` are measured by halving the step, or by a smaller tolerance of an integrator with steps of its own;
+    `tolerance` those that are allowed, by output; `predicted` those of the linear model, empty where none was made.
+    `largest_step` is that of an explicit method, `followed` the frequency, Hz, above which vibrations are damped
+    instead of followed. `operations` of a step are 0, and `crossings` found, where steps are adapted.
+    """
+
+    reference: Reference
+    trajectory: Trajectory
+    motion: Motion
+    names: tuple[str, ...]
+    outputs: Array
+    deviation: Array
+    errors: Mapping[str, float]
+    tolerance: Mapping[str, float]
+    predicted: Mapping[str, float]
+    operations: int
+    energy: EnergyBalance
+    followed: float | None
+    largest_step: float
+    period: float | None = None
+    crossings: tuple[Crossing, ...] = ()
+
+    @property
+    def is_within(self) -> bool:
+        """Whether every measured error is within its tolerance."""
+        return all(self.errors[name] <= limit for name, limit in self.tolerance.items())
+
+    @property
+    def steps_of_period(self) -> int:
+        """Steps in a period of the controller; 0 where there is none."""
+        return round(self.period / self.trajectory.step) if self.period else 0

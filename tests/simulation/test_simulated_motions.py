@@ -1,0 +1,257 @@
+"""Simulated motions against Pinocchio and DOP853, closed forms, impulse and energy, and the errors that they claim."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.ladder.simulate import Request, Runs, Simulating, simulate
+from symoro_elastic.ladder.simulate_adaptively import simulate_adaptively
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.progress import no_progress
+from symoro_elastic.simulation.adaptive import CompiledMotion, integrated
+from symoro_elastic.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.simulation.motor_motion import RISE
+from symoro_elastic.simulation.observed import Observer
+from symoro_elastic.simulation.reference import Reference
+from tests.closed_chains.machines import machine as closed_chain
+from tests.command_line import EXAMPLES
+from tests.ladder.motions import moved
+from tests.ladder.scenes import two_axis
+from tests.ladder.truth import Truth, generated_dynamics, pinocchio_dynamics
+from tests.vibration.machines import crossing, drive
+
+BY, LASTS, LONG = 0.05, 0.15, 0.25
+SERVO = {"motor": Gains(5e4, 600.0)}
+
+
+def driven(servo: bool = False, **of_drive: float) -> Reference:
+    """The motor of the drive moves, and stays for a while."""
+    return moved(drive(**of_drive), LONG, {"motor": (BY, LASTS)}, servo=SERVO if servo else None)
+
+
+def crossed(servo: bool = False) -> Reference:
+    """A slide on an elastic turn: centrifugal and Coriolis forces."""
+    gains = {"radius": Gains(4e4, 300.0)} if servo else None
+    return moved(crossing(), LONG, {"radius": (0.3, LASTS)}, {"radius": 0.3}, gains)
+
+
+# Independent references
+
+
+@pytest.mark.parametrize("servo", [None, Bandwidth(25, 0.8)])
+def test_pinocchio_and_dop853_give_the_same_motion(servo: Bandwidth | None) -> None:
+    """To the error that is measured, twelve joints, with motors that follow exactly and under servos."""
+    pytest.importorskip("pinocchio")
+    servos = dict.fromkeys(("motor_x", "motor_y"), servo) if servo else None
+    moves = {"motor_x": (0.005, 0.02), "motor_y": (0.003, 0.02)}
+    reference = moved(two_axis(), 0.024, moves, {"motor_y": 0.1}, servos)  # type: ignore[arg-type]
+    found = simulate(reference, Request(("tool.x", "tool.y"), None, "w3", 1e-4))
+    truth = Truth(reference, [()], np.linspace(0, 0.024, 13), pinocchio_dynamics(reference.machine))
+    wrong = np.abs(found.outputs[::20] - truth.outputs(found.names, truth.q)[:, 0]).max(axis=0)
+    assert (wrong <= 1.2 * np.array([found.errors[name] for name in found.names])).all()
+    assert max(found.errors.values()) < 1e-7 < np.abs(found.deviation).max()
+
+
+def exact_deflection(t: Array, w: float) -> Array:
+    """x'' + w^2 x = -y'' from rest, y the rise of 7th degree: a polynomial and a vibration, free afterwards."""
+    scale = Polynomial([0, 1 / LASTS])
+    forcing = -BY * RISE(scale).deriv(2)
+    particular = sum((forcing.deriv(2 * k) * (-1) ** k / w ** (2 * k + 2) for k in range(3)), Polynomial([0.0]))
+
+    def vibration(since: Array, x: float, v: float) -> Array:
+        found: Array = x * np.cos(w * since) + v / w * np.sin(w * since)
+        return found
+
+    x, v = -particular(0), -particular.deriv()(0)
+    during = particular(t) + vibration(t, x, v)
+    x1 = particular(LASTS) + vibration(np.array(LASTS), x, v)
+    v1 = particular.deriv()(LASTS) - x * w * np.sin(w * LASTS) + v * np.cos(w * LASTS)
+    return np.where(t <= LASTS, during, vibration(t - LASTS, float(x1), float(v1)))
+
+
+def test_an_oscillator_moves_as_in_closed_form() -> None:
+    """m x'' + k x = -m y'': motor prescribed, spring of 10 Hz without damper; within the measured error."""
+    found = simulate(driven(), Request(("load.q",), {"load.q": 1e-8}))
+    w = np.sqrt(2e4 / 5)
+    wrong = np.abs(found.outputs[:, 0] - exact_deflection(found.motion.t, w)).max()
+    assert 0.5 < found.errors["load.q"] / wrong < 2 and found.is_within
+
+
+def test_static_springs_deflect_by_the_inertia_that_they_carry() -> None:
+    """q_load = -m a / k, and the tool is there; the motor moves as with a rigid drive."""
+    rigid = restricted(drive(), Scene(static={"load": None}))
+    reference = moved(rigid, LONG, {"motor": (BY, LASTS)}, servo=SERVO)
+    found = simulate(reference, Request(("load.z",), None, "w3", 1e-3))
+    q, qdd = found.motion.q[:, 0], found.motion.qdd[:, 0]
+    np.testing.assert_allclose(found.outputs[:, 0], q - 5 * qdd / 2e4, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(qdd, found.motion.tau[:, 0] / 8, rtol=1e-12, atol=1e-12)
+
+
+# Errors that are claimed
+
+
+@cache
+def compiled(name: str) -> CompiledSteps:
+    machine = drive(d=30) if name == "drive" else crossing()
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        return CompiledSteps(machine, list(METHODS), Path(folder))
+
+
+@cache
+def truth(name: str, servo: bool, samples: int) -> Truth:
+    reference = driven(servo, d=30) if name == "drive" else crossed(servo)
+    t = np.linspace(0, LONG, samples + 1)
+    return Truth(reference, [()], t, generated_dynamics(reference.machine))
+
+
+@pytest.mark.parametrize(
+    ("name", "servo", "method", "steps"),
+    [
+        ("drive", False, "rk4", 50),
+        ("drive", False, "w2", 100),
+        ("drive", False, "w3", 100),
+        ("drive", True, "rk4", 100),
+        ("drive", True, "w2", 200),
+        ("drive", True, "w3", 100),
+        ("drive", True, "rodas4", 50),
+        ("drive", True, "midpoint", 200),
+        ("crossing", False, "w2", 200),
+        ("crossing", False, "w3", 100),
+        ("crossing", True, "w3", 200),
+        ("crossing", True, "rodas4", 100),
+    ],
+)
+def test_errors_by_halving_are_true_within_a_factor_of_two(name: str, servo: bool, method: str, steps: int) -> None:
+    of = truth(name, servo, 200)
+    names = tuple(f"{joint.name}.q" for joint in of.reference.machine.moving_joints)[0 if servo else 1 :]
+    names = names if name == "drive" or servo else ("turn.q", "beside.q")
+    runs = Runs(Simulating(of.reference, Request(names)), compiled(name), method, no_progress)
+    _, _, outputs = runs.run(steps)
+    exact = of.outputs(names, of.q)[:: 200 // steps, 0] if steps < 200 else of.outputs(names, of.q)[:, 0]
+    wrong = np.abs(outputs - exact).max(axis=0)
+    claimed = np.array(list(runs.errors(steps).values()))
+    seen = wrong > 1e-12
+    assert seen.any() and (claimed[seen] <= 2 * wrong[seen]).all() and (wrong[seen] <= 2 * claimed[seen]).all()
+
+
+def test_outputs_without_tolerance_may_miss_a_thousandth_of_their_deviation() -> None:
+    """The largest deflection of the spring is found by the linear model, exactly for a linear machine."""
+    found = simulate(driven(), Request())
+    largest = np.abs(exact_deflection(found.motion.t, np.sqrt(2e4 / 5))).max()
+    assert found.names == ("load.q",) and found.is_within
+    assert found.tolerance["load.q"] == pytest.approx(1e-3 * largest, rel=2e-3)
+
+
+# Impulse and energy
+
+
+def test_momentum_is_the_impulse_of_the_motor() -> None:
+    """3 v + 5 (v + v_load) = integral of tau, by Simpson's rule over steps of 1/4000 s."""
+    from scipy.integrate import simpson
+
+    found = simulate(driven(servo=True), Request(("load.q",), None, "w3", LONG / 1000))
+    motor, load = found.motion.qd.T
+    momentum = 8 * motor + 5 * load
+    halfway = 601
+    impulse = simpson(found.motion.tau[:halfway, 0], x=found.motion.t[:halfway])
+    assert momentum[halfway - 1] == pytest.approx(impulse, abs=1e-6 * np.abs(momentum).max())
+
+
+@pytest.mark.parametrize(("damping", "method"), [(0.0, "rk4"), (30.0, "rk4"), (30.0, "w3"), (0.0, "midpoint")])
+def test_energy_is_balanced(damping: float, method: str) -> None:
+    """What is left over goes down with the square or more of the step; dampers take what they do in truth."""
+    reference = driven(servo=True, d=damping)
+    coarse, fine = (simulate(reference, Request(("load.q",), None, method, LONG / n)).energy for n in (200, 800))
+    assert abs(fine.left_over) < abs(coarse.left_over) / 12 and abs(fine.left_over) < 1e-3 * fine.largest
+    assert (fine.dissipated > 0.1) == (damping > 0)
+    assert coarse.dissipated == pytest.approx(fine.dissipated, rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["ring", "spatial_four_bar"])
+def test_loops_without_closed_form_keep_their_energy_and_agree_with_adapted_steps(name: str) -> None:
+    machine: Machine = closed_chain(name)
+    (motor,) = machine.motor_joints
+    reference = moved(machine, 0.1, {motor.name: (0.02, 0.08)})
+    found = simulate(reference, Request(()))
+    assert found.is_within and found.predicted == {}
+    assert abs(found.energy.left_over) < 1e-3 * found.energy.largest
+    other = simulate_adaptively(reference, Request(), {})
+    t = np.linspace(0, 0.1, 21)
+    apart = [
+        np.abs(np.interp(t, found.motion.t, a) - np.interp(t, other.motion.t, b)).max() / limit
+        for a, b, limit in zip(found.outputs.T, other.outputs.T, found.tolerance.values(), strict=True)
+    ]
+    assert max(apart) < 2
+
+
+# Adapted steps
+
+
+def adapted(reference: Reference, method: str, precision: float, tmp_path: Path, t: Array) -> Array:
+    system = CompiledMotion(reference, tmp_path / method)
+    trajectory = integrated(system, method, precision).trajectory(system, t)
+    return Observer(reference.machine, reference, ("turn.q", "beside.q")).outputs(
+        Observer(reference.machine, reference, ()).motion(trajectory)
+    )
+
+
+def test_both_integrators_agree_with_an_independent_motion(tmp_path: Path) -> None:
+    of = truth("crossing", True, 200)
+    exact = of.outputs(("turn.q", "beside.q"), of.q)[:, 0]
+    for method in ("DOP853", "Radau"):
+        wrong = np.abs(adapted(of.reference, method, 1e-9, tmp_path, of.t) - exact).max()
+        assert wrong < 1e-7 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("servo", [False, True])
+def test_derivatives_of_the_right_side_are_differences(servo: bool, tmp_path: Path) -> None:
+    system = CompiledMotion(crossed(servo), tmp_path)
+    y = system.start + 0.01 * np.arange(1, len(system.start) + 1)
+    steps = 1e-5 * np.eye(len(y))
+    slopes = [(system.rate(0.07, y + s) - system.rate(0.07, y - s)) / 2e-5 for s in steps]
+    np.testing.assert_allclose(system.jacobian(0.07, y), np.array(slopes).T, rtol=1e-6, atol=1e-4)
+
+
+@pytest.mark.parametrize("servo", [False, True])
+def test_forces_on_frames_move_the_machine(servo: bool) -> None:
+    """By the transposed Jacobian, as in the reference; torques of motors that follow exactly hold them too."""
+    force = AppliedForce("radius", (30.0, -20.0, 10.0, 0.0, 0.0, 2.0), 0.02, 0.1)
+    gains = {"radius": Gains(4e4, 300.0)} if servo else None
+    reference = moved(crossing(), LONG, {"radius": (0.3, LASTS)}, {"radius": 0.3}, gains, [force])  # type: ignore[arg-type]
+    names = ("turn.q", "radius.tau")
+    found = simulate_adaptively(reference, Request(names, {"turn.q": 1e-9}), {})
+    of = Truth(reference, [()], np.linspace(0, LONG, 21), generated_dynamics(reference.machine))
+    every = (len(found.motion.t) - 1) // 20
+    np.testing.assert_allclose(found.outputs[::every, 0], of.outputs(names[:1], of.q)[:, 0, 0], rtol=0, atol=2e-9)
+    held = of.motor_torques()[:, 0, list(reference.machine.motor_entries)]
+    np.testing.assert_allclose(found.outputs[::every, 1:], held, rtol=1e-5, atol=1e-3)
+    assert abs(found.energy.left_over) < 1e-5 * found.energy.largest
+
+
+def test_even_steps_refuse_forces_wherever_they_are_taken(tmp_path: Path) -> None:
+    force = AppliedForce("load", (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, 0.1)
+    reference = moved(drive(), LONG, {"motor": (BY, LASTS)}, forces=[force])
+    with pytest.raises(InputError, match="even steps take no forces"):
+        CompiledSteps(drive(), ["w3"], tmp_path).run(reference, "w3", 10)
+
+
+def test_examples_with_couplings_are_simulated() -> None:
+    """A linkage that is coupled and closed; its spring is free, its motors follow exactly."""
+    machine, _ = read_machine(EXAMPLES / "linkage.toml")
+    moves = {joint.name: (0.05, 0.1) for joint in machine.motor_joints}
+    found = simulate(moved(machine, 0.15, moves), Request())
+    assert found.is_within and abs(found.energy.left_over) < 1e-4 * found.energy.largest
