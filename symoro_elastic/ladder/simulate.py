@@ -90,7 +90,7 @@ class Simulating:
             return self._linear
         allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
         path = path_if_resolved(self.reference, allowed)
-        return path and (path, ())
+        return None if path is None else (path, ())
 
     @cached_property
     def tolerance(self) -> dict[str, float]:
