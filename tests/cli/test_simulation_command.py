@@ -219,6 +219,18 @@ def test_refused_in_one_line(text: str, options: tuple[str, ...], said: str) -> 
     assert not Path("move.csv").exists()
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is no whole part of the motion of 0.25 s"),
+        (MOTION + FORCES + WANTED, "motion, forces: even steps take no forces on frames"),
+        (MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n", "every joint is a motor that follows exactly"),
+    ],
+)
+def test_the_ladder_refuses_the_same_before_it_predicts(text: str, said: str) -> None:
+    assert said in refused("ladder", *scene(text))
+
+
 def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> None:
     """|1 + z + z^2/2 + z^3/6 + z^4/24| = 1 for z = pole h; the limit is printed with three digits."""
     said = refused("simulate", *scene(), "--method", "rk4", "--step", "0.1")
