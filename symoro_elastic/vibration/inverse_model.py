@@ -73,7 +73,10 @@ class InverseModel:
         for q_dep in self._dependent(q):
             symbols |= zip(bound.arguments()["q_dep"], q_dep.T, strict=True)
         value = evaluate(roots, symbols, arithmetic(float))
-        return np.stack([np.broadcast_to(value(x), len(q)) for x in roots], axis=1)
+        found = np.zeros((len(q), len(roots)))
+        for column, x in enumerate(roots):
+            found[:, column] = value(x)
+        return found
 
     def _dependent(self, q: Array) -> tuple[Array, ...]:
         """Return q_dep (..., d) where it is an argument, each found from the one before."""

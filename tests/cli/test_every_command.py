@@ -154,6 +154,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
     "trade": ("--quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
+    "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),
 }
 """Commands that compile: called on one example only."""
 

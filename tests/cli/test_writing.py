@@ -109,7 +109,8 @@ def test_names_that_no_file_has(out: str, said: str, tmp_path: Path) -> None:
 def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path: Path) -> None:
     """Before the machine is read, which does not exist."""
     (tmp_path / "mine").write_text("mine")
-    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",)}.get(command, ())
+    scene = ("--scene", "scene.toml")
+    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
     assert refused(command, "none.toml", *more, "--plots", "mine") == (
         "mine: --plots: is a file, others cannot be written into it: choose another folder"
     )
@@ -159,7 +160,8 @@ def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("command", DRAWING)
 def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
-    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",)}.get(command, ())
+    scene = ("--scene", "scene.toml")
+    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--picture", "bmp")
     assert unknown == "symoro-elastic: --picture: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--picture", "svg")
