@@ -225,7 +225,8 @@ class StepErrors:
 class StepChoice:
     """Steps of a method that suffice, even over the motion, and the errors that they make, by output.
 
-    `is_tried` is False where errors were found at longer steps, and go down by the order of the method.
+    `is_tried` is False where errors were found at longer steps, and go down by the order of the method, or where
+    stability asks for too many steps to try: errors are empty then.
     """
 
     steps: int
@@ -240,6 +241,8 @@ def fewest_steps(
 
     More are taken where a few per cent of them would not be saved.
     """
+    if at_least > MOST_STEPS:
+        return StepChoice(at_least, {}, is_tried=False)
     wrong, steps, tried = 0, max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
     while (excess := relative(tried, tolerance) / share) > 1:
         factor = float(np.clip(MARGIN * excess ** (1 / method.order), 1.2, 8.0))
