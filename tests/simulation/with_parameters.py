@@ -24,13 +24,15 @@ from symoro_elastic.traced import traced
 class StepsWithParameters(CompiledSteps):
     """Set `p`, in the order of the parameters, before each run."""
 
-    def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
+    def __init__(
+        self, machine: Machine, methods: Sequence[str], folder: Path, flags: Sequence[str] = FLAGS
+    ) -> None:
         self.machine, self.p = machine, np.zeros(len(machine.parameters))
         self.package = traced(machine, Scene(models=("inverse_dynamics",), steps=tuple(methods))).package
         assert [p.name for p in self.package.parameters] == [p.name for p in machine.parameters]
         text = source_text(with_own_results(self.package), DOUBLE)
         library: ctypes.CDLL = load_library(
-            compile_library(render_c(self.package) | render_runs(self.package, text.steps), folder, flags=FLAGS)
+            compile_library(render_c(self.package) | render_runs(self.package, text.steps), folder, flags=flags)
         )
         self._runs = {run.name: run for run in text.steps.runs()}
         self._entries = {name: compiled_steps._entry(library, run) for name, run in self._runs.items()}
