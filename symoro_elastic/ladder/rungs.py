@@ -83,7 +83,7 @@ class Rung:
             return True
         of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
         return all(
-            _agree(predicted.get(name, np.inf), measured[name], NEGLIGIBLE * limit)
+            _agree(predicted[name], measured[name], NEGLIGIBLE * limit)
             and self.measured.model[name] + self.measured.steps[name] <= limit
             for predicted, measured in (of_model, of_steps)
             for name, limit in tolerance.items()

@@ -27,7 +27,7 @@ from symoro_elastic.ladder.spring_errors import relative
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
-FEWEST, MOST_STEPS = 10, 20_000
+FEWEST, MOST_STEPS = 10, 5_000
 """Steps over a motion that are tried."""
 MARGIN, SAVED = 1.05, 1.15
 """Steps more than the order of a method asks for; ratio of steps that are too few and enough, for a choice."""
@@ -225,8 +225,7 @@ class StepErrors:
 class StepChoice:
     """Steps of a method that suffice, even over the motion, and the errors that they make, by output.
 
-    `is_tried` is False where errors were found at longer steps, and go down by the order of the method, or where
-    stability asks for too many steps to try: errors are empty then.
+    `is_tried` is False where errors were found at longer steps, and go down by the order of the method.
     """
 
     steps: int
@@ -241,23 +240,32 @@ def fewest_steps(
 
     More are taken where a few per cent of them would not be saved.
     """
-    if at_least > MOST_STEPS:
-        return StepChoice(at_least, {}, is_tried=False)
-    wrong, steps, tried = 0, max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
+    wrong, steps, tried = (0, np.inf), max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
     while (excess := relative(tried, tolerance) / share) > 1:
         factor = float(np.clip(MARGIN * excess ** (1 / method.order), 1.2, 8.0))
         if steps * factor > MOST_STEPS:
             return _extrapolated(method, steps, tried, excess)
-        wrong, steps = steps, int(np.ceil(steps * factor))
+        wrong, steps = (steps, excess), int(np.ceil(steps * factor))
         tried = of.errors(method, steps)
-    while wrong and steps > SAVED * wrong:
-        fewer = int(np.sqrt(wrong * steps))
+    while wrong[0] and steps > SAVED * wrong[0]:
+        fewer = _between(wrong, (steps, relative(tried, tolerance) / share))
         found = of.errors(method, fewer)
-        if relative(found, tolerance) > share:
-            wrong = fewer
+        excess = relative(found, tolerance) / share
+        if excess > 1:
+            wrong = fewer, excess
         else:
             steps, tried = fewer, found
     return StepChoice(steps, tried)
+
+
+def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
+    """Return steps between too few and enough, about as many as the excess of their errors tells."""
+    least, most = wrong[0] * np.sqrt(SAVED), enough[0] / np.sqrt(SAVED)
+    middle = np.sqrt(least * most)
+    if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
+        order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
+        middle = MARGIN * wrong[0] * wrong[1] ** (1 / order)
+    return int(np.clip(middle, least, most))
 
 
 def _extrapolated(method: Method, steps: int, tried: Mapping[str, float], excess: float) -> StepChoice:
