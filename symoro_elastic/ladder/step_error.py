@@ -247,7 +247,7 @@ def fewest_steps(
             return _extrapolated(method, steps, tried, excess)
         wrong, steps = (steps, excess), int(np.ceil(steps * factor))
         tried = of.errors(method, steps)
-    while wrong[0] and steps > SAVED * wrong[0]:
+    while wrong[0] and steps > max(SAVED * wrong[0], wrong[0] + 1):
         fewer = _between(wrong, (steps, relative(tried, tolerance) / share))
         found = of.errors(method, fewer)
         excess = relative(found, tolerance) / share
@@ -259,13 +259,13 @@ def fewest_steps(
 
 
 def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
-    """Return steps between too few and enough, about as many as the excess of their errors tells."""
-    least, most = wrong[0] * np.sqrt(SAVED), enough[0] / np.sqrt(SAVED)
-    middle = np.sqrt(least * most)
+    """Return steps between too few and enough, neither of both: about as many as the excess of their errors tells."""
+    middle = np.sqrt(wrong[0] * enough[0])
     if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
         order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
-        middle = MARGIN * wrong[0] * wrong[1] ** (1 / order)
-    return int(np.clip(middle, least, most))
+        expected = MARGIN * wrong[0] * wrong[1] ** (1 / order)
+        middle = np.clip(expected, np.sqrt(SAVED) * wrong[0], enough[0] / np.sqrt(SAVED))
+    return int(np.clip(round(float(middle)), wrong[0] + 1, enough[0] - 1))
 
 
 def _extrapolated(method: Method, steps: int, tried: Mapping[str, float], excess: float) -> StepChoice:

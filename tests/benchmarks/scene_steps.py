@@ -12,7 +12,6 @@ from typing import Any
 
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.simulation import compiled_steps
 from symoro_elastic.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.simulation.step_cost import StepCost
@@ -44,7 +43,9 @@ def show() -> list[Any]:
             for name in names:
                 ratio = seconds[name] / seconds["rk4"]
                 counted = operations[name] / operations["rk4"]
-                figures.append({"machine": title, "flags": flags, "method": name, "ns": 1e9 * seconds[name], "ratio": ratio})
+                figures.append(
+                    {"machine": title, "flags": flags, "method": name, "ns": 1e9 * seconds[name], "ratio": ratio}
+                )
                 goal = f"{GOALS[name]:g}: {'met' if ratio <= GOALS[name] else 'NOT MET'}" if name in GOALS else ""
                 rows.append((f"{title}, {flags}", name, f"{1e9 * seconds[name]:.0f}", f"{ratio:.2f}", f"{counted:.2f}", goal))  # fmt: skip
     print_table("a step", ("machine, compiler", "method", "ns", "over rk4", "operations over rk4", "goal"), rows)
@@ -53,13 +54,9 @@ def show() -> list[Any]:
 
 def fastest(reference: Reference, names: Sequence[str], flags: Sequence[str]) -> Mapping[str, float]:
     """Seconds of a step by method."""
-    before = compiled_steps.FLAGS
-    compiled_steps.FLAGS = tuple(flags)
-    try:
-        with TemporaryDirectory() as folder:
-            runner = CompiledSteps(reference.machine, names, Path(folder))
-    finally:
-        compiled_steps.FLAGS = before
+    kind = type("WithFlags", (CompiledSteps,), {"flags": tuple(flags)})
+    with TemporaryDirectory() as folder:
+        runner: CompiledSteps = kind(reference.machine, names, Path(folder))
     found = dict.fromkeys(names, float("inf"))
     for _ in range(ROUNDS):
         for name in names:

@@ -87,9 +87,13 @@ def _print(figures: Sequence[dict[str, Any]]) -> None:
         ms = [one["ms"] for one in figures if (one["method"], one["error"]) == (method, error)]
         most = max(x or np.inf for x in ms)
         ratio = most / min(x or np.inf for x in ms)
-        asked.append((f"{method}, {error:g} m: longest, ms", f"{most:.3f}", f"{1e3 * limit:g}", _met(most <= 1e3 * limit)))
+        asked.append(
+            (f"{method}, {error:g} m: longest, ms", f"{most:.3f}", f"{1e3 * limit:g}", _met(most <= 1e3 * limit))
+        )
         if np.isfinite(spread):
-            asked.append((f"{method}, {error:g} m: longest over shortest", f"{ratio:.2f}", f"{spread:g}", _met(ratio <= spread)))
+            asked.append(
+                (f"{method}, {error:g} m: longest over shortest", f"{ratio:.2f}", f"{spread:g}", _met(ratio <= spread))
+            )
     print_table("goals", ("goal", "found", "asked", ""), asked)
 
 
