@@ -70,7 +70,9 @@ class CompiledSteps:
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         self.machine = machine
-        self.package = traced(machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=self.fold)).package
+        self.package = traced(
+            machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=self.fold)
+        ).package
         text = source_text(with_own_results(self.package), DOUBLE)
         files = render_c(self.package) | render_runs(self.package.name, text.steps)
         library = load_library(compile_library(files, folder, flags=self.flags))

@@ -1,8 +1,8 @@
-"""Libraries on the same motion and the same compiled right side: evaluations and time for an error of the tool of 1e-6 m.
+"""Libraries on the same motion and the same right side: evaluations and time for an error of the tool of 1e-6 m.
 
 50 ms of the two-axis machine under servos, springs x1 and x1e4. scipy's DOP853, Radau, BDF, LSODA and CVODE's BDF call
-generated C through Python; "in C" is the time of these evaluations alone, in C. Implicit ones are given the generated
-Jacobian. MuJoCo integrates the same machine by its own model in a loop of C; its tolerance is 1e-5 m.
+generated numpy from Python; "in C" is the time of these evaluations alone in generated C. Implicit ones are given the
+generated Jacobian. MuJoCo integrates the same machine by its own model in a loop of C; its tolerance is 1e-5 m.
 """
 
 from __future__ import annotations
@@ -96,8 +96,15 @@ def of_cvode(order: int) -> Callable[[System, float], tuple[Array, Array]]:
         def jacobian(t: float, y: Array, _: Array, out: Array) -> None:
             out[:] = system.jacobian(t, y)
 
-        solver = CVODE(rate, method="BDF", rtol=tolerance, atol=1e-2 * tolerance, jacfn=jacobian, max_order=order,
-                       max_num_steps=MOST_EVALUATIONS)  # fmt: skip
+        solver = CVODE(
+            rate,
+            method="BDF",
+            rtol=tolerance,
+            atol=1e-2 * tolerance,
+            jacfn=jacobian,
+            max_order=order,
+            max_num_steps=MOST_EVALUATIONS,
+        )
         t = np.linspace(0.0, system.reference.duration, 201)
         found = solver.solve(t, system.y)
         if not found.success:
@@ -132,10 +139,21 @@ def show() -> list[Row]:
         for row in (*_ours(search), *_libraries(plain, search, each), *_mujoco(plain, search)):
             figures.append({"stiffer": times, **row})
     rows = [
-        (f"{one['stiffer']:g}", one["name"], f"{one['error']:.1e}", one["evaluations"], _text(one.get("ms")), _text(one.get("in_c")))
+        (
+            f"{one['stiffer']:g}",
+            one["name"],
+            f"{one['error']:.1e}",
+            one["evaluations"],
+            _text(one.get("ms")),
+            _text(one.get("in_c")),
+        )
         for one in figures
-    ]  # fmt: skip
-    print_table("50 ms of the two-axis machine", ("springs times", "integrator", "error, m", "evaluations", "ms", "in C, ms"), rows)  # fmt: skip
+    ]
+    print_table(
+        "50 ms of the two-axis machine",
+        ("springs times", "integrator", "error, m", "evaluations", "ms", "in C, ms"),
+        rows,
+    )
     return figures
 
 
@@ -149,10 +167,16 @@ def _ours(search: Search) -> Iterator[Row]:
         if not steps:
             yield {"name": f"generated {method}", "error": np.inf, "evaluations": "too many"}
             continue
+        at = ", 1e-5 m" if error == OF_MUJOCO else ""
         jacobians = f" + {steps} J" if method == "rodas4" else ""
         ms = 1e3 * search.seconds(method, steps)
-        yield {"name": f"generated {method}", "error": search.error(method, steps),
-               "evaluations": f"{stages * steps}{jacobians}", "ms": ms, "in_c": ms}  # fmt: skip
+        yield {
+            "name": f"generated {method}{at}",
+            "error": search.error(method, steps),
+            "evaluations": f"{stages * steps}{jacobians}",
+            "ms": ms,
+            "in_c": ms,
+        }
 
 
 def _libraries(reference: Reference, search: Search, each: float) -> Iterator[Row]:
@@ -167,8 +191,13 @@ def _libraries(reference: Reference, search: Search, each: float) -> Iterator[Ro
                 break
             ms, n = 1e3 * (time.perf_counter() - began), y.shape[1] // 2
             error = float(np.abs(search.tool.positions(t, y[:, :n], y[:, n:]) - search.truth).max())
-            row = {"name": name, "error": error, "ms": ms, "in_c": each * system.evaluations,
-                   "evaluations": f"{system.evaluations}" + (f" + {system.jacobians} J" if system.jacobians else "")}  # fmt: skip
+            row = {
+                "name": name,
+                "error": error,
+                "ms": ms,
+                "in_c": each * system.evaluations,
+                "evaluations": f"{system.evaluations}" + (f" + {system.jacobians} J" if system.jacobians else ""),
+            }
             if error <= ERROR:
                 break
         yield row
@@ -185,7 +214,13 @@ def _mujoco(reference: Reference, search: Search) -> Iterator[Row]:
         while steps <= MOST_STEPS:
             seconds, t, q, qd = motion(reference, name, steps)
             error = float(np.abs(search.tool.positions(t, q, qd) - search.truth).max())
-            row = {"name": f"MuJoCo {name}", "error": error, "evaluations": f"{steps} steps", "ms": 1e3 * seconds, "in_c": 1e3 * seconds}  # fmt: skip
+            row = {
+                "name": f"MuJoCo {name}",
+                "error": error,
+                "evaluations": f"{steps} steps",
+                "ms": 1e3 * seconds,
+                "in_c": 1e3 * seconds,
+            }
             if error <= OF_MUJOCO:
                 break
             steps *= 2

@@ -1,4 +1,4 @@
-"""Machines of the benchmarks of time steps: springs whose stiffness and damping are parameters, and motions of a tool."""
+"""The machine of the benchmarks of time steps: stiffness and damping of springs are parameters, its tool moves."""
 
 from __future__ import annotations
 
@@ -44,16 +44,20 @@ class Stiffer:
         """The machine with all numbers in its table."""
         return replace(
             self.with_parameters,
-            parameters=tuple(replace(p, value=Formula.parse(self.values[p.name])) for p in self.with_parameters.parameters),
-        )  # fmt: skip
+            parameters=tuple(
+                replace(p, value=Formula.parse(self.values[p.name])) for p in self.with_parameters.parameters
+            ),
+        )
 
     @cached_property
     def with_parameters(self) -> Machine:
         springs = _stiffness(self.machine)
         joints = tuple(
-            replace(j, spring=Spring(Formula.parse(f"K_{j.name}"), Formula.parse(f"C_{j.name}"))) if j.name in springs else j
+            replace(j, spring=Spring(Formula.parse(f"K_{j.name}"), Formula.parse(f"C_{j.name}")))
+            if j.name in springs
+            else j
             for j in self.machine.joints
-        )  # fmt: skip
+        )
         more = tuple(Parameter(f"{letter}_{name}", Formula.parse(1)) for name in springs for letter in "KC")
         return replace(self.machine, joints=joints, parameters=(*self.machine.parameters, *more))
 

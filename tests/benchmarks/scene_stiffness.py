@@ -68,18 +68,33 @@ def show() -> list[Any]:
         for method, error in CASES:
             steps = search.fewest(method, error)
             ms = 1e3 * search.seconds(method, steps) if steps else None
-            figures.append({"stiffer": times, "damping": damping, "method": method, "error": error,
-                            "steps": steps, "ms": ms, "doubt": search.doubt})  # fmt: skip
+            figures.append(
+                {
+                    "stiffer": times,
+                    "damping": damping,
+                    "method": method,
+                    "error": error,
+                    "steps": steps,
+                    "ms": ms,
+                    "doubt": search.doubt,
+                }
+            )
     _print(figures)
     return figures
 
 
 def _print(figures: Sequence[dict[str, Any]]) -> None:
     rows = [
-        (f"{one['method']}, {one['error']:g} m", f"{one['damping']:g}", f"{one['stiffer']:g}",
-         str(one["steps"] or f"> {MOST}"), f"{one['ms']:.3f}" if one["ms"] else "-", f"{one['doubt']:.1e}")
+        (
+            f"{one['method']}, {one['error']:g} m",
+            f"{one['damping']:g}",
+            f"{one['stiffer']:g}",
+            str(one["steps"] or f"> {MOST}"),
+            f"{one['ms']:.3f}" if one["ms"] else "-",
+            f"{one['doubt']:.1e}",
+        )
         for one in sorted(figures, key=lambda one: (one["method"], -one["error"], one["damping"]))
-    ]  # fmt: skip
+    ]
     columns = ("method, error", "damping", "springs times", "steps", "ms for 50 ms", "doubt of the truth, m")
     print_table("cost at any stiffness", columns, rows)
     asked = []
