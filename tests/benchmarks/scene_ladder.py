@@ -20,7 +20,7 @@ from tests.command_line import EXAMPLES
 from tests.ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
 
 MEAN, LEAST, LONGEST = 12.0, 3.0, 15.0
-ROUNDS = 40
+ROUNDS, TIMED = 40, 1000
 SLOW = Bandwidth(8, 0.7)
 SCENES: dict[str, Callable[[], Scene]] = {
     "two_axis, 150 ms, 10 um": lambda: tool_scene("", 0.15),
@@ -113,9 +113,9 @@ def _figures(climb: _Climb, found: Ladder) -> dict[str, Any]:
 
 
 def _seconds(climb: _Climb, rung: Rung, reference: Reference, method: str, steps: int) -> float:
-    """Of a step."""
+    """Of a step, without the call from Python."""
     runner, reduced = climb._compiled(rung, reference, method), climb._reduced_reference(rung, reference)
-    return min(runner.run(reduced, method, steps).seconds for _ in range(ROUNDS))
+    return min(runner.run(reduced, method, max(steps, TIMED)).seconds for _ in range(ROUNDS))
 
 
 def of_command() -> tuple[float, float]:
