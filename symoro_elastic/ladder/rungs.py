@@ -17,11 +17,12 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.ladder.greedy import backward_greedy
 from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.recovery import Recovery
 from symoro_elastic.ladder.resolution import resolved_path
-from symoro_elastic.ladder.simulate import Request, Simulating, enough_steps
+from symoro_elastic.ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
@@ -29,7 +30,7 @@ from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
 
@@ -124,6 +125,9 @@ def ladder(
     announce("predict")
     references = tuple(reference_of(machine, motion) for motion in motions)
     climb = _Climb(machine, references, tolerance, period)
+    for reference in references:
+        refuse_motors(reference, W3.name)
+        refuse_period(Simulating(reference, climb.request))
     rungs = climb.rungs(progress)
     announce("measure")
     return climb.measured(rungs, progress)

@@ -24,7 +24,7 @@ from symoro_elastic.ladder.stability import PLACES, damped_above, largest_stable
 from symoro_elastic.ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
 from symoro_elastic.simulation.energy_balance import energy_balance
@@ -94,7 +94,7 @@ class Simulating:
             return self._linear
         allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
         path = path_if_resolved(self.reference, allowed)
-        return path and (path, ())
+        return None if path is None else (path, ())
 
     @cached_property
     def tolerance(self) -> dict[str, float]:
@@ -231,21 +231,12 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     """Return the method that is asked for, or the cheapest by prediction. Raises `InputError` where none serves."""
     request = simulating.request
     refuse_still(simulating.reference)
-    refuse_dry_friction(simulating)
+    refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
     announce("predict")
     name = request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
     refuse_motors(simulating.reference, name)
     return name
-
-
-def refuse_dry_friction(simulating: Simulating) -> None:
-    """Raise `InputError` where dry friction acts on a joint without a motor: it sticks at times."""
-    values = given_values(simulating.machine)
-    for k, joint in enumerate(simulating.machine.moving_joints):
-        if k not in simulating.machine.motor_entries and joint.friction.coulomb.value(values):
-            what = f"{joint.name} has no motor, so dry friction holds it at times: make its coulomb friction 0"
-            raise simulating.machine.error("friction", what)
 
 
 def refuse_period(simulating: Simulating) -> None:

@@ -8,9 +8,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from symoro_elastic.ladder.simulate import Request, Simulating, refuse_dry_friction
+from symoro_elastic.ladder.simulate import Request, Simulating
 from symoro_elastic.ladder.spring_errors import relative
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.simulation.adaptive import Adapted, CompiledMotion, integrated, method_for
 from symoro_elastic.simulation.energy_balance import energy_balance
@@ -35,8 +35,7 @@ def simulate_adaptively(
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     simulating = Simulating(reference, request)
-    refuse_dry_friction(simulating)
-    _refuse_jumps(reference)
+    refuse_machines_without_steps(reference.machine, ())
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")
     with TemporaryDirectory() as folder:
@@ -51,16 +50,6 @@ def simulate_adaptively(
                 if relative(found.errors, found.tolerance) <= 1:
                     break
         return found
-
-
-def _refuse_jumps(reference: Reference) -> None:
-    """Raise `InputError` for dry friction on a joint that does not follow exactly: its jumps stop adapted steps."""
-    machine, exact = reference.machine, () if reference.servo else reference.motors
-    values = given_values(machine)
-    for joint in machine.joints:
-        if joint.name not in exact and joint.friction.coulomb.value(values):
-            what = f"the dry friction of {joint.name} jumps where it turns round: use even steps, or make coulomb 0"
-            raise machine.error("--adaptive", what)
 
 
 def _compared(simulating: Simulating, system: CompiledMotion, coarse: Adapted, fine: Adapted) -> Simulation:

@@ -32,6 +32,8 @@ from symoro_elastic.simulation.events import Crossing, Level, Watch
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
 
+FLAGS = ("-O1",)
+"""Calls from Python take longer than what more would save."""
 STIFF = 20_000.0
 """Largest pole times duration that DOP853 is taken for: a step passes about 6."""
 ABSOLUTE = 1e-3
@@ -50,8 +52,9 @@ class CompiledMotion:
         refuse_still(reference)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
-        package = traced(machine, Scene(models=(self.dynamics, "linearization"), fold=ALL)).package
-        self._compiled = CompiledPackage(package, compile_library(render_c(package), folder))
+        models = (self.dynamics, "linearization", *(("assemble",) if machine.loops else ()))
+        package = traced(machine, Scene(models=models, fold=ALL)).package
+        self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
         self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
         self._forces = AppliedForces(reference) if reference.frames else None
         self.motors = list(machine.motor_entries)

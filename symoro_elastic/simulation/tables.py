@@ -5,9 +5,12 @@ from __future__ import annotations
 from math import isnan
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.numerics.values import given_values
+from symoro_elastic.packages import for_vibrations
 from symoro_elastic.simulation.periods import quantity
 from symoro_elastic.simulation.simulated import Simulation
 from symoro_elastic.simulation.tolerances import unit_of
@@ -69,12 +72,28 @@ def simulation_lines(found: Simulation) -> list[str]:
         lines.append(
             "energies and torques are less exact than the outputs: add torques (<motor>.tau) to the tolerances"
         )
+    lines += _creeping(found)
     if found.followed is not None:
         lines.append(f"vibrations above {found.followed:.4g} Hz are damped, not followed")
     if found.largest_step < float("inf"):
         lines.append(f"{found.trajectory.method} is stable up to steps of {found.largest_step:.3g} s here")
     for x in found.crossings:
         lines.append(f"{x.signal} crosses {x.level:g} {'upwards' if x.upwards else 'downwards'} at {x.t:.9g} s")
+    return lines
+
+
+def _creeping(found: Simulation) -> list[str]:
+    """Return how far joints creep while dry friction holds them, at less than the speed of its law."""
+    machine, motion, values = found.reference.machine, found.motion, given_values(found.reference.machine)
+    trapezoid = for_vibrations("scipy.integrate").trapezoid
+    lines = []
+    for k, joint in enumerate(machine.moving_joints):
+        speed, unit = joint.friction.creep.value(values), joint.unit
+        if speed and joint.friction.coulomb.value(values):
+            rates = np.abs(motion.qd[:, k])
+            crept = trapezoid(np.where(rates < speed, rates, 0.0), motion.t)
+            what = f"by a creep below {speed:g} {unit}/s: {crept:.2g} {unit} in all"
+            lines.append(f"dry friction holds {joint.name} {what}")
     return lines
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from symoro_elastic.codegen.c_steps import Run
+from symoro_elastic.codegen.c_runs import Run, runs
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE
@@ -73,7 +73,8 @@ class StepCode:
 def step_code(machine: Machine, method: str) -> StepCode:
     """The step of a method with the numbers of the machine in it."""
     package = traced(machine, Scene(models=("inverse_dynamics",), steps=(method,), fold=ALL)).package
-    (run,) = [run for run in source_text(with_own_results(package), DOUBLE).steps.runs() if run.name.endswith("_servo")]
+    steps = source_text(with_own_results(package), DOUBLE).steps
+    (run,) = [run for run in runs(steps) if run.name.endswith("_servo")]
     return StepCode(package, run)
 
 

@@ -74,6 +74,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--frequencies", "1:9:3"),
     ),
     "compare": (("--duration", "0.01"),),
+    "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
     "ladder": (("--scene", "motion.toml"),),
     "feed-forward": (("--duration", "0.1", "--rate", "50"),),
     "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
@@ -152,6 +153,7 @@ JSON: dict[str, tuple[str, ...]] = {
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
     "trade": ("--quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
+    "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
 }
 """Commands that compile: called on one example only."""
 

@@ -109,11 +109,9 @@ def test_periods_hold_whole_numbers_of_steps() -> None:
 
 def test_several_motions_have_a_block_and_files_each() -> None:
     two = MOTION.replace("[motion]", "[[motion]]") + MOTION.replace("[motion]", "[[motion]]").replace("0.05", "0.02")
-    text = run("simulate", *scene(two), "--step", "1e-3", "--out", "move.csv", "--plots", "plots").stdout
+    text = run("simulate", *scene(two), "--step", "1e-3", "--out", "move.csv").stdout
     assert "motion 1" in text and "motion 2" in text and not Path("move.csv").exists()
     assert columns("move_1.csv")["q_motor"][-1] == 0.05 and columns("move_2.csv")["q_motor"][-1] == 0.02
-    names = {f"{name}_{k}.png" for name in ("outputs", "deviation", "spectrum", "energy") for k in (1, 2)}
-    assert {path.name for path in Path("plots").iterdir()} == names
     assert "move_1.csv: file: exists already" in refused("simulate", *scene(two), "--out", "move.csv")
 
 
@@ -136,8 +134,9 @@ def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
     assert masses == pytest.approx([3, 5], rel=1e-3)
 
 
-def test_compare_reads_what_is_written(tmp_path: Path) -> None:
-    run("simulate", *scene(), "--step", "1e-3", "--out", "move.npz")
+def test_compare_reads_what_is_written_and_plots_are_drawn() -> None:
+    run("simulate", *scene(), "--step", "1e-3", "--out", "move.npz", "--plots", "plots")
+    assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "deviation", "spectrum", "energy"}
     found = json.loads(run("compare", "drive.toml", "--motion", "move.npz", "--json").stdout)
     assert "move.npz" in json.dumps(found)
 
@@ -217,6 +216,18 @@ def test_adapted_steps_take_forces() -> None:
 def test_refused_in_one_line(text: str, options: tuple[str, ...], said: str) -> None:
     assert said in refused("simulate", *scene(text), *options)
     assert not Path("move.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is no whole part of the motion of 0.25 s"),
+        (MOTION + FORCES + WANTED, "motion, forces: even steps take no forces on frames"),
+        (MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n", "every joint is a motor that follows exactly"),
+    ],
+)
+def test_the_ladder_refuses_the_same_before_it_predicts(text: str, said: str) -> None:
+    assert said in refused("ladder", *scene(text))
 
 
 def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> None:

@@ -35,6 +35,7 @@ WRITING = {
     "linearize": (TWO_R, "--out", "out.npz"),
     "modes": (TWO_AXIS, "--out", "out.mat"),
     "response": (TWO_AXIS, "--frequencies", "1:10:3", "--out", "out.csv"),
+    "simulate": (TWO_R, "--scene", MOTION, "--step", "0.01", "--out", "out.csv"),
     "ladder": (TWO_R, "--scene", MOTION, "--out", "out.toml"),
     "feed-forward": (TWO_R, "--duration", "0.1", "--rate", "50", "--out", "out.csv"),
 }
@@ -102,7 +103,9 @@ def test_names_that_no_file_has(out: str, said: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("command", ["modes", "response", "compare", "feed-forward", "trade", "identify", "excite"])
+@pytest.mark.parametrize(
+    "command", ["modes", "response", "compare", "simulate", "feed-forward", "trade", "identify", "excite"]
+)
 def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path: Path) -> None:
     """Before the machine is read, which does not exist."""
     (tmp_path / "mine").write_text("mine")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -15,10 +18,12 @@ from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.ladder.simulate import Request, Runs, Simulating, simulate
 from symoro_elastic.ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.values import given_values
 from symoro_elastic.progress import no_progress
 from symoro_elastic.simulation.adaptive import CompiledMotion, integrated
 from symoro_elastic.simulation.compiled_steps import CompiledSteps
@@ -27,10 +32,11 @@ from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import EXAMPLES
+from tests.compiled_models import cell, vector
 from tests.ladder.motions import moved
 from tests.ladder.scenes import two_axis
 from tests.ladder.truth import Truth, generated_dynamics, pinocchio_dynamics
-from tests.vibration.machines import crossing, drive
+from tests.vibration.machines import ZERO, drive, machine_of, spring
 
 BY, LASTS, LONG = 0.05, 0.15, 0.25
 SERVO = {"motor": Gains(5e4, 600.0)}
@@ -41,24 +47,31 @@ def driven(servo: bool = False, **of_drive: float) -> Reference:
     return moved(drive(**of_drive), LONG, {"motor": (BY, LASTS)}, servo=SERVO if servo else None)
 
 
-def crossed(servo: bool = False) -> Reference:
-    """A slide on an elastic turn: centrifugal and Coriolis forces."""
-    gains = {"radius": Gains(4e4, 300.0)} if servo else None
-    return moved(crossing(), LONG, {"radius": (0.3, LASTS)}, {"radius": 0.3}, gains)
+def arm() -> Machine:
+    """Two bars in a plane, the second behind a spring: centrifugal and Coriolis forces, 10 Hz."""
+    masses = ((4, 0.25), (2, 0.4))
+    one, other = (Body(cell(m), vector(m * x, 0, 0), (*[ZERO] * 5, cell(m * x**2 * 1.2))) for m, x in masses)
+    shoulder = Joint("shoulder", 0, Kind.MOTOR, 0, "q1", body=one)
+    elbow = Joint("elbow", 1, Kind.ELASTIC, 0, "q2", d=cell(0.5), body=other, spring=spring(600, 0.2))
+    return machine_of("arm", shoulder, elbow)
+
+
+def swung(servo: bool = False, forces: Sequence[AppliedForce] = ()) -> Reference:
+    gains = {"shoulder": Gains(4e3, 60.0)} if servo else None
+    return moved(arm(), LONG, {"shoulder": (0.8, LASTS)}, {"shoulder": 0.3}, gains, forces)  # type: ignore[arg-type]
 
 
 # Independent references
 
 
-@pytest.mark.parametrize("servo", [None, Bandwidth(25, 0.8)])
-def test_pinocchio_and_dop853_give_the_same_motion(servo: Bandwidth | None) -> None:
-    """To the error that is measured, twelve joints, with motors that follow exactly and under servos."""
+def test_pinocchio_and_dop853_give_the_same_motion() -> None:
+    """To the error that is measured, twelve joints, motors under servos."""
     pytest.importorskip("pinocchio")
-    servos = dict.fromkeys(("motor_x", "motor_y"), servo) if servo else None
-    moves = {"motor_x": (0.005, 0.02), "motor_y": (0.003, 0.02)}
-    reference = moved(two_axis(), 0.024, moves, {"motor_y": 0.1}, servos)  # type: ignore[arg-type]
+    servos = dict.fromkeys(("motor_x", "motor_y"), Bandwidth(25, 0.8))
+    moves = {"motor_x": (0.002, 0.01), "motor_y": (0.001, 0.01)}
+    reference = moved(two_axis(), 0.012, moves, {"motor_y": 0.1}, servos)  # type: ignore[arg-type]
     found = simulate(reference, Request(("tool.x", "tool.y"), None, "w3", 1e-4))
-    truth = Truth(reference, [()], np.linspace(0, 0.024, 13), pinocchio_dynamics(reference.machine))
+    truth = Truth(reference, [()], np.linspace(0, 0.012, 7), pinocchio_dynamics(reference.machine))
     wrong = np.abs(found.outputs[::20] - truth.outputs(found.names, truth.q)[:, 0]).max(axis=0)
     assert (wrong <= 1.2 * np.array([found.errors[name] for name in found.names])).all()
     assert max(found.errors.values()) < 1e-7 < np.abs(found.deviation).max()
@@ -83,7 +96,7 @@ def exact_deflection(t: Array, w: float) -> Array:
 
 def test_an_oscillator_moves_as_in_closed_form() -> None:
     """m x'' + k x = -m y'': motor prescribed, spring of 10 Hz without damper; within the measured error."""
-    found = simulate(driven(), Request(("load.q",), {"load.q": 1e-8}))
+    found = simulate(driven(), Request(("load.q",), {"load.q": 1e-8}, "rk4"))
     w = np.sqrt(2e4 / 5)
     wrong = np.abs(found.outputs[:, 0] - exact_deflection(found.motion.t, w)).max()
     assert 0.5 < found.errors["load.q"] / wrong < 2 and found.is_within
@@ -104,16 +117,14 @@ def test_static_springs_deflect_by_the_inertia_that_they_carry() -> None:
 
 @cache
 def compiled(name: str) -> CompiledSteps:
-    machine = drive(d=30) if name == "drive" else crossing()
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
+    machine = drive(d=30) if name == "drive" else arm()
+    with TemporaryDirectory() as folder:
         return CompiledSteps(machine, list(METHODS), Path(folder))
 
 
 @cache
 def truth(name: str, servo: bool, samples: int) -> Truth:
-    reference = driven(servo, d=30) if name == "drive" else crossed(servo)
+    reference = driven(servo, d=30) if name == "drive" else swung(servo)
     t = np.linspace(0, LONG, samples + 1)
     return Truth(reference, [()], t, generated_dynamics(reference.machine))
 
@@ -129,16 +140,15 @@ def truth(name: str, servo: bool, samples: int) -> Truth:
         ("drive", True, "w3", 100),
         ("drive", True, "rodas4", 50),
         ("drive", True, "midpoint", 200),
-        ("crossing", False, "w2", 200),
-        ("crossing", False, "w3", 100),
-        ("crossing", True, "w3", 200),
-        ("crossing", True, "rodas4", 100),
+        ("arm", False, "w2", 200),
+        ("arm", False, "w3", 100),
+        ("arm", True, "w3", 200),
+        ("arm", True, "rodas4", 100),
     ],
 )
 def test_errors_by_halving_are_true_within_a_factor_of_two(name: str, servo: bool, method: str, steps: int) -> None:
     of = truth(name, servo, 200)
     names = tuple(f"{joint.name}.q" for joint in of.reference.machine.moving_joints)[0 if servo else 1 :]
-    names = names if name == "drive" or servo else ("turn.q", "beside.q")
     runs = Runs(Simulating(of.reference, Request(names)), compiled(name), method, no_progress)
     _, _, outputs = runs.run(steps)
     exact = of.outputs(names, of.q)[:: 200 // steps, 0] if steps < 200 else of.outputs(names, of.q)[:, 0]
@@ -171,7 +181,7 @@ def test_momentum_is_the_impulse_of_the_motor() -> None:
     assert momentum[halfway - 1] == pytest.approx(impulse, abs=1e-6 * np.abs(momentum).max())
 
 
-@pytest.mark.parametrize(("damping", "method"), [(0.0, "rk4"), (30.0, "rk4"), (30.0, "w3"), (0.0, "midpoint")])
+@pytest.mark.parametrize(("damping", "method"), [(30.0, "w3"), (0.0, "midpoint")])
 def test_energy_is_balanced(damping: float, method: str) -> None:
     """What is left over goes down with the square or more of the step; dampers take what they do in truth."""
     reference = driven(servo=True, d=damping)
@@ -181,21 +191,16 @@ def test_energy_is_balanced(damping: float, method: str) -> None:
     assert coarse.dissipated == pytest.approx(fine.dissipated, rel=1e-2)
 
 
-@pytest.mark.parametrize("name", ["ring", "spatial_four_bar"])
-def test_loops_without_closed_form_keep_their_energy_and_agree_with_adapted_steps(name: str) -> None:
-    machine: Machine = closed_chain(name)
-    (motor,) = machine.motor_joints
-    reference = moved(machine, 0.1, {motor.name: (0.02, 0.08)})
-    found = simulate(reference, Request(()))
-    assert found.is_within and found.predicted == {}
-    assert abs(found.energy.left_over) < 1e-3 * found.energy.largest
-    other = simulate_adaptively(reference, Request(), {})
-    t = np.linspace(0, 0.1, 21)
-    apart = [
-        np.abs(np.interp(t, found.motion.t, a) - np.interp(t, other.motion.t, b)).max() / limit
-        for a, b, limit in zip(found.outputs.T, other.outputs.T, found.tolerance.values(), strict=True)
-    ]
-    assert max(apart) < 2
+def test_loops_without_closed_form_are_assembled_along_the_motion(tmp_path: Path) -> None:
+    """Both integrators agree, one of them by derivatives; the dependent joints are those at each position."""
+    sticking = closed_chain("ring")
+    loose = (replace(j, friction=replace(j.friction, coulomb=ZERO)) for j in sticking.joints)
+    machine = replace(sticking, joints=tuple(loose))
+    system = CompiledMotion(moved(machine, 0.05, {"drive": (0.02, 0.04)}), tmp_path)
+    t = np.linspace(0, 0.05, 6)
+    one, other = (integrated(system, name, 1e-6).trajectory(system, t) for name in ("DOP853", "Radau"))
+    assert (np.abs(one.q - other.q) <= 1e-4 * np.ptp(one.q, axis=0)).all()
+    np.testing.assert_allclose(one.q_dep, Followed(machine, given_values(machine)).at(one.q), rtol=0, atol=1e-12)
 
 
 # Adapted steps
@@ -204,41 +209,38 @@ def test_loops_without_closed_form_keep_their_energy_and_agree_with_adapted_step
 def adapted(reference: Reference, method: str, precision: float, tmp_path: Path, t: Array) -> Array:
     system = CompiledMotion(reference, tmp_path / method)
     trajectory = integrated(system, method, precision).trajectory(system, t)
-    return Observer(reference.machine, reference, ("turn.q", "beside.q")).outputs(
+    return Observer(reference.machine, reference, ("shoulder.q", "elbow.q")).outputs(
         Observer(reference.machine, reference, ()).motion(trajectory)
     )
 
 
 def test_both_integrators_agree_with_an_independent_motion(tmp_path: Path) -> None:
-    of = truth("crossing", True, 200)
-    exact = of.outputs(("turn.q", "beside.q"), of.q)[:, 0]
+    of = truth("arm", True, 200)
+    exact = of.outputs(("shoulder.q", "elbow.q"), of.q)[:, 0]
     for method in ("DOP853", "Radau"):
-        wrong = np.abs(adapted(of.reference, method, 1e-9, tmp_path, of.t) - exact).max()
-        assert wrong < 1e-7 * np.abs(exact).max()
+        wrong = np.abs(adapted(of.reference, method, 1e-7, tmp_path, of.t) - exact).max()
+        assert wrong < 1e-5 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("servo", [False, True])
 def test_derivatives_of_the_right_side_are_differences(servo: bool, tmp_path: Path) -> None:
-    system = CompiledMotion(crossed(servo), tmp_path)
+    system = CompiledMotion(swung(servo), tmp_path)
     y = system.start + 0.01 * np.arange(1, len(system.start) + 1)
     steps = 1e-5 * np.eye(len(y))
     slopes = [(system.rate(0.07, y + s) - system.rate(0.07, y - s)) / 2e-5 for s in steps]
     np.testing.assert_allclose(system.jacobian(0.07, y), np.array(slopes).T, rtol=1e-6, atol=1e-4)
 
 
-@pytest.mark.parametrize("servo", [False, True])
-def test_forces_on_frames_move_the_machine(servo: bool) -> None:
-    """By the transposed Jacobian, as in the reference; torques of motors that follow exactly hold them too."""
-    force = AppliedForce("radius", (30.0, -20.0, 10.0, 0.0, 0.0, 2.0), 0.02, 0.1)
-    gains = {"radius": Gains(4e4, 300.0)} if servo else None
-    reference = moved(crossing(), LONG, {"radius": (0.3, LASTS)}, {"radius": 0.3}, gains, [force])  # type: ignore[arg-type]
-    names = ("turn.q", "radius.tau")
-    found = simulate_adaptively(reference, Request(names, {"turn.q": 1e-9}), {})
+def test_forces_on_frames_move_the_machine() -> None:
+    """By the transposed Jacobian; torques of motors that follow exactly hold them too."""
+    force = AppliedForce("elbow", (30.0, -20.0, 10.0, 0.0, 0.0, 2.0), 0.02, 0.1)
+    reference, names = swung(forces=[force]), ("elbow.q", "shoulder.tau")
+    found = simulate_adaptively(reference, Request(names, {"elbow.q": 1e-6}), {})
     of = Truth(reference, [()], np.linspace(0, LONG, 21), generated_dynamics(reference.machine))
     every = (len(found.motion.t) - 1) // 20
-    np.testing.assert_allclose(found.outputs[::every, 0], of.outputs(names[:1], of.q)[:, 0, 0], rtol=0, atol=2e-9)
+    np.testing.assert_allclose(found.outputs[::every, 0], of.outputs(names[:1], of.q)[:, 0, 0], rtol=0, atol=1e-6)
     held = of.motor_torques()[:, 0, list(reference.machine.motor_entries)]
-    np.testing.assert_allclose(found.outputs[::every, 1:], held, rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(found.outputs[::every, 1:], held, rtol=1e-4, atol=1e-2)
     assert abs(found.energy.left_over) < 1e-5 * found.energy.largest
 
 
