@@ -63,7 +63,7 @@ class CompiledSteps:
     Numbers of the machine are folded; where a subclass leaves parameters, `p` holds their numbers at a run.
     """
 
-    fold: tuple[str, ...] = ALL
+    fold: str | tuple[str, ...] = ALL
     flags: tuple[str, ...] = FLAGS
     p: Array | None = None
 

@@ -28,6 +28,6 @@ def draw(figures: list[dict[str, Any]], file: Path) -> None:
             panel.set_yticks(range(len(rows)), [one["name"] for one in rows])
             panel.set_xscale("log")
             panel.set_title(f"springs x {times:g}")
-            panel.set_xlabel("ms in C for 50 ms")
+            panel.set_xlabel("ms for 50 ms; scipy, CVODE: evaluations alone")
         drawing.savefig(file, metadata={"Date": None, "Creator": None})
         pyplot.close(drawing)

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import mpmath
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
@@ -323,6 +324,39 @@ def test_energy_of_a_free_motion_stays(method: str, step: float, steps: int, par
     assert wrong.max() < part
     half = len(wrong) // 2
     assert method != "midpoint" or wrong[half:].max() < 1.2 * wrong[:half].max()
+
+
+# Friction that changes its sign
+
+
+SLIDE = """
+name = "slide"
+gravity = [0, 0, 0]
+joints = [{ name = "motor", kind = "motor", sigma = 1, r = "q1" }]
+[bodies]
+motor = { mass = 10 }
+[friction]
+motor = { coulomb = 5, creep = 1e-4 }
+"""
+
+
+def test_reversals_of_dry_friction_need_no_smaller_steps() -> None:
+    """200 steps of 1 ms under a servo, four reversals, 1e-6 m: 2 Fs h^2 / m: the one equation of motion by Radau."""
+    machine = toml.read(SLIDE, "slide.toml")
+    motion = PrescribedMotion(
+        0.2, wobbles=(Wobble("motor", 1e-3, 10.0),), servo={"motor": Gains(4e5, 3e3)}, source="scene.toml"
+    )
+    reference = reference_of(machine, motion)
+    found = compiled(machine, "w3").run(reference, "w3", 200)
+
+    def rate(t: float, y: Array) -> list[float]:
+        wanted, moving, _ = (x[0, 0] for x in reference.at(np.array([t])))
+        friction = 5 * y[1] / math.hypot(y[1], 1e-4)
+        return [y[1], (4e5 * (wanted - y[0]) + 3e3 * (moving - y[1]) - friction) / 10]
+
+    wanted = solve_ivp(rate, (0, 0.2), [0.0, 0.0], "Radau", found.t, rtol=1e-8, atol=1e-11).y[0]
+    assert (np.diff(np.sign(found.qd[:, 0])) != 0).sum() >= 4
+    assert np.abs(found.q[:, 0] - wanted).max() < 1e-6
 
 
 # Angles of many revolutions
