@@ -71,7 +71,11 @@ class Simulating:
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
         self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
-        self.observer = Observer(self.machine, reference, self.names)
+
+    @cached_property
+    def observer(self) -> Observer:
+        """Outputs of motions; a machine with springs left out has none of theirs. Raises `InputError`."""
+        return Observer(self.machine, self.reference, self.names)
 
     @property
     def is_predicted(self) -> bool:

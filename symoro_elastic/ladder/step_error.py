@@ -27,7 +27,7 @@ from symoro_elastic.ladder.spring_errors import relative
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
-FEWEST, MOST_STEPS = 10, 20_000
+FEWEST, MOST_STEPS = 10, 5_000
 """Steps over a motion that are tried."""
 MARGIN, SAVED = 1.05, 1.15
 """Steps more than the order of a method asks for; ratio of steps that are too few and enough, for a choice."""
@@ -240,21 +240,32 @@ def fewest_steps(
 
     More are taken where a few per cent of them would not be saved.
     """
-    wrong, steps, tried = 0, max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
+    wrong, steps, tried = (0, np.inf), max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
     while (excess := relative(tried, tolerance) / share) > 1:
         factor = float(np.clip(MARGIN * excess ** (1 / method.order), 1.2, 8.0))
         if steps * factor > MOST_STEPS:
             return _extrapolated(method, steps, tried, excess)
-        wrong, steps = steps, int(np.ceil(steps * factor))
+        wrong, steps = (steps, excess), int(np.ceil(steps * factor))
         tried = of.errors(method, steps)
-    while wrong and steps > SAVED * wrong:
-        fewer = int(np.sqrt(wrong * steps))
+    while wrong[0] and steps > max(SAVED * wrong[0], wrong[0] + 1):
+        fewer = _between(wrong, (steps, relative(tried, tolerance) / share))
         found = of.errors(method, fewer)
-        if relative(found, tolerance) > share:
-            wrong = fewer
+        excess = relative(found, tolerance) / share
+        if excess > 1:
+            wrong = fewer, excess
         else:
             steps, tried = fewer, found
     return StepChoice(steps, tried)
+
+
+def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
+    """Return steps between too few and enough, neither of both: about as many as the excess of their errors tells."""
+    middle = np.sqrt(wrong[0] * enough[0])
+    if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
+        order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
+        expected = MARGIN * wrong[0] * wrong[1] ** (1 / order)
+        middle = np.clip(expected, np.sqrt(SAVED) * wrong[0], enough[0] / np.sqrt(SAVED))
+    return int(np.clip(round(float(middle)), wrong[0] + 1, enough[0] - 1))
 
 
 def _extrapolated(method: Method, steps: int, tried: Mapping[str, float], excess: float) -> StepChoice:

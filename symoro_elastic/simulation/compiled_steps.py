@@ -58,15 +58,24 @@ class Trajectory:
 
 
 class CompiledSteps:
-    """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be."""
+    """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be.
+
+    Numbers of the machine are folded; where a subclass leaves parameters, `p` holds their numbers at a run.
+    """
+
+    fold: str | tuple[str, ...] = ALL
+    flags: tuple[str, ...] = FLAGS
+    p: Array | None = None
 
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         self.machine = machine
-        self.package = traced(machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=ALL)).package
+        self.package = traced(
+            machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=self.fold)
+        ).package
         text = source_text(with_own_results(self.package), DOUBLE)
         files = render_c(self.package) | render_runs(self.package.name, text.steps)
-        library = load_library(compile_library(files, folder, flags=FLAGS))
+        library = load_library(compile_library(files, folder, flags=self.flags))
         self._runs = {run.name: run for run in runs(text.steps)}
         self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
 
@@ -103,7 +112,8 @@ class CompiledSteps:
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         held = [np.ascontiguousarray(array) for array in read]
         pointers = (array.ctypes.data for array in held)
-        self._entries[run.name](count, *pointers, h, None, *(array.ctypes.data for array in written))
+        p = None if self.p is None else self.p.ctypes.data
+        self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
 
     def _trajectory(
         self, reference: Reference, method: str, t: Array, record: Array, steps: int, seconds: float

@@ -13,7 +13,7 @@ from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.simulation.motor_motion import Record, risen, wobble
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.shared_motors import refuse_dependent_motors
 from symoro_elastic.vibration.soft_springs import refuse_soft_static
@@ -112,7 +112,19 @@ def reference_of(
     reference = Reference(machine, prescribed, start, _gains(motion, prescribed, start), record)
     qd = np.zeros_like(start.qd)
     qd[motion.motors] = reference.at(np.zeros(1))[1][0]
+    _refuse_large(reference)
     return replace(reference, start=replace(start, qd=qd))
+
+
+def _refuse_large(reference: Reference) -> None:
+    """Raise `InputError` for a motor that gets farther or faster than numbers given by hand may be."""
+    motions = reference.at(np.linspace(0.0, reference.duration, SAMPLES))[:2]
+    for what, unit, x in zip(("position", "velocity"), ("", "/s"), motions, strict=True):
+        largest = np.abs(x).max(axis=0)
+        for name, reached in zip(reference.motors, largest, strict=True):
+            if not reached <= LARGEST_INPUT:
+                told = f"its {what} reaches {reached:.3g} rad or m{unit}: {LARGEST_INPUT:g} is the most"
+                raise reference.prescribed.error(name, told)
 
 
 def _refuse_locked(machine: Machine, prescribed: PrescribedMotion) -> None:

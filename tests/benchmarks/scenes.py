@@ -1,13 +1,16 @@
-"""What the ladder promises, measured: `python -m tests.benchmarks.scenes predictions [--json FILE]`.
+"""What time steps and the ladder promise, measured: `python -m tests.benchmarks.scenes SECTION [--json FILE]`.
 
 `predictions`: errors of springs left out, at all rungs, locked and static, and errors of methods and steps, as the
 linear model along the motion predicts them, against the nonlinear machine: Pinocchio's A and H, integrated by DOP853;
 generated steps. Errors below those that integration leaves are not compared.
+`steps`: time of a step by method. `stiffness`: cost of an error at any stiffness. `ladder`: what the chosen rung saves,
+and the time of the command. `libraries`: scipy, CVODE and MuJoCo on the same motion; `--picture` draws them.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +25,7 @@ from symoro_elastic.ladder.spring_errors import Deviations
 from symoro_elastic.ladder.stability import largest_stable_step, poles
 from symoro_elastic.ladder.step_error import StepErrors
 from tests.benchmarks.match import require_pinocchio
+from tests.benchmarks.scene_picture import draw
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.ladder.generated_steps import stepped_motion, with_steps
 from tests.ladder.scenes import Scene, many
@@ -32,6 +36,7 @@ SMALLEST_MODEL, SMALLEST_STEP = 1e-11, 2e-9
 """Errors that are compared, m."""
 LARGEST = 0.25
 """Deviation up to which predictions are asked for, m."""
+SECTIONS = ("steps", "stiffness", "ladder", "libraries")
 STEPS = (60, 120, 240)
 DRIVEN, SERVED = ("w2", "w3", "rk4"), ("w2", "w3", "rk4", "rodas4", "midpoint")
 EXCEPT_FAR, CLOSE = 2.0, 1.1
@@ -49,10 +54,18 @@ class Compared:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.scenes", description=__doc__)
-    parser.add_argument("what", choices=["predictions"])
+    parser.add_argument("what", choices=["predictions", *SECTIONS])
     parser.add_argument("--only", default="", help="scenes whose name holds this")
     parser.add_argument("--json", type=Path, help="save the figures")
+    parser.add_argument("--picture", type=Path, help="draw those of libraries into this .svg")
     arguments = parser.parse_args()
+    if arguments.what in SECTIONS:
+        figures = importlib.import_module(f"tests.benchmarks.scene_{arguments.what}").show()
+        if arguments.json:
+            save_json(arguments.json, figures)
+        if arguments.picture and arguments.what == "libraries":
+            draw(figures, arguments.picture)
+        return
     require_pinocchio()
     wanted = [(name, scene) for name, scene in many().items() if arguments.only in name]
     found = [compared(name, scene) for name, scene in progress(wanted, "simulate")]

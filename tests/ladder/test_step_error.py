@@ -97,6 +97,21 @@ def test_the_fewest_steps_are_enough_and_fewer_are_not(name: str) -> None:
     assert relative(errors.errors(METHODS[name], int(choice.steps / 1.2)), tolerance) > 0.25
 
 
+@pytest.mark.parametrize("enough", range(10, 40))
+def test_the_search_ends_wherever_errors_get_small_enough(enough: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors that fall at one number of steps, from 10 to 39: the next ones are found in a few tries."""
+    tried: list[int] = []
+
+    def errors(of: StepErrors, method: object, steps: int) -> dict[str, float]:
+        tried.append(steps)
+        assert len(tried) < 20
+        return {"x": 0.9 if steps >= enough else 1.1}
+
+    monkeypatch.setattr(StepErrors, "errors", errors)
+    choice = fewest_steps(StepErrors(path(False)), METHODS["w3"], {"x": 1.0}, 1.0)
+    assert enough <= choice.steps <= max(1.15 * enough + 1, enough + 1)
+
+
 def test_steps_beyond_those_tried_follow_from_the_order(monkeypatch: pytest.MonkeyPatch) -> None:
     errors, tolerance = StepErrors(path(False)), dict.fromkeys(OUTPUTS, 1e-6)
     tried = fewest_steps(errors, METHODS["w2"], tolerance, 0.25)
