@@ -76,12 +76,12 @@ def ladder(
 
 
 def _print(found: Ladder, scene: str) -> None:
-    from symoro_elastic.ladder.tables import advice, ladder_table, period_of
+    from symoro_elastic.ladder.tables import advice, arithmetic_line, ladder_table, period_of
     from symoro_elastic.machine.formats import read_wanted
 
     print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
     wanted = read_wanted(scene)
-    lines = [advice(found), period_of(found, wanted) if wanted else ""]
+    lines = [advice(found), period_of(found, wanted) if wanted else "", arithmetic_line(found)]
     click.echo("\n".join(line for line in lines if line))
 
 

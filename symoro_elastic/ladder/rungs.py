@@ -7,7 +7,7 @@ that is chosen, its neighbour and the whole machine are simulated, and the predi
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,6 +18,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.ladder.arithmetic import single_precision_errors
 from symoro_elastic.ladder.greedy import backward_greedy
 from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.recovery import Recovery
@@ -95,7 +96,8 @@ class Rung:
 class Ladder:
     """All rungs of a machine for its motions, the rung that is chosen, and the whole machine with RK4 to compare with.
 
-    `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed.
+    `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
+    errors by output that the chosen one has more where accelerations are in single precision; empty without one.
     """
 
     machine: Machine
@@ -105,6 +107,7 @@ class Ladder:
     chosen: int | None
     full: Steps
     distrusted: tuple[int, ...] = ()
+    arithmetic: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def saving(self) -> float:
@@ -224,7 +227,10 @@ class _Climb:
             distrusted.append(k)
         if chosen is not None and chosen + 1 < len(found) and not found[chosen + 1].locked:
             found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1]))
-        return Ladder(self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted))
+        arithmetic = {} if chosen is None else self._arithmetic(found[chosen])
+        return Ladder(
+            self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted), arithmetic
+        )
 
     def _measured(self, rung: Rung) -> Measured:
         """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
@@ -237,6 +243,15 @@ class _Climb:
             self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
         )
         return Measured(dict(zip(names, model.tolist(), strict=True)), steps, seconds)
+
+    def _arithmetic(self, rung: Rung) -> dict[str, float]:
+        """Return what single precision of the accelerations adds to the errors of a rung, largest over the motions."""
+        if not self._moves(rung) or rung.chosen is None:
+            return dict.fromkeys(self.tolerance, 0.0)
+        steps = rung.chosen.steps
+        paths = [self._path(rung, reference) for reference in self.references]
+        each = [single_precision_errors(path, steps, left_out) for path, left_out in paths]
+        return {name: max(errors[name] for errors in each) for name in self.tolerance}
 
     def _worst(self, rung: Rung) -> int:
         """Return the number of the motion on which the model of a rung is predicted to be worst."""

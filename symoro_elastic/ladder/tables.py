@@ -15,6 +15,9 @@ from symoro_elastic.machine.wanted import Wanted
 from symoro_elastic.simulation.periods import period_line, quantity
 from symoro_elastic.simulation.tolerances import unit_of
 
+ARITHMETIC_SHARE = 0.05
+"""Of a tolerance that arithmetic may take."""
+
 
 def ladder_table(found: Ladder) -> Any:
     """Return a row for each rung: what is left out more, errors, steps, cost against the whole machine with RK4."""
@@ -61,6 +64,17 @@ def advice(found: Ladder) -> str:
     return f"{what}; {steps}, {found.saving:.3g} times fewer operations than the whole machine with RK4"
 
 
+def arithmetic_line(found: Ladder) -> str:
+    """Return a line on accelerations in single precision, states in double; empty where no rung is chosen."""
+    if found.chosen is None:
+        return ""
+    worst = max(found.tolerance, key=lambda name: found.arithmetic[name] / found.tolerance[name])
+    added = quantity(found.arithmetic[worst], unit_of(found.machine, worst))
+    enough = found.arithmetic[worst] <= ARITHMETIC_SHARE * found.tolerance[worst]
+    verdict = "mixed precision is enough" if enough else "use double precision"
+    return f"accelerations in single precision add about {added} to {worst}: {verdict}"
+
+
 def _described(found: Ladder, rung: Rung) -> str:
     kept = [
         joint.name
@@ -102,6 +116,7 @@ def ladder_json(found: Ladder) -> dict[str, Any]:
         "chosen": found.chosen,
         "distrusted": list(found.distrusted),
         "full": {"method": found.full.method, "steps": found.full.steps, "operations": found.full.operations},
+        "arithmetic": dict(found.arithmetic),
         "advice": advice(found),
     }
 

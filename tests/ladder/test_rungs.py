@@ -14,7 +14,7 @@ from pytest import MonkeyPatch
 from symoro_elastic.ladder import rungs as rungs_module
 from symoro_elastic.ladder.rungs import Ladder, Measured, ladder
 from symoro_elastic.ladder.spring_errors import relative
-from symoro_elastic.ladder.tables import advice, ladder_json, reduced_scene
+from symoro_elastic.ladder.tables import advice, arithmetic_line, ladder_json, reduced_scene
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formats.toml_writing import write_scene
 from symoro_elastic.machine.formula import Formula
@@ -92,6 +92,13 @@ def test_advice_names_what_stays_and_what_follows() -> None:
     rung = found().rungs[found().chosen or 0]
     assert sentence.startswith("tool.x within 10 um, tool.y within 10 um over this motion: keep ")
     assert ", ".join(rung.left_out) in sentence and "\n" not in sentence
+
+
+def test_single_precision_is_enough_where_it_takes_little_of_the_tolerance() -> None:
+    assert arithmetic_line(found()).endswith(" to tool.x: mixed precision is enough")
+    tight = replace(found(), tolerance=dict.fromkeys(TOLERANCE, 1e-9))
+    assert arithmetic_line(tight).endswith(": use double precision")
+    assert arithmetic_line(replace(found(), chosen=None)) == ""
 
 
 def test_advice_where_no_rung_is_good_enough() -> None:
