@@ -56,7 +56,7 @@ def ladder(
     plots: Plots,
     as_json: bool,
 ) -> None:
-    """Find the springs, the method and the step that a motion requires.
+    """Find springs, method and step that a motion requires.
 
     Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
     """
