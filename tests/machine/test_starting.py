@@ -41,7 +41,7 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
     joint, motor = machine.joints[0].name, machine.motor_joints[0].name
     springs = [f'"{machine.joint(j).name}"' for j in machine.elastic]
     names = {"joint_name": joint, '"pin"': f'"{joint}"', '"pin_end"': f'"{joint}"', '"q3"': f'"{joint}"'}
-    names |= {"elbow": joint, "motor_x": motor, '["gear"]': f"[{', '.join(springs)}]"}
+    names |= {"elbow": joint, "motor_x": motor, '["wrist"]': f"[{', '.join(springs)}]"}
     blocks = text.split("\n\n")
     options = [k for k, block in enumerate(blocks) if re.search(r"^# \[\w+\]", block, re.MULTILINE)]
     assert options

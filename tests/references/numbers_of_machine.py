@@ -67,7 +67,7 @@ class JointNumbers:
 
     def friction(self, rate: Any) -> Any:
         """Friction against a rate: viscous, and dry that jumps or, with a creep velocity, does not."""
-        sense = rate / (rate * rate + self.creep * self.creep) ** 0.5 if self.creep else (rate > 0) - (rate < 0)
+        sense = rate / (rate * rate + self.creep * self.creep) ** 0.5 if self.creep else int(rate > 0) - int(rate < 0)
         return self.viscous * rate + self.coulomb * sense
 
 
