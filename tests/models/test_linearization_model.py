@@ -33,7 +33,7 @@ def test_matrices_against_dual_numbers(seed: int) -> None:
     found = evaluated(trace(machine, MODEL), states, parameter_values(machine), np.float64)
     motion, n = EquationsOfMotion(machine), len(machine.moving)
     for k in range(len(states)):
-        state = State(states.q[k], states.qd[k], states.qdd[k], np.zeros(n))
+        state = State(states.q[k], states.qd[k], states.qdd[k], np.zeros(n), np.zeros(len(machine.motors)))
         analysed = motion.matrices("KDM", state.q, state.qd, state.qdd)
         by_duals = motion.jacobians(motion.residual, state)
         for name, ours, wanted in zip("KDM", analysed, by_duals, strict=True):

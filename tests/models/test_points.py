@@ -21,6 +21,7 @@ from symoro_elastic.numerics.verify import verify
 from symoro_elastic.pipeline import programs
 from symoro_elastic.report.page import html_page, latex_document
 from tests.compiled_models import cell, vector
+from tests.generated_code import ALL_MODELS
 from tests.models.test_kinematics import MANY, MOTIONS, WELDED, Wanted, error, made, of_model, values, whole_state
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state
 
@@ -58,7 +59,7 @@ def texts(machine: Machine, asked: list[tuple[int, Point, int | None]]) -> tuple
     return tuple(str(Asked(names[j], at, None if place is None else names[place])) for j, at, place in asked)
 
 
-AT_POINTS = tuple(name for name, model in MODELS.items() if model.parts is Parts.POINTS)
+AT_POINTS = tuple(name for name in ALL_MODELS if MODELS[name].parts is Parts.POINTS)
 VARIOUS = [
     pytest.param(random_machine(800, joints=5, symbolic=True), Scene(), id="symbolic tree"),
     pytest.param(random_machine(801, joints=7, moving_base=True), Scene(), id="tree on a moving base"),
