@@ -83,7 +83,7 @@ class Coordinates:
 
     def __init__(self, bound: Bound, loops: Iterable[LoopPlan] = ()) -> None:
         self.bound, self.machine = bound, bound.machine
-        self.loops = tuple(loops)
+        self.loops = tuple(one for one in loops if one.dependent)
         self._columns: dict[tuple[str, int | None], dict[int, Twist]] = {}
         self.couplings = {
             j: Coupling(bound, joint.selected)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -29,9 +30,19 @@ PLACING = "joints"
 
 
 def motions_without_inertia(machine: Machine, known_motors: bool, folded: Sequence[str]) -> Iterator[tuple[int, ...]]:
-    """Joints that move in each of these motions, 0 for a floating base; with `known_motors` no motor moves."""
+    """Joints that move in each of these motions, 0 for a floating base; with `known_motors` no motor moves.
+
+    Positions at which loops are singular tell nothing; raises `InputError` where all of them are.
+    """
     bound, plan = Bound(machine, folded), plan_of(machine, Bound)
-    found = [_directions(bound, symbols, known_motors) for symbols in _symbols(machine, plan)]
+    found = []
+    for symbols in _symbols(machine, plan):
+        with suppress(ZeroDivisionError):
+            found.append(_directions(bound, symbols, known_motors))
+    if not found:
+        loops = ", ".join(loop.name for loop in machine.loops)
+        what = "start is a singular position, as where two links are stretched: write one beside it"
+        raise machine.error(f"loop {loops}", what)
     directions, S = min(found, key=lambda one: one[0].shape[1])
     of_base = len(directions) - S.shape[1]
     for direction in _apart(directions):

@@ -167,3 +167,39 @@ def test_motors_that_share_are_determined(tmp_path: Path) -> None:
     assert generated(tmp_path, alone, "inverse_dynamics").code == 0
     without = changed("gantry_rigid", (re.compile(", sharing = [12]"), ""))
     assert generated(tmp_path, without, "direct_dynamics", "direct_dynamics_by_inertia_matrix").code == 0
+
+
+FOUR_BAR = """
+joints = [
+  {{ name = "crank", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" }},
+  {{ name = "rod", antecedent = "crank", kind = "passive", sigma = 0, d = 0.15, theta = "q2" }},
+  {{ name = "rocker", antecedent = 0, kind = "passive", sigma = 0, d = 0.5, theta = "q3" }},
+  {{ name = "pin", antecedent = "rod", kind = "cut", sigma = 0, d = {rod}, theta = "q4" }},
+  {{ name = "end", antecedent = "rocker", kind = "fixed", sigma = 2, d = 0.3 }},
+  {{ name = "pin_2", antecedent = "rod", kind = "cut", sigma = 0, d = {rod}, theta = "q5" }},
+  {{ name = "end_2", antecedent = "rocker", kind = "fixed", sigma = 2, d = 0.3 }},
+]
+[loops]
+bars = {{ cut = "pin", meets = "end", start = {{ {start} }} }}
+{second}
+[bodies]
+crank = {{ mass = 1, center_of_mass = [0.07, 0.01, 0], inertia = [0.001, 0.003, 0.003] }}
+rod = {{ mass = 1, center_of_mass = [0.2, 0.01, 0], inertia = [0.001, 0.02, 0.02] }}
+rocker = {{ mass = 1, center_of_mass = [0.15, 0.01, 0], inertia = [0.001, 0.01, 0.01] }}
+"""
+
+
+def test_a_loop_that_is_closed_twice_is_a_warning(tmp_path: Path) -> None:
+    start = "q1 = 1.0, q2 = -0.6, q3 = 1.6"
+    second = f'again = {{ cut = "pin_2", meets = "end_2", start = {{ {start} }} }}'
+    done = generated(tmp_path, FOUR_BAR.format(rod=0.45, start=start, second=second))
+    assert done.code == 0 and "it closes around the same joints as loop bars: closed twice?" in done.err
+    shown = ended("show", tmp_path / "machine.toml")
+    assert shown.code == 0 and "other loops close it already" in " ".join(shown.out.split())
+
+
+def test_a_start_where_links_are_stretched_is_a_warning(tmp_path: Path) -> None:
+    text = FOUR_BAR.format(rod=0.65, start="q1 = 0, q2 = 0, q3 = 0", second="").split("\n")
+    done = generated(tmp_path, "\n".join(line for line in text if "_2" not in line))
+    assert done.code == 0
+    assert "start is within 1e-6 of a singular position" in ended("show", tmp_path / "machine.toml").err

@@ -34,7 +34,9 @@ def _by_cofactors(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
 
 
 def determinant(columns: Sequence[Column]) -> Scalar:
-    """Determinant, expanded along the first column."""
+    """Determinant, expanded along the first column; 1 without columns."""
+    if not columns:
+        return 1
     if len(columns) == 1:
         return columns[0][0]
     first, *others = columns

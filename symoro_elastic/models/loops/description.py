@@ -115,6 +115,8 @@ def _sum(terms: Sequence[tuple[float, str]], constant: float) -> str:
 
 def _singular(machine: Machine, plan: Plan, one: LoopPlan) -> str:
     """Where a loop is singular, in words that name its joints."""
+    if not one.dependent:
+        return "nowhere: other loops close it already"
     dependent = _listed([str(machine.joint(j).name) for j in one.dependent])
     if one.form is Form.MAP:
         return "nowhere: angles are sums of angles, in the flat position too"
