@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.integration.methods import Method
+from symoro_elastic.integration.methods import Method, times_of
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Coefficients, Tableau
@@ -122,13 +122,6 @@ def _in_words(node: str) -> str:
 def _kind(method: Method) -> str:
     kinds: Mapping[type, str] = {Tableau: "explicit", WMethod: "w", Rosenbrock: "rosenbrock", Midpoint: "midpoint"}
     return kinds[type(method)]
-
-
-def times_of(method: Method) -> Coefficients:
-    """Return the times of the stages, in steps."""
-    if isinstance(method, Rosenbrock):
-        return method.alpha
-    return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c
 
 
 def _weights(method: Method) -> Coefficients:

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TypeAlias
 
 from symoro_elastic.integration.midpoint import MIDPOINT, Midpoint
 from symoro_elastic.integration.rosenbrock import RODAS4, Rosenbrock
-from symoro_elastic.integration.tableaus import RK4, Tableau
+from symoro_elastic.integration.tableaus import RK4, Coefficients, Tableau
 from symoro_elastic.integration.w_methods import W2, W3, WMethod
 
 Method: TypeAlias = Tableau | WMethod | Rosenbrock | Midpoint
 METHODS: dict[str, Method] = {method.name: method for method in (W3, W2, RK4, RODAS4, MIDPOINT)}
+
+
+def times_of(method: Method) -> Coefficients:
+    """Return the times of the stages, in steps."""
+    if isinstance(method, Rosenbrock):
+        return method.alpha
+    return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c
+
+
+def share_of_halving(method: Method) -> float:
+    """Return the error of a step over what halving it changes, 2^p / (2^p - 1) for order p."""
+    return float(2**method.order / (2**method.order - 1))

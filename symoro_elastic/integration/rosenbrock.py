@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symoro_elastic.integration.tableaus import Coefficients
+from symoro_elastic.integration.tableaus import Coefficients, row
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,9 @@ class Rosenbrock:
     def printed(cls, name: str, title: str, order: int, gamma: str, text: str) -> Rosenbrock:
         """Return the method of lines `alpha_i gamma_i | a_i1 ... | c_i1 ...`, then `| m | embedded`."""
         *stages, (_, weights, embedded) = [line.split("|") for line in text.strip().splitlines()]
-        times, a, c = (tuple(_row(stage[k]) for stage in stages) for k in range(3))
-        alpha, gammas = (tuple(row[k] for row in times) for k in range(2))
-        return cls(name, title, order, Fraction(gamma), alpha, gammas, a, c, _row(weights), _row(embedded))
-
-
-def _row(text: str) -> Coefficients:
-    return tuple(map(Fraction, text.split()))
+        times, a, c = (tuple(row(stage[k]) for stage in stages) for k in range(3))
+        alpha, gammas = (tuple(each[k] for each in times) for k in range(2))
+        return cls(name, title, order, Fraction(gamma), alpha, gammas, a, c, row(weights), row(embedded))
 
 
 RODAS4 = Rosenbrock.printed(

@@ -25,7 +25,7 @@ class Tableau:
         """Return the tableau of a text: lines `c_i | a_i1 a_i2 ...`, the last one `| b_1 b_2 ...`."""
         *stages, (_, weights) = [line.split("|") for line in text.strip().splitlines()]
         nodes = tuple(Fraction(node) for node, _ in stages)
-        return cls(name, title, order, nodes, tuple(_row(entries) for _, entries in stages), _row(weights))
+        return cls(name, title, order, nodes, tuple(row(entries) for _, entries in stages), row(weights))
 
     @cached_property
     def stages(self) -> tuple[tuple[float, tuple[float, ...]], ...]:
@@ -38,7 +38,8 @@ class Tableau:
         return tuple(map(float, self.b))
 
 
-def _row(text: str) -> Coefficients:
+def row(text: str) -> Coefficients:
+    """Return the coefficients of a text, exact as they are printed."""
     return tuple(map(Fraction, text.split()))
 
 

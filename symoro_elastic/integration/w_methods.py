@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symoro_elastic.integration.tableaus import Coefficients
+from symoro_elastic.integration.tableaus import Coefficients, row
 
 
 @dataclass(frozen=True)
@@ -35,19 +35,15 @@ class WMethod:
     @property
     def c(self) -> Coefficients:
         """Times of the stages in steps: c_i = sum_j a_ij."""
-        return tuple(sum(row, Fraction(0)) for row in self.a)
+        return tuple(sum(each, Fraction(0)) for each in self.a)
 
     @classmethod
     def printed(cls, name: str, title: str, order: int, gamma: str, text: str) -> WMethod:
         """Return the method of a text: lines `a_i1 a_i2 ... | gamma_i1 gamma_i2 ...`, then `b | embedded`."""
         *stages, weights = [line.split("|") for line in text.strip().splitlines()]
-        b, embedded = map(_row, weights)
-        a, g = (tuple(_row(stage[k]) for stage in stages) for k in range(2))
+        b, embedded = map(row, weights)
+        a, g = (tuple(row(stage[k]) for stage in stages) for k in range(2))
         return cls(name, title, order, Fraction(gamma), a, g, b, embedded)
-
-
-def _row(text: str) -> Coefficients:
-    return tuple(map(Fraction, text.split()))
 
 
 W2 = WMethod.printed(

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.ladder.arithmetic import single_precision_errors
@@ -297,8 +297,7 @@ class _Climb:
         method = METHODS[rung.chosen.method]
         coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
         fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
-        factor = 2**method.order / (2**method.order - 1)
-        errors = factor * np.abs(fine[::2] - coarse).max(axis=0)
+        errors = share_of_halving(method) * np.abs(fine[::2] - coarse).max(axis=0)
         return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
 
 

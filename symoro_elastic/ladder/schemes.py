@@ -11,22 +11,19 @@ from functools import singledispatch
 import numpy as np
 
 from symoro_elastic.array_types import AnyArray, Array
+from symoro_elastic.integration.methods import Method, times_of
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Coefficients, Tableau
 from symoro_elastic.integration.w_methods import WMethod
 
-Method = Tableau | WMethod | Rosenbrock | Midpoint
 Rate = Callable[[int, AnyArray], AnyArray]
 Solve = Callable[[AnyArray], AnyArray]
 
 
 def nodes(method: Method) -> Array:
     """Return the parts of a step after which a method takes the right side, one a stage."""
-    if isinstance(method, Midpoint):
-        return np.array([0.5])
-    times = method.alpha if isinstance(method, Rosenbrock) else method.c
-    return np.array(times, dtype=float)
+    return np.array(times_of(method), dtype=float)
 
 
 def gamma(method: Method) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from symoro_elastic.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS, Method
+from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
 from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.integration.w_methods import W3
@@ -319,7 +319,7 @@ class Runs:
         _, here, there = np.intersect1d(_numbers(coarse) * 2, _numbers(fine), return_indices=True)
         with np.errstate(invalid="ignore"):
             apart = np.abs(smooth[there] - rough[here]).max(axis=0)
-        factor = 2**self.method.order / (2**self.method.order - 1)
+        factor = share_of_halving(self.method)
         return dict(
             zip(self.simulating.names, np.where(np.isfinite(apart), factor * apart, np.inf).tolist(), strict=True)
         )

@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray, ComplexArray
+from symoro_elastic.integration.methods import Method
 from symoro_elastic.ladder.path import LinearPath
-from symoro_elastic.ladder.schemes import Method, growth
+from symoro_elastic.ladder.schemes import growth
 
 ROUNDING = 1e-9
 """Growth in a step that is rounding of a pole and no instability."""

@@ -17,11 +17,12 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import Method
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.ladder.path import LinearPath
 from symoro_elastic.ladder.samples import between, joined
-from symoro_elastic.ladder.schemes import Method, gamma, nodes, stepped
+from symoro_elastic.ladder.schemes import gamma, nodes, stepped
 from symoro_elastic.ladder.small_motion import SmallMotion
 from symoro_elastic.ladder.spring_errors import relative
 

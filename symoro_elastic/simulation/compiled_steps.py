@@ -17,9 +17,8 @@ from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.codegen.time_steps import times_of
 from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.integration.methods import METHODS, times_of
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.machine.machine import Machine

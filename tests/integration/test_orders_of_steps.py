@@ -17,8 +17,7 @@ from scipy.integrate import solve_ivp
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.codegen.time_steps import times_of
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.integration.methods import METHODS, times_of
 from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine

@@ -10,7 +10,8 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.ladder.schemes import Method, nodes
+from symoro_elastic.integration.methods import Method
+from symoro_elastic.ladder.schemes import nodes
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
