@@ -79,7 +79,7 @@ def generate(
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
     from symoro_elastic.pipeline import generate
-    from symoro_elastic.report.tables import models_json, models_table
+    from symoro_elastic.reports.tables import models_json, models_table
 
     chosen = among(targets, TARGETS, "--target") or DEFAULT_TARGETS
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen):
@@ -141,7 +141,7 @@ def check(machine: str, selection: Selection, seed: int, by_itself: bool, as_jso
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.numerics.values import NoValues
     from symoro_elastic.pipeline import verify
-    from symoro_elastic.report.tables import verification_json, verification_table
+    from symoro_elastic.reports.tables import verification_json, verification_table
 
     if by_itself:
         _check_by_itself(*selection.read(machine), seed, as_json)
@@ -171,7 +171,7 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     from symoro_elastic.numerics.values import NoValues
     from symoro_elastic.numerics.verify import refuse_unverifiable
     from symoro_elastic.pipeline import refuse_degenerate
-    from symoro_elastic.report.self_check import least_digits, self_check_json, self_check_table
+    from symoro_elastic.reports.self_check import least_digits, self_check_json, self_check_table
 
     source = machine.label
     refuse_degenerate(machine, scene)
@@ -220,8 +220,8 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
     With their intermediate variables, in the order of evaluation.
     """
     from symoro_elastic.pipeline import programs
-    from symoro_elastic.report.page import html_page, latex_document
-    from symoro_elastic.report.pdf import find_engine, pdf
+    from symoro_elastic.reports.page import html_page, latex_document
+    from symoro_elastic.reports.pdf import find_engine, pdf
 
     among((form,), ("latex", "html", "pdf"), "--format")
     if form == "pdf":

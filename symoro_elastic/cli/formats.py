@@ -66,7 +66,7 @@ def formats(out: str | None) -> None:
 
     Every table and key of machine files and scenes, every column of motions and measurements, as Markdown.
     """
-    from symoro_elastic.report.formats import formats_page
+    from symoro_elastic.reports.formats import formats_page
 
     _print_or_write(formats_page(), out)
 

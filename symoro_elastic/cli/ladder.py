@@ -15,10 +15,10 @@ from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.ladder.rungs import Ladder
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
     from symoro_elastic.machine.wanted import Wanted
+    from symoro_elastic.model_ladder.rungs import Ladder
     from symoro_elastic.progress import Announce, Progress
 
 
@@ -60,8 +60,8 @@ def ladder(
 
     Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
     """
-    from symoro_elastic.ladder.plots import plot_ladder
-    from symoro_elastic.ladder.tables import ladder_json
+    from symoro_elastic.model_ladder.plots import plot_ladder
+    from symoro_elastic.model_ladder.tables import ladder_json
 
     with staged() as (announce, progress):
         whole = read(machine, announce=announce)
@@ -76,8 +76,8 @@ def ladder(
 
 
 def _print(found: Ladder, scene: str) -> None:
-    from symoro_elastic.ladder.tables import advice, arithmetic_line, ladder_table, period_of
     from symoro_elastic.machine.formats import read_wanted
+    from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, period_of
 
     print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
     wanted = read_wanted(scene)
@@ -93,8 +93,8 @@ def _found(
     announce: Announce,
     progress: Progress,
 ) -> Ladder:
-    from symoro_elastic.ladder.rungs import ladder as ladder_of
     from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.model_ladder.rungs import ladder as ladder_of
     from symoro_elastic.simulation.tolerances import tolerances
 
     machine = restricted(whole, scene_of(whole, scene))
@@ -109,7 +109,7 @@ def _from_box(
     """Return each motion from every position of a sample of the box; the same motions where there is none."""
     from dataclasses import replace
 
-    from symoro_elastic.ladder.starts import starts
+    from symoro_elastic.model_ladder.starts import starts
 
     among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
     places = starts(box, count) if box else [{}]
@@ -128,9 +128,9 @@ def _tables(scene: str, machine: Machine) -> tuple[tuple[PrescribedMotion, ...],
 
 
 def _write_reduced(found: Ladder, whole: Machine, scene: str, out: str) -> None:
-    from symoro_elastic.ladder.tables import advice, reduced_scene
     from symoro_elastic.machine.formats import read_wanted
     from symoro_elastic.machine.formats.toml_writing import write_scene
+    from symoro_elastic.model_ladder.tables import advice, reduced_scene
 
     motions = [reference.prescribed for reference in found.references]
     reduced = reduced_scene(found, whole, scene_of(whole, scene))

@@ -15,7 +15,7 @@ from symoro_elastic.cli.reading import read, scene_of
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
     from symoro_elastic.models.joint_axes import PlacedMachine
-    from symoro_elastic.report.closed_chains import ClosedChain
+    from symoro_elastic.reports.closed_chains import ClosedChain
 
 
 @click.command()
@@ -42,7 +42,7 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
     from symoro_elastic.machine.restrict import restricted
     from symoro_elastic.models.joint_axes import placed_machine
     from symoro_elastic.pipeline import found_degeneracies
-    from symoro_elastic.report.closed_chains import closed_chain
+    from symoro_elastic.reports.closed_chains import closed_chain
 
     found = read(machine)
     if values:
@@ -65,8 +65,8 @@ def _as_json(
     chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
 ) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
-    from symoro_elastic.report.closed_chains import closed_chain_json
-    from symoro_elastic.report.tables import axes_json, position_json
+    from symoro_elastic.reports.closed_chains import closed_chain_json
+    from symoro_elastic.reports.tables import axes_json, position_json
 
     machine = chain.machine
     by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
@@ -89,8 +89,8 @@ def _as_json(
 
 
 def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
-    from symoro_elastic.report.closed_chains import closed_chain_lines
-    from symoro_elastic.report.tables import axes_table, machine_table
+    from symoro_elastic.reports.closed_chains import closed_chain_lines
+    from symoro_elastic.reports.tables import axes_table, machine_table
 
     machine = chain.machine
     print_table(machine_table(machine), machine.name, keys=2)
@@ -131,7 +131,7 @@ def models(as_json: bool) -> None:
 
     With the numbers of their equations.
     """
-    from symoro_elastic.report.tables import NOTES, catalogue_json, catalogue_lines
+    from symoro_elastic.reports.tables import NOTES, catalogue_json, catalogue_lines
 
     if as_json:
         print_json(catalogue_json())

@@ -35,7 +35,7 @@ def print_table(table: Any, title: str = "", keys: int = 1) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from symoro_elastic.report.fitting import fitted
+    from symoro_elastic.reports.fitting import fitted
 
     class Output(Console):
         def on_broken_pipe(self) -> None:

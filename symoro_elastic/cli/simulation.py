@@ -19,8 +19,8 @@ from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.ladder.simulate import Request
     from symoro_elastic.machine.wanted import Wanted
+    from symoro_elastic.model_ladder.simulate import Request
     from symoro_elastic.progress import Announce, Progress
     from symoro_elastic.simulation.reference import Reference
     from symoro_elastic.simulation.simulated import Simulation
@@ -48,8 +48,8 @@ class Integration:
 
     def run(self, reference: Reference, request: Request, announce: Announce, progress: Progress) -> Simulation:
         """Return the simulated motion."""
-        from symoro_elastic.ladder.simulate import simulate
-        from symoro_elastic.ladder.simulate_adaptively import simulate_adaptively
+        from symoro_elastic.model_ladder.simulate import simulate
+        from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
 
         if self.adaptive:
             return simulate_adaptively(reference, request, self.events, self.stop, announce, progress)
@@ -172,7 +172,7 @@ def _references(
 
 
 def _request(reference: Reference, wanted: Wanted | None, integration: Integration) -> Request:
-    from symoro_elastic.ladder.simulate import Request
+    from symoro_elastic.model_ladder.simulate import Request
     from symoro_elastic.simulation.tolerances import output_signals, tolerances
 
     if wanted is None:

@@ -32,8 +32,8 @@ from symoro_elastic.errors import InputError
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
-    from symoro_elastic.trade.advice import Advice
-    from symoro_elastic.trade.trade import Request, Trade
+    from symoro_elastic.trade_off.advice import Advice
+    from symoro_elastic.trade_off.trade import Request, Trade
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Effort:
 
     def request(self) -> Request:
         """Return the request to `trade`."""
-        from symoro_elastic.trade.trade import Request
+        from symoro_elastic.trade_off.trade import Request
 
         return Request(self.level or "usual", self.states, self.extreme, self.rounds, self.seed)
 
@@ -121,9 +121,9 @@ def trade(
     double, rounding them counts. What is recommended keeps the tolerance at 100 000 states that were not tried, with
     95 % confidence: a bound from the tail of the errors measured.
     """
-    from symoro_elastic.trade.advice import advice
-    from symoro_elastic.trade.plots import plot
-    from symoro_elastic.trade.tables import trade_json
+    from symoro_elastic.trade_off.advice import advice
+    from symoro_elastic.trade_off.plots import plot
+    from symoro_elastic.trade_off.tables import trade_json
 
     given, scene = selection.read(machine)
     found = _found(given, scene, effort.request(), machine)
@@ -145,7 +145,7 @@ def trade(
 def _found(machine: Machine, scene: Scene, request: Request, source: str) -> Trade:
     from symoro_elastic.codegen.compile import CompilationFailed
     from symoro_elastic.numerics.values import NoValues
-    from symoro_elastic.trade.trade import trade
+    from symoro_elastic.trade_off.trade import trade
 
     with ExitStack() as shown:
 
@@ -160,8 +160,8 @@ def _found(machine: Machine, scene: Scene, request: Request, source: str) -> Tra
 
 
 def _print(found: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
-    from symoro_elastic.trade.advice import commands, sentence
-    from symoro_elastic.trade.tables import drifts_table
+    from symoro_elastic.trade_off.advice import commands, sentence
+    from symoro_elastic.trade_off.tables import drifts_table
 
     _print_points(found, verdict)
     if found.drifts:
@@ -175,9 +175,9 @@ def _print(found: Trade, advised: Advice | None, words: Sequence[str], verdict: 
 
 
 def _print_points(found: Trade, verdict: Verdict) -> None:
-    from symoro_elastic.trade.factors import effects
-    from symoro_elastic.trade.front import front
-    from symoro_elastic.trade.tables import effects_table, measurements_table
+    from symoro_elastic.trade_off.factors import effects
+    from symoro_elastic.trade_off.front import front
+    from symoro_elastic.trade_off.tables import effects_table, measurements_table
 
     kind = "extreme" if found.request.extreme else "moderate"
     of = "every point" if verdict.points else "none is faster and as accurate"

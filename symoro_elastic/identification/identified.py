@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.identification.estimation import POSITIVE
 from symoro_elastic.identification.identify import Identification
 from symoro_elastic.identification.regression import RegressorColumn
@@ -15,6 +14,7 @@ from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 
 Found = Mapping[tuple[int, str], float]
 """Values by row of the table and quantity."""

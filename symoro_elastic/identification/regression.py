@@ -19,13 +19,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.identification.units import has_body, machine_of_units, rigid_machine, units_of
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.identification import linear_parameters, refuse_varying_stiffness

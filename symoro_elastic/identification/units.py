@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import count
 
-from symoro_elastic.equations.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
+from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 
 OF_JOINTS = ("IA", "FV", "FS", "K", "DA", "KQ")
 """Quantities of joints on which torques depend linearly."""

@@ -13,10 +13,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.equations.base_parameters import ROTOR, GroupingRule, Simplify, group, grouping_rules
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.regressor import INERTIAL, parameters_of
-from symoro_elastic.equations.spatial import Axis, is_zero
 from symoro_elastic.machine.checks import formulas as formulas_of
 from symoro_elastic.machine.checks import parameter_values, refuse_floating
 from symoro_elastic.machine.columns import Cell, cells, with_cells
@@ -32,6 +28,10 @@ from symoro_elastic.machine.machine import (
     Spring,
 )
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.mechanics.base_parameters import ROTOR, GroupingRule, Simplify, group, grouping_rules
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.regressor import INERTIAL, parameters_of
+from symoro_elastic.mechanics.spatial import Axis, is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
 from symoro_elastic.scalar import Scalar

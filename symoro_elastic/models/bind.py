@@ -6,15 +6,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from symoro_elastic.equations.bias_acceleration import with_tips_in_frames_before
-from symoro_elastic.equations.clusters import Cluster
-from symoro_elastic.equations.coordinates import image, product, projection
-from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, Rules
-from symoro_elastic.equations.floating_base import WrenchKnown, rotation_of
-from symoro_elastic.equations.joint_laws import elastic_torque, friction, friction_slope, smooth_sign
-from symoro_elastic.equations.loops.planar import Closed
-from symoro_elastic.equations.mechanism import Link, Mechanism
-from symoro_elastic.equations.spatial import (
+from symoro_elastic.machine.arguments import arguments
+from symoro_elastic.machine.loops import Closing
+from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientation
+from symoro_elastic.mechanics.bias_acceleration import with_tips_in_frames_before
+from symoro_elastic.mechanics.clusters import Cluster
+from symoro_elastic.mechanics.coordinates import image, product, projection
+from symoro_elastic.mechanics.dynamics import AccelerationKnown, Rule, Rules
+from symoro_elastic.mechanics.floating_base import WrenchKnown, rotation_of
+from symoro_elastic.mechanics.joint_laws import elastic_torque, friction, friction_slope, smooth_sign
+from symoro_elastic.mechanics.loops.planar import Closed
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.spatial import (
     AT_REST,
     AxialTransform,
     Axis,
@@ -28,9 +31,6 @@ from symoro_elastic.equations.spatial import (
     dot,
     translation,
 )
-from symoro_elastic.machine.arguments import arguments
-from symoro_elastic.machine.loops import Closing
-from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
 from symoro_elastic.models.loops.closed_forms import in_space, mapped, own_variable, planar

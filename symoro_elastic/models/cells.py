@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.equations.spatial import RigidInertia, Symmetric, Twist, Vector
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Machine
 from symoro_elastic.machine.scene import Point
+from symoro_elastic.mechanics.spatial import RigidInertia, Symmetric, Twist, Vector
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, square_root

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from symoro_elastic.equations.coordinates import Row, Rows
-from symoro_elastic.equations.inverse_geometry.followed import Followed, followed
-from symoro_elastic.equations.kinematics import frames
-from symoro_elastic.equations.spatial import ZERO, Axis, Twist, cross
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.mechanics.coordinates import Row, Rows
+from symoro_elastic.mechanics.inverse_geometry.followed import Followed, followed
+from symoro_elastic.mechanics.kinematics import frames
+from symoro_elastic.mechanics.spatial import ZERO, Axis, Twist, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.driving import independent_motors
 from symoro_elastic.models.model import Frame

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.dynamics import dynamics
+from symoro_elastic.mechanics.loops.linear import solved
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import coupling_forces, loop_forces
 from symoro_elastic.models.loops.naming import name_newton_step

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.kinematics import frames
-from symoro_elastic.equations.loops.closing import closing_columns
-from symoro_elastic.equations.loops.linear import solved
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import Axis, Vector, Wrench, cross
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.kinematics import frames
+from symoro_elastic.mechanics.loops.closing import closing_columns
+from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import Axis, Vector, Wrench, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.assembly import cut_joint, loop_branches
 from symoro_elastic.models.loops.plan import LoopPlan

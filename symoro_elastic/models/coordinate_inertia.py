@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.equations.lagrange import InertiaMatrix, inertia_matrix, of_coordinates
+from symoro_elastic.mechanics.lagrange import InertiaMatrix, inertia_matrix, of_coordinates
 from symoro_elastic.models.bind import Bound
 
 

@@ -13,11 +13,11 @@ from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from symoro_elastic.equations.coordinates import Row, combination, product
-from symoro_elastic.equations.loops.closing import closing_acceleration, closing_columns, closing_error
-from symoro_elastic.equations.loops.linear import solved
-from symoro_elastic.equations.spatial import Twist
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.mechanics.coordinates import Row, combination, product
+from symoro_elastic.mechanics.loops.closing import closing_acceleration, closing_columns, closing_error
+from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.spatial import Twist
 from symoro_elastic.models.loops.assembly import loop_branches
 from symoro_elastic.models.loops.naming import (
     name_accelerations,

@@ -11,12 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.equations.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
-from symoro_elastic.equations.floating_base import WrenchKnown
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.series_springs import springs_in_series
+from symoro_elastic.mechanics.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
+from symoro_elastic.mechanics.floating_base import WrenchKnown
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.degenerate_coupled import motions_without_inertia
 from symoro_elastic.models.modular import modulo_prime

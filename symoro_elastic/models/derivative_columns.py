@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from symoro_elastic.equations.floating_base import DEGREES
-from symoro_elastic.equations.loops.linear import solved
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.arguments import arguments, columns_of_base
+from symoro_elastic.mechanics.floating_base import DEGREES
+from symoro_elastic.mechanics.loops.linear import solved
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from symoro_elastic.equations.derivatives.accelerations import (
+from symoro_elastic.mechanics.derivatives.accelerations import (
     Solve,
     changes,
     changes_by_known,
     solving,
     solving_with_base,
 )
-from symoro_elastic.equations.derivatives.base import add_base, by_pose, falling_by_pose
-from symoro_elastic.equations.derivatives.torques import Entries, torque_derivatives
-from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.floating_base import DEGREES
-from symoro_elastic.equations.spatial import Axis
+from symoro_elastic.mechanics.derivatives.base import add_base, by_pose, falling_by_pose
+from symoro_elastic.mechanics.derivatives.torques import Entries, torque_derivatives
+from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.floating_base import DEGREES
+from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import Variables, moved_with
 from symoro_elastic.models.model import Joints

@@ -16,11 +16,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from symoro_elastic.equations.derivatives.accelerations import changes
-from symoro_elastic.equations.derivatives.torques import Entries
-from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.floating_base import DEGREES
 from symoro_elastic.machine.arguments import PARAMETERS
+from symoro_elastic.mechanics.derivatives.accelerations import changes
+from symoro_elastic.mechanics.derivatives.torques import Entries
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import (
     Variables,

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.loops.motors import Driven, driven, shared
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.dynamics import dynamics
+from symoro_elastic.mechanics.loops.motors import Driven, driven, shared
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.loops.independent_rows import independent

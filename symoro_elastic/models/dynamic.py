@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.energy import elastic_energy, gravity_energy, kinetic_energy
-from symoro_elastic.equations.factorization import factorization, share, share_or_one
-from symoro_elastic.equations.kinematics import frames, velocities
-from symoro_elastic.equations.mechanism import Mechanism, without_loads
-from symoro_elastic.equations.spatial import ZERO, RigidInertia, Twist
 from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.dynamics import dynamics
+from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy, kinetic_energy
+from symoro_elastic.mechanics.factorization import factorization, share, share_or_one
+from symoro_elastic.mechanics.kinematics import frames, velocities
+from symoro_elastic.mechanics.mechanism import Mechanism, without_loads
+from symoro_elastic.mechanics.spatial import ZERO, RigidInertia, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import with_loop_forces
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia

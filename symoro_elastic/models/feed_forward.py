@@ -14,8 +14,8 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import islice
 from math import factorial
 
-from symoro_elastic.equations.dynamics import dynamics
 from symoro_elastic.machine.machine import Kind
+from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.feed_forward_checks import damping_of, refuse_circle, refuse_high_order, refuse_unfit
 from symoro_elastic.models.load_coordinates import LoadCoordinates, chains, springs_behind

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
+from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.load_coordinates import Chain
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.factorization import Factorization, solution
-from symoro_elastic.equations.lagrange import InertiaMatrix, free_solution, wrench_on_base
-from symoro_elastic.equations.spatial import Scalar, SpatialVector, Twist
 from symoro_elastic.machine.arguments import PARAMETERS, columns_of_base
 from symoro_elastic.machine.machine import Floating, Given, Machine, Orientation
+from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.factorization import Factorization, solution
+from symoro_elastic.mechanics.lagrange import InertiaMatrix, free_solution, wrench_on_base
+from symoro_elastic.mechanics.spatial import Scalar, SpatialVector, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import KNOWN, ORIENTATION, Joints, Model, Result, Results
 

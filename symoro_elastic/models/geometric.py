@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from symoro_elastic.equations.coordinates import projection
-from symoro_elastic.equations.kinematics import (
+from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.coordinates import projection
+from symoro_elastic.mechanics.kinematics import (
     FrameSet,
     Scalars,
     accelerations,
@@ -19,9 +20,8 @@ from symoro_elastic.equations.kinematics import (
     motion_expressed_in,
     velocities,
 )
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import AT_REST, Twist
-from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import AT_REST, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import CheckedBy, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists

@@ -14,10 +14,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.coordinates import projection
-from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.regressor import (
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import place_of
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.labels import ParameterLabels, named_entries
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.base_parameters import ROTOR
+from symoro_elastic.mechanics.coordinates import projection
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.regressor import (
     INERTIAL,
     WRENCH,
     Column,
@@ -26,12 +32,6 @@ from symoro_elastic.equations.regressor import (
     parameters_of,
     wrench_columns,
 )
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import place_of
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.labels import ParameterLabels, named_entries
-from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results

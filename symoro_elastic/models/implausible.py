@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symoro_elastic.equations.kinematics import frames, path
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import Axis, Vector, cross
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.kinematics import frames, path
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import Axis, Vector, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.modular import modulo_prime
 

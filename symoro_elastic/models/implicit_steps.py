@@ -15,12 +15,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from symoro_elastic.equations.coordinates import product
-from symoro_elastic.equations.dynamics import AccelerationKnown, TorqueKnown, dynamics
-from symoro_elastic.equations.elimination import Rule
-from symoro_elastic.equations.factorization import factorization, share_or_one, solution
-from symoro_elastic.equations.mechanism import without_loads
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.coordinates import product
+from symoro_elastic.mechanics.dynamics import AccelerationKnown, TorqueKnown, dynamics
+from symoro_elastic.mechanics.elimination import Rule
+from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
+from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Model, Result, TracedModel

@@ -12,20 +12,20 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
-from symoro_elastic.equations.coordinates import Rows
-from symoro_elastic.equations.inverse_geometry.decompositions import Chain
-from symoro_elastic.equations.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
-from symoro_elastic.equations.inverse_geometry.model import (
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.coordinates import Rows
+from symoro_elastic.mechanics.inverse_geometry.decompositions import Chain
+from symoro_elastic.mechanics.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
+from symoro_elastic.mechanics.inverse_geometry.model import (
     Branch,
     inverse_geometric_model,
     inverse_position_model,
     where_followed,
 )
-from symoro_elastic.equations.inverse_geometry.points import Mover
-from symoro_elastic.equations.spatial import AxialTransform, Axis, Matrix, Vector, X, Z
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Parts
+from symoro_elastic.mechanics.inverse_geometry.points import Mover
+from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Matrix, Vector, X, Z
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.chain_joints import InverseRefused, at_zero, rows_of_chain, variables_followed
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results

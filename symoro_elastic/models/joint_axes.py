@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from symoro_elastic.equations.kinematics import frames
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula, FormulaError
@@ -14,6 +13,7 @@ from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.assembly import Position
 from symoro_elastic.models.loops.plan import Plan, plan_of

@@ -7,8 +7,8 @@ tangent stiffness of the constraint forces (L40).
 
 from __future__ import annotations
 
-from symoro_elastic.equations.derivatives.torques import Entries
-from symoro_elastic.equations.dynamics import dynamics
+from symoro_elastic.mechanics.derivatives.torques import Entries
+from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.derivative_ways import has_recursion, of_graph, torque_changes

@@ -1,6 +1,6 @@
 """Chains of a motor and the springs behind it, and a machine in the coordinates of what they drive.
 
-A spring is behind a joint on its axis (equations/feed_forward), or behind a transmission: its cell follows the chain,
+A spring is behind a joint on its axis (mechanics/feed_forward), or behind a transmission: its cell follows the chain,
 
     z_j = F_j + x_j,    F_j = ratio z_before + others,
 
@@ -18,12 +18,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
-from symoro_elastic.equations.feed_forward import Drive, mounted_in_parallel, sense
-from symoro_elastic.equations.mechanism import Link, Mechanism
-from symoro_elastic.equations.spatial import AxialTransform, Z, is_zero
 from symoro_elastic.machine.constants import substituted
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.mechanics.feed_forward import Drive, mounted_in_parallel, sense
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.spatial import AxialTransform, Z, is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinates import Coupling
 from symoro_elastic.scalar import Scalar

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 
 SEED = 20260

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from symoro_elastic.equations.clusters import Eliminated
-from symoro_elastic.equations.dynamics import Dynamics
-from symoro_elastic.equations.factorization import Factorization
-from symoro_elastic.equations.floating_base import Solution
-from symoro_elastic.equations.kinematics import Frame
-from symoro_elastic.equations.lagrange import InertiaMatrix
-from symoro_elastic.equations.spatial import (
+from symoro_elastic.mechanics.clusters import Eliminated
+from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.factorization import Factorization
+from symoro_elastic.mechanics.floating_base import Solution
+from symoro_elastic.mechanics.kinematics import Frame
+from symoro_elastic.mechanics.lagrange import InertiaMatrix
+from symoro_elastic.mechanics.spatial import (
     ENTRY,
     NO_WRENCH,
     ArticulatedInertia,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symoro_elastic.equations.derivatives.torques import Composite, Entries, TorqueDerivatives
-from symoro_elastic.equations.floating_base import DEGREES
+from symoro_elastic.mechanics.derivatives.torques import Composite, Entries, TorqueDerivatives
+from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import AXES, name_composite
 from symoro_elastic.symbolic.differentiation import Tangents

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.equations.mechanism import Mechanism, Parallel
-from symoro_elastic.equations.spatial import AxialTransform, Axis, Z, is_zero
+from symoro_elastic.mechanics.mechanism import Mechanism, Parallel
+from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Z, is_zero
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.functions import QUARTERS, turns_of
 

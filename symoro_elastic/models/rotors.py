@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.coordinates import combination
-from symoro_elastic.equations.kinematics import frame_set, jacobian
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Body, Kind, Machine
+from symoro_elastic.mechanics.coordinates import combination
+from symoro_elastic.mechanics.kinematics import frame_set, jacobian
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.loops.plan import plan_of

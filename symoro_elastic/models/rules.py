@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from symoro_elastic.equations.clusters import Cluster, Members, clusters
-from symoro_elastic.equations.coordinates import Rows, change_of_variables, combination, image, product, projection
-from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rules, TorqueKnown, dynamics
-from symoro_elastic.equations.elimination import Rule
-from symoro_elastic.equations.mechanism import Mechanism
+from symoro_elastic.mechanics.clusters import Cluster, Members, clusters
+from symoro_elastic.mechanics.coordinates import Rows, change_of_variables, combination, image, product, projection
+from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rules, TorqueKnown, dynamics
+from symoro_elastic.mechanics.elimination import Rule
+from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.scalar import Scalar
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ What is left out is second order in the deflections, and the inertia that resist
 
 from __future__ import annotations
 
-from symoro_elastic.equations.dynamics import Dynamics, dynamics
-from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.machine.static_springs import with_free_springs
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.geometric import geometric_model
 from symoro_elastic.models.model import ORIENTATION, Joints, Model, Result, Results

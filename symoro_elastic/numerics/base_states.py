@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.floating_base import rotation_of
+from symoro_elastic.mechanics.floating_base import rotation_of
 from symoro_elastic.quantities import ON_BASE, VELOCITIES, Samples
 
 STILL = ("at rest", "everything zero")

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.equations.coordinates import Rows, projection
-from symoro_elastic.equations.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
-from symoro_elastic.equations.mechanism import Link, Mechanism
-from symoro_elastic.equations.spatial import AxialTransform, Axis, Transform, Twist, Vector, Z
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.coordinates import Rows, projection
+from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Transform, Twist, Vector, Z
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.numerics.arrays import arithmetic

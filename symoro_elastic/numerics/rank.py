@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.base_parameters import ROTOR
-from symoro_elastic.equations.coordinates import projection
-from symoro_elastic.equations.newton_euler import newton_euler
-from symoro_elastic.equations.regressor import INERTIAL, body_of, torques
-from symoro_elastic.equations.spatial import Axis, hat_plus_hat_squared, is_zero
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.base_parameters import ROTOR
+from symoro_elastic.mechanics.coordinates import projection
+from symoro_elastic.mechanics.newton_euler import newton_euler
+from symoro_elastic.mechanics.regressor import INERTIAL, body_of, torques
+from symoro_elastic.mechanics.spatial import Axis, hat_plus_hat_squared, is_zero
 from symoro_elastic.models.base_parameters import Grouping, Label, Relations
 from symoro_elastic.numerics.closed_positions import drawn_values
 from symoro_elastic.numerics.independence import independent_columns, rank, triangle, unit_columns

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.equations.loops.closing import closing_error
+from symoro_elastic.mechanics.loops.closing import closing_error
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import moved_with
 from symoro_elastic.models.loops.assembly import Assembly, loop_branches

@@ -19,18 +19,18 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.coordinates import product, projection
-from symoro_elastic.equations.dynamics import dynamics
-from symoro_elastic.equations.energy import elastic_energy, gravity_energy
-from symoro_elastic.equations.kinematics import frame_set, motion_expressed_in, velocities
-from symoro_elastic.equations.mechanism import Mechanism
-from symoro_elastic.equations.spatial import is_zero
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.mechanics.coordinates import product, projection
+from symoro_elastic.mechanics.dynamics import dynamics
+from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy
+from symoro_elastic.mechanics.kinematics import frame_set, motion_expressed_in, velocities
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.cells import Points

@@ -18,9 +18,9 @@ from symoro_elastic.numerics.accuracy import UNSEEN, Reference, measure
 from symoro_elastic.numerics.implementations import c_code
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.trade.formulations import formulations
-from symoro_elastic.trade.running import parameters
-from symoro_elastic.trade.trade import MEASURED_STATES
+from symoro_elastic.trade_off.formulations import formulations
+from symoro_elastic.trade_off.running import parameters
+from symoro_elastic.trade_off.trade import MEASURED_STATES
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MACHINES = ("planar_2r.toml", "two_axis.toml", "rx90.par", "flex4.par")

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.ladder.rungs import Ladder, Rung, _Climb
 from symoro_elastic.machine.prescribed_motion import Bandwidth
+from symoro_elastic.model_ladder.rungs import Ladder, Rung, _Climb
 from symoro_elastic.progress import no_progress
 from symoro_elastic.simulation.reference import Reference
 from tests.benchmarks.tables import print_table, progress
 from tests.command_line import EXAMPLES
-from tests.ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
+from tests.model_ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
 
 MEAN, LEAST, LONGEST = 12.0, 3.0, 15.0
 ROUNDS, TIMED = 40, 1000

@@ -14,7 +14,7 @@ from symoro_elastic.machine.machine import Machine, Parameter, Spring
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Move, PrescribedMotion
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.simulation.reference import Reference, reference_of
-from tests.ladder.scenes import two_axis
+from tests.model_ladder.scenes import two_axis
 
 TIMES = 201
 """Times at which motions are compared."""

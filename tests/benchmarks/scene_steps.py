@@ -17,7 +17,7 @@ from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.simulation.step_cost import StepCost
 from tests.benchmarks.scene_machines import stiffer_tool, tool_moves
 from tests.benchmarks.tables import print_table
-from tests.ladder.scenes import arm, moving
+from tests.model_ladder.scenes import arm, moving
 
 STEPS, ROUNDS = 400, 60
 FLAGS = {

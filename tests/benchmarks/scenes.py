@@ -18,18 +18,18 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.ladder.greedy import backward_greedy
-from symoro_elastic.ladder.path import LinearPath
-from symoro_elastic.ladder.resolution import resolved_path
-from symoro_elastic.ladder.spring_errors import Deviations
-from symoro_elastic.ladder.stability import largest_stable_step, poles
-from symoro_elastic.ladder.step_error import StepErrors
+from symoro_elastic.model_ladder.greedy import backward_greedy
+from symoro_elastic.model_ladder.path import LinearPath
+from symoro_elastic.model_ladder.resolution import resolved_path
+from symoro_elastic.model_ladder.spring_errors import Deviations
+from symoro_elastic.model_ladder.stability import largest_stable_step, poles
+from symoro_elastic.model_ladder.step_error import StepErrors
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.scene_picture import draw
 from tests.benchmarks.tables import print_table, progress, save_json
-from tests.ladder.generated_steps import stepped_motion, with_steps
-from tests.ladder.scenes import Scene, many
-from tests.ladder.truth import Truth, pinocchio_dynamics
+from tests.model_ladder.generated_steps import stepped_motion, with_steps
+from tests.model_ladder.scenes import Scene, many
+from tests.model_ladder.truth import Truth, pinocchio_dynamics
 
 TIMES, PRECISION = 240, 1e-9
 SMALLEST_MODEL, SMALLEST_STEP = 1e-11, 2e-9

@@ -11,7 +11,7 @@ from click.shell_completion import ShellComplete
 from symoro_elastic.cli import cli
 from symoro_elastic.machine.formats.starting import STARTS
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.report.formats import formats_page
+from symoro_elastic.reports.formats import formats_page
 from tests.command_line import EXAMPLES, refused, run
 
 

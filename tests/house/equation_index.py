@@ -17,7 +17,7 @@ from symoro_elastic.quantities.quantity import COMPONENTS, Intermediate
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "equations.md"
-SOURCES = sorted((ROOT / "symoro_elastic" / "equations").rglob("*.py"))
+SOURCES = sorted((ROOT / "symoro_elastic" / "mechanics").rglob("*.py"))
 MARKER = re.compile(r"#\s((?:\(\d+\)(?:, )?)+)")
 LAST = 61
 
@@ -127,7 +127,7 @@ def page() -> str:
         "# Where each equation is",
         "",
         "Numbers are those of W. Khalil and M. Gautier, *Modeling of high speed machines using robotics formulation*.",
-        "Each line of `symoro_elastic/equations/` that carries out an equation ends with its number, `# (29)`: this",
+        "Each line of `symoro_elastic/mechanics/` that carries out an equation ends with its number, `# (29)`: this",
         "page is made from them (`python -m tests.house.equation_index --write`). Names in generated code are given",
         "for joint 5.",
         "",
@@ -160,7 +160,7 @@ def _ranges(numbers: list[int]) -> str:
 
 
 def _link(place: Place) -> str:
-    short = place.file.removeprefix("symoro_elastic/equations/")
+    short = place.file.removeprefix("symoro_elastic/mechanics/")
     return f"[{short}](../{place.file})"
 
 

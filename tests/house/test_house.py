@@ -31,17 +31,17 @@ ROOMS: dict[str, set[str]] = {
     "pictures": {"packages"},
     "machine": set(),
     "symbolic": set(),
-    "equations": set(),
+    "mechanics": set(),
     "time_series": {"machine"},
-    "models": {"machine", "symbolic", "equations"},
+    "models": {"machine", "symbolic", "mechanics"},
     "integration": set(),
     "codegen": {"symbolic", "integration"},
     "output_folder": set(),
     "machine_constants": {"machine", "symbolic", "models", "codegen"},
     "packaging": {"machine", "models", "codegen", "machine_constants"},
     "traced": {"machine", "models", "codegen", "packaging"},
-    "numerics": {"packages", "machine", "symbolic", "equations", "models", "codegen", "traced"},
-    "report": {"machine", "time_series", "symbolic", "models", "codegen", "numerics"},
+    "numerics": {"packages", "machine", "symbolic", "mechanics", "models", "codegen", "traced"},
+    "reports": {"machine", "time_series", "symbolic", "models", "codegen", "numerics"},
     "grouping": {"machine", "models", "numerics"},
     "pipeline": {
         "machine",
@@ -60,7 +60,7 @@ ROOMS: dict[str, set[str]] = {
         "machine",
         "time_series",
         "symbolic",
-        "equations",
+        "mechanics",
         "models",
         "numerics",
     },
@@ -77,19 +77,19 @@ ROOMS: dict[str, set[str]] = {
         "numerics",
         "vibration",
     },
-    "ladder": {"packages", "pictures", "machine", "models", "integration", "numerics", "vibration", "simulation"},
+    "model_ladder": {"packages", "pictures", "machine", "models", "integration", "numerics", "vibration", "simulation"},
     "identification": {
         "packages",
         "pictures",
         "machine",
         "time_series",
         "symbolic",
-        "equations",
+        "mechanics",
         "models",
         "integration",
         "numerics",
     },
-    "trade": {
+    "trade_off": {
         "packages",
         "pictures",
         "machine",
@@ -100,7 +100,7 @@ ROOMS: dict[str, set[str]] = {
         "grouping",
         "numerics",
         "pipeline",
-        "report",
+        "reports",
     },
     "cli": {
         "machine",
@@ -112,12 +112,12 @@ ROOMS: dict[str, set[str]] = {
         "time_series",
         "identification",
         "integration",
-        "ladder",
+        "model_ladder",
         "numerics",
         "pictures",
-        "report",
+        "reports",
         "simulation",
-        "trade",
+        "trade_off",
         "vibration",
     },
     "__main__": {"cli"},
@@ -125,7 +125,7 @@ ROOMS: dict[str, set[str]] = {
 }
 
 
-BELOW = ("errors", "machine", "symbolic", "equations", "models", "codegen", "output_folder", "packaging", "traced")
+BELOW = ("errors", "machine", "symbolic", "mechanics", "models", "codegen", "output_folder", "packaging", "traced")
 
 
 @cache
@@ -151,7 +151,7 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
 def may_import(room: str, other: str) -> bool:
     if other not in ROOMS:
         return other == room or room not in BELOW
-    return other in {room, *OPEN, *ROOMS.get(room, ROOMS["report"])}
+    return other in {room, *OPEN, *ROOMS.get(room, ROOMS["reports"])}
 
 
 @pytest.mark.parametrize("path", FILES, ids=IDS)
@@ -170,9 +170,9 @@ def test_no_room_looks_back() -> None:
     order = list(ROOMS)
     for room, allowed in ROOMS.items():
         assert all(order.index(other) < order.index(room) for other in allowed), room
-    for room in ("machine", "symbolic", "equations"):
+    for room in ("machine", "symbolic", "mechanics"):
         assert ROOMS[room] == set()
-    assert not ROOMS["codegen"] & {"machine", "models", "equations", "numerics"}
+    assert not ROOMS["codegen"] & {"machine", "models", "mechanics", "numerics"}
 
 
 HEAVY = {"numpy", "sympy", "mpmath", "jinja2", "rich", "latex2mathml"}
@@ -228,7 +228,7 @@ def test_text_of_a_user_is_never_run(path: Path) -> None:
 
 WRITES = {"write_text", "write_bytes", "savefig", "savez", "savez_compressed", "savemat", "savetxt", "copyfile", "dump"}
 # Modules that write to temporary folders, or to a stream in memory, beside the one that writes the files of users.
-MAY_WRITE = {"output_files.py", "report/pdf.py", "codegen/compile.py", "numerics/implementations.py"}
+MAY_WRITE = {"output_files.py", "reports/pdf.py", "codegen/compile.py", "numerics/implementations.py"}
 TO_MEMORY = {"pictures.py", "time_series/writing.py", "vibration/export.py"}
 
 
@@ -264,7 +264,7 @@ def test_half_of_the_functions_are_short() -> None:
 
 
 def test_the_dynamics_are_a_page() -> None:
-    text = (PACKAGE / "equations" / "dynamics.py").read_text(encoding="utf-8")
+    text = (PACKAGE / "mechanics" / "dynamics.py").read_text(encoding="utf-8")
     assert text.count("\n") <= LONGEST_PAGE
 
 

@@ -13,11 +13,11 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.equations.derivatives import accelerations as acceleration_derivatives
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.mechanics.derivatives import accelerations as acceleration_derivatives
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
@@ -25,7 +25,7 @@ from symoro_elastic.models.model import Result
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.pipeline import programs, refuse_degenerate
-from symoro_elastic.report.page import html_page
+from symoro_elastic.reports.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.differentiation import Differentiation, substituted
 from symoro_elastic.symbolic.expression import Graph, reachable

@@ -12,10 +12,14 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.equations.dynamics import TorqueKnown, dynamics
-from symoro_elastic.equations.mechanism import Link, Mechanism
-from symoro_elastic.equations.spatial import ZERO as ZERO_VECTOR
-from symoro_elastic.equations.spatial import (
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.mechanics.dynamics import TorqueKnown, dynamics
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.spatial import ZERO as ZERO_VECTOR
+from symoro_elastic.mechanics.spatial import (
     AxialTransform,
     Axis,
     RigidInertia,
@@ -26,10 +30,6 @@ from symoro_elastic.equations.spatial import (
     X,
     Z,
 )
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
-from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace, trace_scene

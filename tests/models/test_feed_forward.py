@@ -23,7 +23,7 @@ from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.pipeline import generate, programs, render
-from symoro_elastic.report.page import html_page
+from symoro_elastic.reports.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT

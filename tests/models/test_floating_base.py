@@ -12,13 +12,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.equations.floating_base import rotation_of
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Base, Body, Floating, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.floating_base import rotation_of
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.models.static_deflections import STATIC_SPRINGS
 from symoro_elastic.numerics.verify import verify

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.equations.derivatives import accelerations as acceleration_derivatives
-from symoro_elastic.equations.floating_base import rotation_of
 from symoro_elastic.machine.machine import Given, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.derivatives import accelerations as acceleration_derivatives
+from symoro_elastic.mechanics.floating_base import rotation_of
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.pipeline import programs
-from symoro_elastic.report.page import html_page
+from symoro_elastic.reports.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.benchmarks.machines import chain as long_chain
 from tests.benchmarks.machines import rigid

@@ -13,7 +13,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Joint, Kind, Parameter
 from symoro_elastic.models.joint_axes import placed_machine
-from symoro_elastic.report.tables import axes_table
+from symoro_elastic.reports.tables import axes_table
 from tests.closed_chains.machines import FILES, machine, situations
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell

@@ -19,7 +19,7 @@ from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.models.model import Frame
 from symoro_elastic.numerics.verify import verify
 from symoro_elastic.pipeline import programs
-from symoro_elastic.report.page import html_page, latex_document
+from symoro_elastic.reports.page import html_page, latex_document
 from tests.compiled_models import cell, vector
 from tests.generated_code import ALL_MODELS
 from tests.models.test_kinematics import MANY, MOTIONS, WELDED, Wanted, error, made, of_model, values, whole_state

@@ -11,8 +11,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models import feed_forward as of_model
 from symoro_elastic.numerics.verify import verify
-from symoro_elastic.trade.builds import QUICK
-from symoro_elastic.trade.trade import Request, trade
+from symoro_elastic.trade_off.builds import QUICK
+from symoro_elastic.trade_off.trade import Request, trade
 from tests.closed_chains.test_feed_forward import strut, with_spring
 from tests.models.test_feed_forward import FLEX4, drive
 

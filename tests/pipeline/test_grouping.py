@@ -13,8 +13,6 @@ import pytest
 from click.testing import CliRunner, Result
 
 from symoro_elastic.cli import cli
-from symoro_elastic.equations import base_parameters as rules
-from symoro_elastic.equations.base_parameters import GroupingRule
 from symoro_elastic.errors import InputError
 from symoro_elastic.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from symoro_elastic.machine.checks import check
@@ -22,6 +20,8 @@ from symoro_elastic.machine.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics import base_parameters as rules
+from symoro_elastic.mechanics.base_parameters import GroupingRule
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.numerics.values import parameter_values
 from tests.references.multiprecision import generalized_forces

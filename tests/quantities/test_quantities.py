@@ -12,13 +12,13 @@ import pytest
 
 from symoro_elastic.codegen.latex import arrays
 from symoro_elastic.codegen.notation import Notation
-from symoro_elastic.equations.dynamics import SingularPivot
-from symoro_elastic.equations.lagrange import inertia_matrix
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Given, Machine, Orientation
 from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.dynamics import SingularPivot
+from symoro_elastic.mechanics.lagrange import inertia_matrix
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.models.implicit_steps import implicit_system
@@ -41,7 +41,7 @@ from symoro_elastic.quantities import (
     quantity,
 )
 from symoro_elastic.quantities.units import FORCE, POSITION, VELOCITY, Unit, quotient, same
-from symoro_elastic.report.page import html_page, latex_document
+from symoro_elastic.reports.page import html_page, latex_document
 from symoro_elastic.symbolic.program import Section
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run

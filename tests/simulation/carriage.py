@@ -12,7 +12,7 @@ from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Move, PrescribedMotion, Servo
 from symoro_elastic.simulation.reference import Reference, reference_of
-from tests.ladder.truth import pinocchio_dynamics
+from tests.model_ladder.truth import pinocchio_dynamics
 
 TEXT = """
 name = "carriage"

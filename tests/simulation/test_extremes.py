@@ -18,15 +18,15 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.integration.w_methods import WMethod
-from symoro_elastic.ladder.rungs import ladder
-from symoro_elastic.ladder.simulate import Request, Simulating, simulate
-from symoro_elastic.ladder.step_error import MOST_STEPS
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, Move, PrescribedMotion, Wobble
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.model_ladder.rungs import ladder
+from symoro_elastic.model_ladder.simulate import Request, Simulating, simulate
+from symoro_elastic.model_ladder.step_error import MOST_STEPS
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.simulation.reference import Reference, reference_of

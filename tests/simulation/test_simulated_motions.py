@@ -15,13 +15,13 @@ from numpy.polynomial import Polynomial
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.ladder.simulate import Request, Runs, Simulating, simulate
-from symoro_elastic.ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.model_ladder.simulate import Request, Runs, Simulating, simulate
+from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.progress import no_progress
@@ -33,9 +33,9 @@ from symoro_elastic.simulation.reference import Reference
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell, vector
-from tests.ladder.motions import moved
-from tests.ladder.scenes import two_axis
-from tests.ladder.truth import Truth, generated_dynamics, pinocchio_dynamics
+from tests.model_ladder.motions import moved
+from tests.model_ladder.scenes import two_axis
+from tests.model_ladder.truth import Truth, generated_dynamics, pinocchio_dynamics
 from tests.vibration.machines import ZERO, drive, machine_of, spring
 
 BY, LASTS, LONG = 0.05, 0.15, 0.25

@@ -23,7 +23,7 @@ from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.trade.trade import Request, trade
+from symoro_elastic.trade_off.trade import Request, trade
 from tests.references.random_machines import random_machine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

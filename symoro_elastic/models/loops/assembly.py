@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.equations.coordinates import combination
-from symoro_elastic.equations.loops.closing import (
+from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.coordinates import combination
+from symoro_elastic.mechanics.loops.closing import (
     Branches,
     CutJoint,
     branches_of,
     closing_columns,
     closing_error,
 )
-from symoro_elastic.equations.spatial import Axis
-from symoro_elastic.machine.checks import parameter_values
-from symoro_elastic.machine.loops import Closing, Loop, branches
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.expression import Expression, reachable

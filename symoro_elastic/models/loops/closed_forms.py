@@ -6,12 +6,12 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from symoro_elastic.equations.inverse_geometry.equation_types import Functions, NoClosedForm
-from symoro_elastic.equations.loops.circuit import Circuit, circuit
-from symoro_elastic.equations.loops.in_space import closed_in_space
-from symoro_elastic.equations.loops.parallelogram import parallelogram
-from symoro_elastic.equations.loops.planar import Closed, Complex, closed
 from symoro_elastic.machine.loops import Closing, Loop, branches
+from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm
+from symoro_elastic.mechanics.loops.circuit import Circuit, circuit
+from symoro_elastic.mechanics.loops.in_space import closed_in_space
+from symoro_elastic.mechanics.loops.parallelogram import parallelogram
+from symoro_elastic.mechanics.loops.planar import Closed, Complex, closed
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint
 from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.closed_forms import loop_circuit
 from symoro_elastic.models.loops.plan import Form, LoopPlan, Plan, plan_of

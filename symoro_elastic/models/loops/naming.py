@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from symoro_elastic.equations.coordinates import Row
-from symoro_elastic.equations.loops.linear import BY_COFACTORS, Column, determinant
-from symoro_elastic.equations.loops.planar import Closed, Complex
-from symoro_elastic.equations.spatial import AxialTransform, Twist
+from symoro_elastic.mechanics.coordinates import Row
+from symoro_elastic.mechanics.loops.linear import BY_COFACTORS, Column, determinant
+from symoro_elastic.mechanics.loops.planar import Closed, Complex
+from symoro_elastic.mechanics.spatial import AxialTransform, Twist
 from symoro_elastic.models.loops.plan import Form, LoopPlan
 from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.program import Names, Section

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symoro_elastic.equations.loops.circuit import Passed
-from symoro_elastic.equations.loops.closing import POINT
-from symoro_elastic.equations.spatial import Axis
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.loops.circuit import Passed
+from symoro_elastic.mechanics.loops.closing import POINT
+from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, loop_branches
 from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, loop_circuit, mapped, planar
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from symoro_elastic.equations.loops.closing import POINT, closing_columns
-from symoro_elastic.equations.loops.linear import solved
-from symoro_elastic.equations.spatial import Axis, is_zero
 from symoro_elastic.machine.loops import Loop, branches
+from symoro_elastic.mechanics.loops.closing import POINT, closing_columns
+from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.spatial import Axis, is_zero
 from symoro_elastic.models.loops.assembly import loop_branches
 from symoro_elastic.symbolic.expression import Level, reachable
 from symoro_elastic.symbolic.program import count

@@ -1,0 +1,137 @@
+"""Derivatives of accelerations by linear systems in the inertia matrix, A x = right.
+
+Where nothing else changes, a change `right` of the torques makes one of x of the accelerations. Short
+trees are solved by the factors of A, where nothing fills in; long chains by the articulated inertias
+that the motion was found with, in a number of operations that grows as the number of joints. A base
+under a known wrench comes last, by its articulated inertia.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from symoro_elastic.mechanics.derivatives.torques import Entries
+from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.elimination import joint_acceleration
+from symoro_elastic.mechanics.factorization import factorization, solution
+from symoro_elastic.mechanics.floating_base import DEGREES, solve_symmetric
+from symoro_elastic.mechanics.kinematics import path
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Scalar, Twist, Wrench
+
+LONG = 16
+"""Joints before a joint, on average, from which on the recursion needs fewer operations than the factors."""
+
+
+Solve: TypeAlias = Callable[[Mapping[int, Scalar]], dict[int, Scalar]]
+
+
+def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
+    """Solver of A x = right, by joint number: the one that needs fewer operations."""
+    moving = {j for j, link in mechanism.from_base() if link.axis is not Axis.NONE}
+    before = sum(len(moving.intersection(path(mechanism, j))) - 1 for j in moving)
+    if before <= LONG * len(moving):
+        return _by_factors(mechanism, A)
+    return lambda right: _by_recursion(mechanism, found, right)
+
+
+def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int], solve: Solve) -> Solve:
+    """Solver of A x = right for a base and these joints, given that of the joints alone.
+
+    `Js` is the articulated inertia of the base where the accelerations of the other joints are known.
+    """
+    pushed = {m: solve({j: A[m, j] for j in joints}) for m in DEGREES}
+    rows = Js.rows
+
+    def solved(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        held = solve({j: right[j] for j in joints})
+        left = [right[m] - _sum(A[m, j] * held[j] for j in joints) for m in DEGREES]
+        base = dict(zip(DEGREES, solve_symmetric(rows, left).x, strict=True))
+        return base | {j: held[j] - _sum(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
+
+    return solved
+
+
+def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
+    """Derivatives, column by column, of the accelerations of `free` and of the torques of the others.
+
+    `given` are those of all torques at constant accelerations.
+    """
+    found: Entries = {}
+    for c in dict.fromkeys(c for _, c in given):
+        x = solve({i: -given.get((i, c), 0) for i in free})  # (11)
+        found |= {(i, c): x[i] if i in free else _moving(given, A, (i, c), x) for i in numbers}
+    return found
+
+
+def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
+    """The same derivatives, by the torques of `free` and by the accelerations of the others."""
+    found = inverse(free, solve)
+    for c in numbers:
+        if c in free:
+            found |= {(i, c): _moving({}, A, (i, c), {f: found[f, c] for f in free}) for i in numbers if i not in free}
+            continue
+        x = solve({i: -A.get((i, c), 0) for i in free})  # (11)
+        for i in numbers:
+            mirrored = (c, i) in found and i not in free
+            found[i, c] = x[i] if i in free else found[c, i] if mirrored else _moving(A, A, (i, c), x)
+    return found
+
+
+def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
+    """Sum of an entry of `given` and of A x in its row."""
+    return _sum((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
+
+
+def _sum(terms: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
+    for x in terms:
+        total = total + x
+    return total
+
+
+def inverse(joints: Sequence[int], solve: Solve) -> Entries:
+    """The inverse of A, one triangle computed."""
+    entries: Entries = {}
+    for k in joints:
+        column = solve({j: int(j == k) for j in joints})
+        entries |= {place: column[j] for j in joints if j <= k for place in ((j, k), (k, j))}
+    return entries
+
+
+def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
+    """By A = L^T D L."""
+    numbered = [0, *(j for j, _ in mechanism.from_base())]
+    factors = factorization(mechanism.joints_from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
+    return lambda right: solution(factors, right)
+
+
+def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """By the recursions [28]-[36] without velocities, gravity and wrenches."""
+    alone = _pushed(mechanism, found, right)
+    V: dict[int, Twist] = {}
+    qdd: dict[int, Scalar] = {}
+    for j, link in mechanism.from_base():
+        V[j] = link.transform * V.get(link.antecedent, AT_REST)  # (33)
+        if j in alone:
+            here = replace(found.eliminated[j], qdd_bias=alone[j])
+            V[j], qdd[j] = joint_acceleration(link, here, V[j])  # (34), (36)
+    return qdd
+
+
+def _pushed(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Acceleration of each joint where its antecedent has none [30], [31]."""
+    wrenches: dict[int, Wrench] = {}
+    alone: dict[int, Scalar] = {}
+    for j, link in mechanism.from_tips():
+        alpha, a = wrenches.get(j, NO_WRENCH), link.axis
+        if j in right:
+            here, along = found.eliminated[j], a.T * alpha
+            alone[j] = (right[j] - along) * here.Hinv
+            alpha = alpha + alone[j] * here.U  # (30)
+            alpha = a.replaced(alpha, a.T * here.UH * right[j] + here.rotor_share * along)
+        before = wrenches.get(link.antecedent, NO_WRENCH)
+        wrenches[link.antecedent] = before + link.transform.T * alpha  # (31)
+    return alone

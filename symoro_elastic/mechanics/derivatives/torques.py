@@ -1,0 +1,221 @@
+"""Derivatives of Gamma(q, qd, qdd) by one recursion over composite bodies.
+
+While joint j moves a little, all that it carries is displaced as one body. In axes of that body the
+field of accelerations changes by a screw dA, and the angular velocities by a vector theta. For a
+revolute joint
+
+    by q_j:    dA = [vd x z; wd x z + w x (w x z)],   theta = w x z,
+    by qd_j:   dA = [0; 2 w x z],                     theta = z,
+    by qdd_j:  dA = a_j,                              theta = 0,
+
+with V'_j = [vd; wd], in the inertial frame that moves along with the origin of frame j. The wrench on
+everything beyond joint i changes by
+
+    df_i = I_i dA + [theta x p_i; Q_i theta],
+
+where I_i is the composite inertia, p_i twice the momentum of these bodies and Q_i theta twice the
+moment of their Coriolis forces in a turn theta, in the inertial frame of the origin of frame i. The
+rows of joint i meet the changes that joints before it make on their way to the base; its columns go
+there as wrenches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.kinematics import Scalars, path
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.spatial import (
+    EZ,
+    ZERO,
+    AxialTransform,
+    Axis,
+    Matrix,
+    RigidInertia,
+    Scalar,
+    Transform,
+    Twist,
+    Vector,
+    Wrench,
+    cross,
+    dot,
+    hat_plus_hat_squared,
+    rotated_matrix,
+)
+
+Entries = dict[tuple[int, int], Scalar]
+"""Entries of a matrix by the joints of row and column; those that are missing are zero."""
+Steps = list[tuple[AxialTransform, Vector]]
+"""The axial transforms of a link from its end to its start, each with twice the velocity that it adds."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """Change dA of the field of accelerations beyond a joint, and theta, for a small motion of it."""
+
+    acceleration: Twist
+    theta: Vector
+
+
+@dataclass(frozen=True)
+class Row:
+    """A joint's torque as a linear function of dA and theta."""
+
+    of_acceleration: Wrench
+    of_theta: Vector
+
+    def of(self, change: Change) -> Scalar:
+        """The torque of a change."""
+        (force, moment), (linear, angular) = self.of_acceleration, change.acceleration
+        return dot(force, linear) + dot(moment, angular) + dot(self.of_theta, change.theta)
+
+    def to_antecedent(self, steps: Steps) -> Row:
+        """The same torque, of changes described in the antecedent frame."""
+        wrench, of_theta = self.of_acceleration, self.of_theta
+        for step, boost in steps:
+            of_theta = step.rotate(of_theta + cross(boost, wrench.force))
+            wrench = Transform((step,)).T * wrench
+        return Row(wrench, of_theta)
+
+
+@dataclass(frozen=True)
+class Composite:
+    """All bodies beyond a joint as one: their inertia, p and Q."""
+
+    inertia: RigidInertia
+    p: Vector
+    Q: Matrix
+
+    @classmethod
+    def of_body(cls, body: RigidInertia, w: Vector) -> Composite:
+        """p = 2 w x MS, Q = -hat(w) (tr(J) 1 - 2 J)."""
+        xx, xy, xz, yy, yz, zz = body.inertia
+        x = Vector(yy + zz - xx, -2 * xy, -2 * xz)
+        y = Vector(-2 * xy, xx + zz - yy, -2 * yz)
+        z = Vector(-2 * xz, -2 * yz, xx + yy - zz)
+        return cls(body, cross(w, 2 * body.moments), Matrix(cross(x, w), cross(y, w), cross(z, w)).T)
+
+    def __add__(self, other: Composite) -> Composite:
+        return Composite(self.inertia + other.inertia, self.p + other.p, self.Q + other.Q)
+
+    def wrench(self, change: Change) -> Wrench:
+        """df of a change."""
+        force, moment = self.inertia.spatial * change.acceleration
+        return Wrench(force + cross(change.theta, self.p), moment + self.Q * change.theta)
+
+    def row(self, axis: Axis) -> Row:
+        """a^T df of any change."""
+        of_theta = self.Q.z if axis is Axis.REVOLUTE else cross(self.p, EZ)
+        return Row(self.inertia.spatial * axis, of_theta)
+
+    def to_antecedent(self, steps: Steps) -> Composite:
+        """The same bodies, described in the antecedent frame."""
+        inertia, p, Q = self.inertia, self.p, self.Q
+        for step, boost in steps:
+            Q = Q + _swept(inertia.moments, boost)
+            p = p + inertia.mass * boost
+            Q = rotated_matrix(step, Q + _swept(step.along, p))
+            inertia, p = inertia.to_antecedent(Transform((step,))), step.rotate(p)
+        return Composite(inertia, p, Q)
+
+
+@dataclass(frozen=True)
+class TorqueDerivatives:
+    """Derivatives of Gamma by q, qd and qdd (the inertia matrix), with their intermediate quantities, by joint.
+
+    `rows` and `columns` belong to (joint j, link i on the path to it) and are taken at link i; a column
+    holds the wrenches by q_j and by qd_j. Link 0 is a base that is part of the machine.
+    """
+
+    by_q: Entries
+    by_qd: Entries
+    by_qdd: Entries
+    composites: dict[int, Composite]
+    moved: dict[int, Change]
+    sped: dict[int, Change]
+    rows: dict[tuple[int, int], Row]
+    columns: dict[tuple[int, int], tuple[Wrench, Wrench]]
+
+
+def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> TorqueDerivatives:
+    """Derivatives of the torques of all joints, friction and springs left out, at the motion `found`.
+
+    Units N m/rad, N m s/rad, kg m2, or with m and N.
+    """
+    composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.from_base()}
+    if mechanism.body is not None:
+        composites[0] = Composite.of_body(mechanism.body, found.w[0])
+    made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
+    for j, link in mechanism.from_base():
+        if link.axis is not Axis.NONE:
+            made.moved[j], made.sped[j] = _changes(link.axis, j, found)
+    steps = {j: _steps(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
+    for j, link in mechanism.from_tips():
+        if link.antecedent in composites:
+            composites[link.antecedent] += composites[j].to_antecedent(steps[j])
+        if link.axis is not Axis.NONE:
+            _add_row(mechanism, j, steps, made)
+            made.by_qdd[j, j] = made.by_qdd[j, j] + link.rotor_inertia
+            _add_columns(mechanism, j, found.f[j], made)
+    return made
+
+
+def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
+    """Changes by q_j and by qd_j."""
+    w, U = found.w[j], found.U.get(j) or hat_plus_hat_squared(found.w[j], found.wd[j])
+    tilt, U_z = cross(w, EZ), U.T.z
+    twice = tilt + tilt
+    if axis is Axis.PRISMATIC:
+        return Change(Twist(U_z, ZERO), ZERO), Change(Twist(twice, ZERO), ZERO)
+    return Change(Twist(cross(found.vd[j], EZ), U_z), tilt), Change(Twist(ZERO, twice), EZ)
+
+
+def _steps(link: Link, w: Vector, qd: Scalar) -> Steps:
+    """`w` is that of the antecedent."""
+    steps: Steps = []
+    for step in link.transform.steps:
+        w = step.rotate_back(w)
+        steps.append((step, cross(w, 2 * step.along)))
+    step, boost = steps.pop()
+    return [(step, boost + (2 * qd * link.axis).linear), *reversed(steps)]
+
+
+def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: TorqueDerivatives) -> None:
+    """Torque of joint j, by the variables of joints on the path to it."""
+    row = made.composites[j].row(mechanism.link(j).axis)
+    for i in reversed(path(mechanism, j)):
+        made.rows[j, i] = row
+        if i in made.moved:
+            made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
+            made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.link(i).axis.T * row.of_acceleration
+        row = row.to_antecedent(steps[i])
+    if 0 in made.composites:
+        made.rows[j, 0] = row
+
+
+def _add_columns(mechanism: Mechanism, j: int, f: Wrench, made: TorqueDerivatives) -> None:
+    """Torques of the joints on the path to joint j, by q_j and qd_j; f_j turns with the joint."""
+    turned = Wrench(cross(EZ, f.force), cross(EZ, f.moment))
+    if mechanism.link(j).axis is Axis.PRISMATIC:
+        turned = Wrench(ZERO, turned.force)
+    lifted, by_qd = made.composites[j].wrench(made.moved[j]), made.composites[j].wrench(made.sped[j])
+    by_q = lifted + turned
+    for i in reversed(path(mechanism, j)):
+        made.columns[j, i] = by_q, by_qd
+        link = mechanism.link(i)
+        if i != j and i in made.moved:
+            made.by_q[i, j], made.by_qd[i, j] = link.axis.T * by_q, link.axis.T * by_qd
+        by_q, by_qd = link.transform.T * by_q, link.transform.T * by_qd
+    if 0 in made.composites:
+        made.columns[j, 0] = by_q, by_qd
+
+
+def _swept(b: Vector, a: Vector) -> Matrix:
+    """The matrix of theta -> b x (theta x a)."""
+    x, y, z = a.x * b.x, a.y * b.y, a.z * b.z
+    return Matrix(
+        Vector(y + z, -(a.x * b.y), -(a.x * b.z)),
+        Vector(-(a.y * b.x), x + z, -(a.y * b.z)),
+        Vector(-(a.z * b.x), -(a.z * b.y), x + y),
+    )

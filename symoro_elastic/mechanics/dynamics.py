@@ -1,0 +1,249 @@
+"""The dynamic models [12]-[61]: one backward recursion, in which a joint's rule is data.
+
+Each joint has either its torque known (a motor in the direct model; an elastic or passive joint always) or its
+acceleration known (a motor in the inverse model), or belongs to a cluster. Where all accelerations from the base to a
+body are known, its own is known before the backward recursion and [12], [15] give its wrench; the recursion over
+articulated inertias is for the others. The base is one of the former, unless it floats under a known wrench.
+
+In place of V' the recursion finds its remainder beyond a bias that is known beforehand (`bias_acceleration`). K, alpha
+and gamma are in the frame before the joint's rotation, where gamma is shortest; R takes them to frame j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from symoro_elastic.mechanics.bias_acceleration import split, with_tips_in_frames_before
+from symoro_elastic.mechanics.clusters import Cluster, Eliminated, Moved, eliminate_cluster, motion
+from symoro_elastic.mechanics.elimination import (
+    AccelerationKnown,
+    Elimination,
+    Rule,
+    SingularPivot,
+    TorqueKnown,
+    eliminate,
+    joint_acceleration,
+    prescribe,
+)
+from symoro_elastic.mechanics.floating_base import Solution, WrenchKnown, base_acceleration
+from symoro_elastic.mechanics.kinematics import (
+    Scalars,
+    angular_motion_of,
+    angular_velocities,
+    coriolis,
+    velocity_terms,
+)
+from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
+from symoro_elastic.mechanics.spatial import (
+    AT_REST,
+    NO_WRENCH,
+    ZERO,
+    ArticulatedInertia,
+    Matrix,
+    RigidInertia,
+    Scalar,
+    Transform,
+    Twist,
+    Vector,
+    Wrench,
+    hat_plus_hat_squared,
+)
+
+__all__ = ["AccelerationKnown", "Dynamics", "Rule", "SingularPivot", "TorqueKnown", "dynamics"]
+
+Rules = Sequence[Rule | Cluster | None]
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """All quantities of a dynamic model, by joint number; entry 0 is the base, where it is part of the machine.
+
+    `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
+    rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
+    [12] of bodies whose acceleration is known, `solved`, `reduced` and `moved` solutions for the base and clusters.
+    """
+
+    mechanism: Mechanism
+    w: list[Vector]
+    gamma: list[Twist]
+    wd: dict[int, Vector] = field(default_factory=dict)
+    vd: dict[int, Vector] = field(default_factory=dict)
+    U: dict[int, Matrix] = field(default_factory=dict)
+    bias: dict[int, Twist] = field(default_factory=dict)
+    remainder: dict[int, Twist] = field(default_factory=dict)
+    beta: dict[int, Wrench] = field(default_factory=dict)
+    betas: dict[int, Wrench] = field(default_factory=dict)
+    Js: dict[int, ArticulatedInertia] = field(default_factory=dict)
+    eliminated: dict[int, Elimination] = field(default_factory=dict)
+    F: dict[int, Wrench] = field(default_factory=dict)
+    f: dict[int, Wrench] = field(default_factory=dict)
+    qdd: dict[int, Scalar] = field(default_factory=dict)
+    Gamma: dict[int, Scalar] = field(default_factory=dict)
+    reduced: dict[int, Eliminated] = field(default_factory=dict)
+    moved: dict[int, Moved] = field(default_factory=dict)
+    solved: dict[int, Solution] = field(default_factory=dict)
+
+
+def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
+    """Accelerations and torques of every joint; `rules[j]` belongs to joint j, `None` to a fixed frame.
+
+    Torque known everywhere: the direct model [28]-[36]. Accelerations of motors known: the inverse model [50]-[61]. All
+    known: the rigid inverse model. The mechanism holds the acceleration of the base, unless `base` says that the
+    wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
+    """
+    unknown = unknown_accelerations(mechanism, rules, base)
+    mechanism = with_tips_in_frames_before(mechanism, unknown)
+    w = angular_velocities(mechanism, qd)
+    s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
+    _start(s, base)
+    _forward_known(s, qd, rules)
+    split(mechanism, unknown, s.gamma, s.bias)
+    for j, link in mechanism.from_base():
+        if j in unknown:
+            _begin(s, j, link.body, link.wrench)
+    _backward(s, rules)
+    if base is not None:
+        _solve_base(s, base)
+    _forward(s, rules)
+    return s
+
+
+def unknown_accelerations(mechanism: Mechanism, rules: Rules, base: WrenchKnown | None) -> set[int]:
+    """Numbers of the bodies whose acceleration only the recursion finds: those beyond a joint of known torque."""
+    unknown = set() if base is None else {0}
+    for j, link in mechanism.from_base():
+        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster):
+            unknown.add(j)
+    return unknown
+
+
+def _start(s: Dynamics, base: WrenchKnown | None) -> None:
+    """Acceleration of the base where it is known, with the wrench on its body; else its articulated inertia."""
+    body = s.mechanism.body
+    if base is not None:
+        s.bias[0] = AT_REST
+        _begin(s, 0, body or RigidInertia(), NO_WRENCH)
+        return
+    s.vd[0], s.wd[0] = s.mechanism.acceleration
+    s.bias[0], s.remainder[0] = Twist(s.vd[0], ZERO), Twist(ZERO, s.wd[0])
+    s.U[0] = hat_plus_hat_squared(s.w[0], s.wd[0])
+    if body is not None:
+        s.f[0] = newton_euler(body, s.w[0], s.wd[0], s.vd[0], s.U[0])  # (12)
+
+
+def _begin(s: Dynamics, j: int, body: RigidInertia, wrench: Wrench) -> None:
+    """Initial values of the backward recursion."""
+    s.beta[j] = s.betas[j] = bias_wrench(body, s.w[j], s.bias[j]) - wrench  # (14)
+    s.Js[j] = body.spatial  # (13)
+
+
+def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
+    """Accelerations [6] and wrenches [12] where all accelerations from the base are known."""
+    for j, link in s.mechanism.from_base():
+        i, rule = link.antecedent, rules[j]
+        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster):
+            continue
+        qdd = rule.qdd if rule else 0
+        gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
+        s.wd[j], s.U[j] = angular_motion_of(j, link, s.w, s.wd, s.U, qdd)
+        s.vd[j] = _origin_acceleration(link, s.vd[i], s.U[i], s.U[j]) + (gamma + gain)  # (6)
+        s.bias[j], s.remainder[j] = Twist(s.vd[j], ZERO), Twist(ZERO, s.wd[j])
+        s.F[j] = newton_euler(link.body, s.w[j], s.wd[j], s.vd[j], s.U[j])  # (12)
+        s.f[j] = s.F[j] + link.wrench
+
+
+def _origin_acceleration(link: Link, vd_i: Vector, U_i: Matrix, U_j: Matrix) -> Vector:
+    """jAi (v'_i + U_i iPj), its part along z_j taken with U_j."""
+    *steps, last = link.transform.steps
+    to_axis = Transform(tuple(steps)).origin
+    return link.transform.to_child(vd_i + U_i * to_axis) + last.shift * U_j.T.z
+
+
+def _backward(s: Dynamics, rules: Rules) -> None:
+    """From the tips to the base: [28]-[32], [50]-[56], and [15] where accelerations are known."""
+    for j, link in s.mechanism.from_tips():
+        i, X, R, rule = link.antecedent, link.before, link.joint_rotation, rules[j]
+        if j in s.vd:
+            f = link.transform.T * s.f[j]
+        elif isinstance(rule, Cluster):
+            if j == rule.first:
+                _reduce(s, j, i, rule)
+            continue
+        else:
+            s.eliminated[j] = e = _eliminated(s, j, link, rule)
+            if i not in s.vd:
+                s.Js[i] = s.Js[i] + e.K.to_antecedent(X)  # (32), (56)
+                s.betas[i] = s.betas[i] - X.T * e.alpha  # (31), (55)
+                continue
+            f = e.K * (X * s.remainder[i]) + e.alpha  # (35), (58)
+            s.f[j], f = R * f, X.T * f
+        if i in s.f:
+            s.f[i] = s.f[i] + f  # (15)
+
+
+def _reduce(s: Dynamics, j: int, p: int, rule: Cluster) -> None:
+    """A cluster in place of a joint (L26), (L27)."""
+    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(p))
+    if p not in s.vd:
+        s.Js[p], s.betas[p] = s.Js[p] + e.K, s.betas[p] - e.alpha
+    elif p in s.f:
+        s.f[p] = s.f[p] + e.alpha  # (15)
+
+
+def _eliminated(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
+    if not isinstance(rule, TorqueKnown):
+        return prescribe(link, rule.qdd if rule else 0, s.Js[j], s.betas[j], s.gamma[j])
+    try:
+        return eliminate(link, rule.torque, s.Js[j], s.betas[j], s.gamma[j])
+    except ZeroDivisionError:
+        raise SingularPivot(j) from None
+
+
+def _solve_base(s: Dynamics, base: WrenchKnown) -> None:
+    """Acceleration of a base under a known wrench, by its articulated inertia."""
+    s.f[0] = base.wrench
+    try:
+        s.solved[0] = solution = base_acceleration(s.Js[0], base.wrench + s.betas[0])
+    except ZeroDivisionError:
+        raise SingularPivot(0) from None
+    s.vd[0], s.wd[0] = s.remainder[0] = solution.twist
+
+
+def _forward(s: Dynamics, rules: Rules) -> None:
+    """From the base to the tips: [33]-[36], [57]-[61]."""
+    for j, link in s.mechanism.from_base():
+        rule = rules[j]
+        if isinstance(rule, Cluster):
+            _follow(s, j, link, rule)
+        elif j not in s.vd:
+            _accelerate(s, j, link, rule)
+        if isinstance(rule, AccelerationKnown):
+            s.qdd[j] = rule.qdd
+            s.Gamma[j] = link.axis.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
+
+
+def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
+    """Acceleration of a body of a cluster; those of its coordinates, found at its first link (L28), (L29)."""
+    V = s.remainder[link.antecedent]
+    if j == cluster.first:
+        s.moved[j] = motion(s.reduced[j], cluster, V)
+        s.qdd.update(s.moved[j].qdd)
+    s.remainder[j] = link.joint_rotation * (link.before * V + s.gamma[j]) + s.qdd.get(j, 0) * link.axis
+    s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]
+
+
+def _accelerate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> None:
+    """Wrench and acceleration of a body beyond a joint of known torque."""
+    e, X, R = s.eliminated[j], link.before, link.joint_rotation
+    V = X * s.remainder[link.antecedent]  # (33), (57)
+    if j not in s.f:
+        s.f[j] = R * (e.K * V + e.alpha)  # (35), (58)
+    V = R * (V + s.gamma[j])
+    if isinstance(rule, TorqueKnown):
+        s.remainder[j], s.qdd[j] = joint_acceleration(link, e, V)  # (34), (36), (59), (60)
+        s.Gamma[j] = rule.torque
+    else:
+        s.remainder[j] = V + (rule.qdd if rule else 0) * link.axis  # (36), (60)
+    s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]

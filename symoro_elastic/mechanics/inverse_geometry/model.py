@@ -1,0 +1,189 @@
+"""Inverse geometric model of a serial chain: every joint position that gives a frame its placement.
+
+A chain is C0 J1 C1 J2 ... Jn Cn = T with J a turn about z or a shift along z and C constant. It is
+solved where it falls apart into parts that closed forms know (Pieper 1968, Paul 1981, Khalil and
+Dombre 2002, chapter 4), from the base or, as T^-1 is a chain too, from its end:
+
+- up to three joints, then one to three revolute joints whose axes meet in a point: the former
+  place this point, the latter give the orientation;
+- up to three revolute joints, which give the orientation, and up to three prismatic ones among them,
+  of which the position is a linear function;
+- three revolute joints with parallel axes between one joint and one or two revolute joints: height
+  and direction of the parallel axes do not see the three, which are a planar arm.
+
+With less than six joints T must be one of the placements they can give. What is found is put back
+then; a solution that misses T has no value (NaN).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+from symoro_elastic.mechanics.coordinates import Rows, product
+from symoro_elastic.mechanics.inverse_geometry.decompositions import (
+    NO_WRIST,
+    ORIENTED,
+    Chain,
+    arms_to,
+    parallel_axes,
+    point_then_axes,
+    turns_then_shifts,
+)
+from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm, Pose, only_where
+from symoro_elastic.mechanics.inverse_geometry.points import Solution, numbers_of
+from symoro_elastic.mechanics.spatial import ZERO, Matrix, Scalar, Vector, cross, dot
+
+MISSED = Fraction(1, 2**34)
+NOT_A_PLACEMENT = Fraction(1, 2**20)
+OnCircle: TypeAlias = Callable[[Scalar], tuple[Scalar, Scalar]]
+
+
+class Branch(NamedTuple):
+    """One solution: the joints in the order of the chain and a measure that is zero where it is singular."""
+
+    found: Solution
+    measure: Scalar
+
+
+def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]:
+    """Every position of the joints (rad, m) that places the end of the chain at T (m).
+
+    `T` is 0T of the last frame. The measure is the product of the square roots and distances that vanish in
+    singular positions (m^k). A solution that does not exist is NaN, its measure too. Raises `NoClosedForm`.
+    """
+    _check_number(chain)
+    if len(chain.movers) == 6:
+        T = _placement(f, T)
+    branches = [_branch(f, solution) for solution in solutions(f, chain, T)]
+    return branches if len(chain.movers) == 6 else [_put_back(f, chain, T, branch) for branch in branches]
+
+
+def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch]:
+    """Every position of up to three joints (rad, m) that brings the origin of the last frame to P (m).
+
+    Raises `NoClosedForm`.
+    """
+    if len(chain.movers) > 3:
+        reason = f"a place in space determines three joints at most, and {len(chain.movers)} move"
+        raise NoClosedForm(numbers_of(chain.movers), reason)
+    branches = [_branch(f, solution) for solution in arms_to(f, chain, P)]
+    if len(chain.movers) == 3:
+        return branches
+    return [_with_origin_put_back(f, chain, P, branch) for branch in branches]
+
+
+def _check_number(chain: Chain) -> None:
+    if len(chain.movers) > 6:
+        reason = f"{len(chain.movers)} joints move: with more than six there is no finite number of solutions"
+        raise NoClosedForm(numbers_of(chain.movers), reason)
+
+
+def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
+    """What places the end of a chain at T, if anything does.
+
+    Raises `NoClosedForm` with the reason of the nearest miss.
+    """
+    reasons: list[NoClosedForm] = []
+    for attempt in _ways(chain):
+        for turned in (False, True):
+            try:
+                if turned:
+                    return [_reversed(s) for s in attempt(f, chain.reversed(), T.inverse())]
+                return attempt(f, chain, T)
+            except NoClosedForm as error:
+                reasons.append(error)
+    raise _nearest(reasons, len(chain.movers))
+
+
+def _nearest(reasons: Sequence[NoClosedForm], n: int) -> NoClosedForm:
+    others = [reason for reason in reasons if reason.condition != ORIENTED]
+    return others[-2] if n < 4 else next((reason for reason in others if reason.condition != NO_WRIST), others[0])
+
+
+def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solution]]]:
+    """First orientation where it gives the angles without a square root, and last where it needs one."""
+    n, turns = len(chain.movers), sum(mover.turns for mover in chain.movers)
+    if turns < 3:
+        yield turns_then_shifts
+    for k in range(min(3, n), max(n - 4, -1), -1):
+        yield partial(point_then_axes, k=k)
+    if turns == 3:
+        yield turns_then_shifts
+    if n > 4:
+        yield parallel_axes
+
+
+def _reversed(solution: Solution) -> Solution:
+    return tuple(found.reversed() for found in reversed(solution))
+
+
+def _branch(f: Functions, solution: Solution) -> Branch:
+    """A solution and its measure; no joint has a value where the measure has none."""
+    measure: Scalar = 1
+    for found in solution:
+        measure = measure * found.measure
+    return Branch(_divided(solution, f.sign(measure + 1)), measure)
+
+
+def _divided(solution: Solution, one: Scalar) -> Solution:
+    """The same solution where `one` is one, none where it is NaN; motions stay as they are."""
+    return tuple(found._replace(variable=found.variable / one) for found in solution)
+
+
+# Is it so?
+
+
+def _placement(f: Functions, T: Pose) -> Pose:
+    """T, without a value where its rotation is none."""
+    x, y, z = T.rotation
+    faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *(cross(x, y) - z)]
+    ok = only_where(f, NOT_A_PLACEMENT * NOT_A_PLACEMENT - _squares(faults))
+    return Pose(Matrix(*(Vector(r.x / ok, r.y / ok, r.z / ok) for r in T.rotation)), T.origin)
+
+
+def _put_back(f: Functions, chain: Chain, T: Pose, branch: Branch) -> Branch:
+    """A branch, without a value where it does not place the end of the chain at T."""
+    found = _placed(chain, branch.found)
+    turns = [x for ours, given in zip(found.rotation, T.rotation, strict=True) for x in ours - given]
+    return _only_close(f, branch, turns, found.origin - T.origin, T.origin)
+
+
+def _with_origin_put_back(f: Functions, chain: Chain, P: Vector, branch: Branch) -> Branch:
+    return _only_close(f, branch, [], _placed(chain, branch.found).origin - P, P)
+
+
+def _placed(chain: Chain, solution: Solution) -> Pose:
+    pose = chain.between[0]
+    for found, after in zip(solution, chain.between[1:], strict=True):
+        pose = pose.moved(found.motion).then(after)
+    return pose
+
+
+def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vector, P: Vector) -> Branch:
+    size = 1 + dot(P, P)
+    ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(shifts)))
+    return Branch(_divided(branch.found, ok), branch.measure / ok)
+
+
+def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Branch, followers: Rows) -> Branch:
+    """A branch, without a value where a joint is not where others put it: x_j = row of `followers` times x.
+
+    `on_circle` gives cosine and sine.
+    """
+    x = {found.joint: found.variable for found in branch.found}
+    for mover in chain.movers:
+        if mover.joint in followers:
+            away = x[mover.joint] - product(followers[mover.joint], x)
+            cosine, sine = on_circle(away) if mover.turns else (1, away)
+            branch = _only_close(f, branch, [1 - cosine, sine], ZERO, ZERO)
+    return branch
+
+
+def _squares(faults: Iterable[Scalar]) -> Scalar:
+    total: Scalar = 0
+    for x in faults:
+        total = total + x * x
+    return total

@@ -1,0 +1,103 @@
+"""The Lagrange form Gamma = A(q) qdd + H(q, qd) [8]: the inertia matrix by composite inertias, and its solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from symoro_elastic.mechanics.coordinates import Rows, congruence
+from symoro_elastic.mechanics.elimination import SingularPivot
+from symoro_elastic.mechanics.factorization import Factorization, solution
+from symoro_elastic.mechanics.floating_base import solve_symmetric
+from symoro_elastic.mechanics.mechanism import Mechanism
+from symoro_elastic.mechanics.spatial import NO_WRENCH, Axis, RigidInertia, Scalar, Twist, Vector, Wrench
+
+
+@dataclass(frozen=True)
+class InertiaMatrix:
+    """A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of.
+
+    `base`: wrenches on a base that is part of the machine for a unit of each joint's acceleration;
+    those of its own acceleration are composite inertia 0.
+    """
+
+    composite: list[RigidInertia]
+    f: list[Wrench]
+    A: list[list[Scalar]]
+    base: dict[int, Wrench]
+
+
+def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
+    """A_ij = a_i^T (wrench at i that accelerates everything beyond j by a_j); Ia on the diagonal.
+
+    Entries are zero where neither joint carries the other. Units kg m2, kg m or kg.
+    """
+    n = len(mechanism.links)
+    composite = [mechanism.body or RigidInertia(), *(link.body for link in mechanism.links)]
+    f = [NO_WRENCH] * (n + 1)
+    A: list[list[Scalar]] = [[0] * (n + 1) for _ in range(n + 1)]
+    base: dict[int, Wrench] = {}
+    for j, link in mechanism.from_tips():
+        if link.antecedent or mechanism.body is not None:
+            composite[link.antecedent] += composite[j].to_antecedent(link.transform)
+        if link.axis is Axis.NONE:
+            continue
+        f[j] = wrench = composite[j].spatial * link.axis
+        A[j][j] = link.axis.T * wrench + link.rotor_inertia  # (8)
+        i = j
+        while mechanism.link(i).antecedent:
+            wrench = mechanism.link(i).transform.T * wrench
+            i = mechanism.link(i).antecedent
+            axis = mechanism.link(i).axis
+            A[i][j] = A[j][i] = 0 if axis is Axis.NONE else axis.T * wrench  # (8)
+        if mechanism.body is not None:
+            base[j] = mechanism.link(i).transform.T * wrench
+    return InertiaMatrix(composite, f, A, base)
+
+
+def free_solution(
+    factors: Factorization, found: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
+) -> tuple[Twist, dict[int, Scalar]]:
+    """V'_0 and x of A (V'_0, x) = (wrench, right) on a floating base: the joints are eliminated, then its six rows.
+
+    Raises `SingularPivot`.
+    """
+    held = solution(factors, right)
+    pushed = [solution(factors, {j: found.base[j].entries[k] for j in right}) for k in range(6)]
+    columns = zip(found.composite[0].spatial.rows, pushed, strict=True)
+    left = [_without(found, _wrench(column), moved).entries for column, moved in columns]
+    try:
+        base = solve_symmetric(left, _without(found, wrench, held).entries)
+    except ZeroDivisionError:
+        raise SingularPivot(0) from None
+    for k, acceleration in enumerate(base.x):
+        held = {j: x - pushed[k][j] * acceleration for j, x in held.items()}
+    return base.twist, held
+
+
+def of_coordinates(found: InertiaMatrix, S: Rows, coordinates: Iterable[int]) -> InertiaMatrix:
+    """S^T A S, and wrenches on the base for a unit of each coordinate's acceleration (L21)."""
+    size = len(found.A)
+    A = congruence(S, {i: dict(enumerate(row)) for i, row in enumerate(found.A)}, coordinates)
+    full = [[A.get(i, {}).get(j, 0) for j in range(size)] for i in range(size)]
+    base: dict[int, Wrench] = {}
+    for j, wrench in found.base.items():
+        for k, x in S[j].items():
+            base[k] = base.get(k, NO_WRENCH) + x * wrench
+    return InertiaMatrix(found.composite, found.f, full, base)
+
+
+def _wrench(entries: tuple[Scalar, ...]) -> Wrench:
+    return Wrench(Vector(*entries[:3]), Vector(*entries[3:]))
+
+
+def wrench_on_base(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
+    """Sum of a wrench on a floating base and of those that the accelerations of the joints require."""
+    for j, x in qdd.items():
+        force, moment = found.base[j]
+        wrench = Wrench(wrench.force + x * force, wrench.moment + x * moment)
+    return wrench
+
+
+def _without(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
+    return wrench_on_base(found, wrench, {j: -x for j, x in qdd.items()})

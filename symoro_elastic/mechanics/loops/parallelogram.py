@@ -1,0 +1,119 @@
+"""Parallelograms: planar loops of four turning corners whose opposite sides are the same expressions.
+
+Opposite sides stay parallel, so angles are sums of angles: S is constant, gam is zero, and nothing is divided by what
+vanishes in the flat position. Constant angles are unit complex numbers: turns add up by multiplication.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from symoro_elastic.mechanics.loops.circuit import Circuit, Segment
+from symoro_elastic.mechanics.loops.planar import Complex
+from symoro_elastic.mechanics.spatial import Axis, Scalar, X, Z, is_zero
+
+NO_TURN, HALF_TURN = Complex(1, 0), Complex(-1, 0)
+
+
+class Side(NamedTuple):
+    """A side: a length along a direction that is constant in the axes of its body."""
+
+    length: Scalar
+    direction: Complex
+
+
+@dataclass
+class Corner:
+    """The joints at one corner, each with its sense of turning, and the constant turn of the bodies between them."""
+
+    joints: list[tuple[int, int]] = field(default_factory=list)
+    turn: Complex = NO_TURN
+
+
+def parallelogram(
+    loop: Circuit, unknown: Collection[int], angles: Mapping[int, Scalar], angle_of: Callable[[Complex], Scalar]
+) -> dict[int, Scalar] | None:
+    """Angles of the unknown joints of a parallelogram; None for any other loop.
+
+    `loop` passes all its joints as unknown ones, `angles` are those of the others; `angle_of` gives the angle of a
+    constant turn. Where t_k is the turn at the corner after side k, t_k + t_(k+1) is constant.
+    """
+    found = _polygon(loop)
+    if found is None or len(found) != 4:
+        return None
+    sides, corners = zip(*found, strict=True)
+    constants = [_from_opposite(sides[k], sides[k - 2]) for k in range(4)]
+    known = [k for k, corner in enumerate(corners) if all(j in angles and j not in unknown for j, _ in corner.joints)]
+    single = [k for k, corner in enumerate(corners) if len(corner.joints) == 1]
+    if None in constants or len(known) != 1 or {*known, *single} != set(range(4)):
+        return None
+    (first,) = known
+    angle: Scalar = 0
+    for j, sense in corners[first].joints:
+        angle = angle + sense * angles[j]
+    turn = corners[first].turn
+    solved: dict[int, Scalar] = {}
+    for k in ((first + i) % 4 for i in (1, 2, 3)):
+        angle, turn = -angle, (constants[k - 1] or NO_TURN) * turn.conjugate
+        ((joint, sense),) = corners[k].joints
+        own = turn * corners[k].turn.conjugate
+        solved[joint] = sense * angle + angle_of(own if sense > 0 else own.conjugate)
+    return solved
+
+
+def _polygon(loop: Circuit) -> list[tuple[Side, Corner]] | None:
+    """Sides, in axes that turn at corners only, each with the corner at its end; None where one is no plain length."""
+    if any(joint.axis is not Axis.REVOLUTE for joint in loop.unknown):
+        return None
+    lengths = [_side(segment, 1) for segment in loop.segments]
+    long = [k for k, side in enumerate(lengths) if side is not None and not is_zero(side.length)]
+    if None in lengths or not long:
+        return None
+    loop = loop.from_joint((long[0] + 1) % len(loop.unknown))
+    found: list[tuple[Side, Corner]] = []
+    mirrored = 1
+    for k, joint in enumerate(loop.unknown):
+        segment = loop.segments[k - 1]
+        side = _side(segment, mirrored)
+        if side is not None and not is_zero(side.length):
+            found.append((side, Corner()))
+        corner, rotation = found[-1][1], segment.frame.rotation
+        corner.turn = corner.turn * Complex(rotation.x.x, mirrored * rotation.y.x)
+        mirrored *= 1 if rotation.z.z == 1 else -1
+        corner.joints.append((joint.joint, mirrored * joint.sense))
+    return found if mirrored == 1 else None
+
+
+def _side(segment: Segment, mirrored: int) -> Side | None:
+    """The side along a segment; None where it is made of several shifts in several directions."""
+    x, y, _ = segment.frame.origin
+    if is_zero(y):
+        return Side(x, NO_TURN)
+    if is_zero(x):
+        return Side(y, Complex(0, mirrored))
+    return _along_one_shift(segment, mirrored)
+
+
+def _along_one_shift(segment: Segment, mirrored: int) -> Side | None:
+    """The side of a segment that has one shift in the plane, after constant turns about its normal."""
+    direction, found = NO_TURN, []
+    for step, sense in segment.steps:
+        if step.axis == X and not is_zero(step.sine):
+            return None
+        if step.axis == X and not is_zero(step.shift):
+            found.append(Side(sense * step.shift, direction))
+        if step.axis == X:
+            mirrored *= 1 if step.cosine == 1 else -1
+        elif step.axis == Z:
+            direction = direction * Complex(step.cosine, sense * mirrored * step.sine)
+    return found[0] if len(found) == 1 else None
+
+
+def _from_opposite(u: Side, v: Side) -> Complex | None:
+    """The turn from a side to the opposite one, which runs back; None where their lengths differ."""
+    turn = u.direction * v.direction.conjugate
+    if is_zero(u.length - v.length):
+        return turn * HALF_TURN
+    return turn if is_zero(u.length + v.length) else None

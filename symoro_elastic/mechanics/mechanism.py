@@ -1,0 +1,148 @@
+"""A mechanism as the equations see it: transforms, axes and inertias, in any scalar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from symoro_elastic.mechanics.spatial import (
+    AT_REST,
+    NO_WRENCH,
+    AxialTransform,
+    Axis,
+    Matrix,
+    RigidInertia,
+    Rotation,
+    Scalar,
+    SpatialVector,
+    Symmetric,
+    Transform,
+    Twist,
+    Vector,
+    Wrench,
+    rotated_matrix,
+)
+
+S = TypeVar("S", bound=SpatialVector)
+
+
+@dataclass(frozen=True)
+class Parallel:
+    """Another link, of a smaller number, whose axes `turn` takes to those of a link, whatever the machine does."""
+
+    number: int
+    turn: AxialTransform
+
+    def components(self, v: Vector) -> Vector:
+        """Components along the axes of the link of a vector given in those of the other."""
+        return self.turn.rotate_back(v)
+
+    def entries(self, U: Matrix) -> Matrix:
+        """The same of a matrix."""
+        return rotated_matrix(self.turn._replace(sine=-self.turn.sine), U)
+
+
+@dataclass(frozen=True)
+class Link:
+    """Body j with the joint that carries it; `antecedent` 0 is the base.
+
+    `transform` is jTi [5], `wrench` what the body exerts on its surroundings, about its origin, in its frame.
+    """
+
+    antecedent: int
+    axis: Axis
+    transform: Transform
+    body: RigidInertia = RigidInertia()
+    rotor_inertia: Scalar = 0
+    wrench: Wrench = NO_WRENCH
+    parallel: Parallel | None = None
+
+    @property
+    def joint_rotation(self) -> Rotation:
+        """From the frame before the joint's rotation to frame j: the rotation by theta about z."""
+        return Rotation(self.transform.steps[-1].rotation)
+
+    @property
+    def before(self) -> Transform:
+        """From frame i to the frame before the joint's rotation, which has the origin and the axis z of frame j."""
+        *steps, last = self.transform.steps
+        return Transform((*steps, last.translation))
+
+    def in_frame_before(self) -> Link:
+        """The same body on the same joint, described in the frame before the joint's rotation."""
+        rotation = self.joint_rotation
+        wrench = rotation.T * self.wrench
+        body = self.body.to_antecedent(Transform((rotation.step,)))
+        return replace(self, transform=self.before, body=body, wrench=wrench, parallel=None)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Links in table order and the motion of the base: V0 and V'0, gravity already subtracted.
+
+    `body` is that of a base which is part of the machine; `None` for the ground.
+    """
+
+    links: tuple[Link, ...]
+    velocity: Twist = AT_REST
+    acceleration: Twist = AT_REST
+    body: RigidInertia | None = None
+
+    def link(self, j: int) -> Link:
+        """Link j; links are numbered from 1."""
+        return self.links[j - 1]
+
+    def from_base(self) -> enumerate[Link]:
+        """(j, link j) from the base to the tips."""
+        return enumerate(self.links, start=1)
+
+    def from_tips(self) -> Iterator[tuple[int, Link]]:
+        """(j, link j) from the tips to the base."""
+        return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
+
+    @property
+    def joints_from_tips(self) -> tuple[int, ...]:
+        """Numbers of the links on joints that move, from the tips to the base."""
+        return tuple(j for j, link in self.from_tips() if link.axis is not Axis.NONE)
+
+    @property
+    def carriers(self) -> set[int]:
+        """Numbers of the links that carry others, 0 for the base."""
+        return {link.antecedent for link in self.links}
+
+    def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
+        """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
+
+        def scalar(x: Scalar) -> Scalar:
+            return x if isinstance(x, int) and x in (0, 1, -1) else convert(x)
+
+        def vector(v: Vector) -> Vector:
+            return Vector(*map(scalar, v))
+
+        def rigid(body: RigidInertia) -> RigidInertia:
+            return RigidInertia(scalar(body.mass), vector(body.moments), Symmetric(*map(scalar, body.inertia)))
+
+        def spatial(V: S) -> S:
+            return type(V)(vector(V.linear), vector(V.angular))
+
+        def converted(link: Link) -> Link:
+            steps = (AxialTransform(step.axis, *map(scalar, step[1:])) for step in link.transform.steps)
+            return Link(
+                link.antecedent,
+                link.axis,
+                Transform(tuple(steps)),
+                rigid(link.body),
+                scalar(link.rotor_inertia),
+                spatial(link.wrench),
+            )
+
+        links = tuple(map(converted, self.links))
+        base = None if self.body is None else rigid(self.body)
+        return Mechanism(links, spatial(self.velocity), spatial(self.acceleration), base)
+
+
+def without_loads(mechanism: Mechanism) -> Mechanism:
+    """The mechanism on a base at rest, without gravity and external wrenches."""
+    links = tuple(replace(link, wrench=NO_WRENCH) for link in mechanism.links)
+    return Mechanism(links, body=mechanism.body)

@@ -1,0 +1,111 @@
+"""What changes of outputs follow from small motions: dy = Cq d + Cv d' + Ca d'', at every time of a motion.
+
+Outputs are signals (`vibration/signals.py`), and torques of motors: `motor_x.tau`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import BASE, Asked
+from symoro_elastic.model_ladder.samples import between, slopes
+from symoro_elastic.model_ladder.small_motion import SmallMotion
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
+from symoro_elastic.vibration.signals import outputs as output_signals
+
+MOTION_MODELS = ("jacobian", "velocities", "accelerations")
+"""Models by the order of the output that their results are rows of."""
+Three = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Rows Cq, Cv, Ca (N, outputs, n) of outputs by name.
+
+    `follows` (outputs,) says which ones take part in the deflections of static springs: torques do not.
+    """
+
+    names: tuple[str, ...]
+    Cq: Array
+    Cv: Array
+    Ca: Array
+    follows: BoolArray
+
+    def at(self, t: Array, wanted: Array) -> Outputs:
+        """Return the rows at other times, cubic between the times t (N,) of these."""
+        Cq, Cv, Ca = (between(t, C, wanted) for C in (self.Cq, self.Cv, self.Ca))
+        return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
+
+    @property
+    def thinned(self) -> Outputs:
+        """The rows at every second time."""
+        return replace(self, Cq=self.Cq[::2], Cv=self.Cv[::2], Ca=self.Ca[::2])
+
+    def of(self, motion: SmallMotion) -> Array:
+        """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
+        terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)
+        changes: Array = sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms)
+        return changes
+
+
+def is_torque(name: str) -> bool:
+    """Whether an output is the torque of a motor."""
+    return name.rpartition(".")[2] == MOTOR_TORQUE
+
+
+def outputs_along(
+    machine: Machine, servo: tuple[Array, Array] | None, names: Sequence[str], states: Three, torques: Three
+) -> Outputs:
+    """Return the rows of outputs along states q, v, a (N, n); raises `InputError` for signals that do not exist.
+
+    `torques` are the rows of K, D, M of the motors (N, m, n), their torques where no servo gives them.
+    """
+    signals = [inputs(machine, [name])[0] if is_torque(name) else output_signals(machine, [name])[0] for name in names]
+    Cq, Cv, Ca = np.zeros((3, len(states[0]), len(names), states[0].shape[1]))
+    _add_frames(machine, signals, states, (Cq, Cv, Ca))
+    for row, (name, signal) in enumerate(zip(names, signals, strict=True)):
+        if not isinstance(signal, JointSignal):
+            continue
+        k = entry_of(machine, signal)
+        if not is_torque(name):
+            (Cq, Cv, Ca)[signal.order][:, row, k] = 1.0
+            continue
+        motor = machine.motor_entries.index(k)
+        if servo is None:
+            Cq[:, row], Cv[:, row], Ca[:, row] = (x[:, motor] for x in torques)
+        else:
+            Cq[:, row, k], Cv[:, row, k] = -servo[0][motor], -servo[1][motor]
+    return Outputs(tuple(names), Cq, Cv, Ca, np.array([not is_torque(name) for name in names]))
+
+
+def _add_frames(machine: Machine, signals: Sequence[Signal], states: Three, rows: Three) -> None:
+    """Fill the rows of frames: the Jacobian, and how velocities and accelerations change with the state."""
+    asked = {row: signal for row, signal in enumerate(signals) if isinstance(signal, FrameSignal)}
+    if not asked:
+        return
+    texts = {row: _in_base(machine, signal) for row, signal in asked.items()}
+    frames = tuple(dict.fromkeys(texts.values()))
+    highest = max(signal.order for signal in asked.values())
+    models = MOTION_MODELS[: highest + 1]
+    model = numpy_model(machine, models, dict.fromkeys(models, frames))
+    q, v, a = states
+    J = model.jacobian(q)
+    by_order: list[tuple[Array, ...]] = [(J,)]
+    if highest > 0:
+        by_order.append((slopes(lambda q: model.velocities(q, v), q), J))
+    if highest > 1:
+        by_q = slopes(lambda q: model.accelerations(q, v, a), q)
+        by_order.append((by_q, slopes(lambda v: model.accelerations(q, v, a), v), J))
+    for row, signal in asked.items():
+        for C, found in zip(rows, by_order[signal.order], strict=False):
+            C[:, row] = found[:, frames.index(texts[row]), signal.component]
+
+
+def _in_base(machine: Machine, signal: FrameSignal) -> str:
+    return str(Asked(machine.joints[signal.number - 1].name, signal.at, BASE))

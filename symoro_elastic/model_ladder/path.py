@@ -1,0 +1,214 @@
+"""The linear model of a machine along a motion of its motors, springs at the equilibrium of the start.
+
+    M(t) d'' + D(t) d' + K(t) d = R(t),    d(0) = d'(0) = 0,    dy = Cq(t) d + Cv(t) d' + Ca(t) d''
+
+d is the small motion about the reference q_r, v_r, a_r. M, D, K are those of the model `linearization`; where motors
+have servos, their gains are in D and K. R is what drives d: the forces on the machine less those that the reference
+takes, R = tau_r - ID(q_r, v_r, a_r). This is a step of Newton's method on the equations of motion, so d is wrong by
+O(d^2). The next step is about q_r + d, v_r + d', a_r + d'': there M, D, K are taken, and R holds M d'' + D d' + K d of
+the step before. What springs cost then is wrong by the square of the difference that they make.
+
+Motors without servo follow exactly: their rows are no equations then, but give their torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.errors import InputError
+from symoro_elastic.model_ladder.outputs import Outputs, outputs_along
+from symoro_elastic.model_ladder.refusals import refuse_machine
+from symoro_elastic.model_ladder.samples import between, slopes
+from symoro_elastic.model_ladder.small_motion import LinearMotion, SmallMotion, small_motion
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.simulation.applied_forces import AppliedForces
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+
+SAMPLES = 800
+"""Times along a motion."""
+NEWTON_STEPS = 2
+NEAR = 10.0
+"""Of a deviation, rad or m: beyond it the linear model tells nothing."""
+Three = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class LinearPath:
+    """The linear model at times t (N,), evenly spaced from 0: M, D, K (N, n, n), R (N, n), outputs, the reference.
+
+    `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness`, `damping`
+    (n,) are those of springs, dampers, viscous friction and servos on the joints: diagonal; `preload` (n,) are the
+    forces of the springs at the start. SI units, radians.
+    """
+
+    reference: Reference
+    joints: tuple[str, ...]
+    t: Array
+    M: Array
+    D: Array
+    K: Array
+    R: Array
+    outputs: Outputs
+    moved: tuple[int, ...]
+    springs: tuple[int, ...]
+    stiffness: Array
+    damping: Array
+    preload: Array
+
+    @property
+    def h(self) -> float:
+        """Time between samples, s."""
+        return float(self.t[1] - self.t[0])
+
+    @cached_property
+    def prescribed(self) -> tuple[int, ...]:
+        """Entries of q that follow the reference exactly."""
+        return tuple(k for k in range(len(self.joints)) if k not in self.moved)
+
+    def names(self, entries: Sequence[int]) -> tuple[str, ...]:
+        """Return the names of entries of q."""
+        return tuple(self.joints[k] for k in entries)
+
+    def without(self, sets: Sequence[Collection[int]], forces: Array | None = None) -> SmallMotion:
+        """Return d, d', d'' (N, sets, n), zero for the springs that each set leaves out; sets are equally large.
+
+        `forces` (N, n) are those that drive it, R where none are given.
+        """
+        rows = np.array([[k for k in self.moved if k not in left_out] for left_out in sets], dtype=int)
+        columns = rows[:, None, :]
+        M, D, K = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
+        found = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
+        return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
+
+    def states(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return q_r, v_r, a_r (N, n) at times (N,)."""
+        return self.reference.states(t)
+
+    @property
+    def thinned(self) -> LinearPath:
+        """The model at every second time."""
+        M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
+        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.thinned)
+
+    def finer(self, samples: int) -> LinearPath:
+        """Return the model at other times, evenly spaced: cubic between those that are known."""
+        t = np.linspace(0.0, self.t[-1], samples)
+        M, D, K, R = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R))
+        return replace(self, t=t, M=M, D=D, K=K, R=R, outputs=self.outputs.at(self.t, t))
+
+
+def linear_path(
+    reference: Reference, outputs: Sequence[str], samples: int = SAMPLES, newton_steps: int = NEWTON_STEPS
+) -> LinearPath:
+    """Return the linear model along a motion, with rows for outputs named as signals, `motor_x.tau` among them.
+
+    The first step of Newton's method is about the reference, the next about the motion that the one before gave, where
+    that is near. Raises `InputError` for machines and outputs that it cannot treat, and where torques are not finite.
+    """
+    along = _Along(reference, np.linspace(0.0, reference.duration, samples + 1))
+    near: SmallMotion | None = None
+    for _ in range(newton_steps - 1):
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = along.about(near, ()).without([()])
+        if not np.abs(found.d).max(initial=0.0) <= NEAR:
+            break
+        near = found
+    return along.about(near, outputs)
+
+
+class _Along:
+    """A machine at times t (N,) of a motion."""
+
+    def __init__(self, reference: Reference, t: Array) -> None:
+        self.reference, self.t, self.machine = reference, t, reference.machine
+        self.motion = EquationsOfMotion(self.machine)
+        refuse_machine(self.motion, reference.start)
+        self.motors = list(self.machine.motor_entries)
+        self.model = numpy_model(self.machine, ("linearization", "inverse_dynamics"))
+        self.states = reference.states(t)
+
+    def about(self, deviation: SmallMotion | None, outputs: Sequence[str]) -> LinearPath:
+        """Return the model about the reference, or a deviation (N, 1, n) from it; d is from the reference in both."""
+        states, driven = self.states, np.zeros_like(self.states[0])
+        if deviation is not None:
+            d, dd, ddd = (x[:, 0] for x in (deviation.d, deviation.dd, deviation.ddd))
+            states = states[0] + d, states[1] + dd, states[2] + ddd
+        M, D, K = self.model.linearization(*states)
+        taken = self._forces_taken(M, states)
+        self._refuse_infinite(taken, M, D, K)
+        pushed, softened = self._applied(states[0])
+        K = K - softened
+        if deviation is not None:
+            terms = ((K, d), (D, dd), (M, ddd))
+            driven = sum(np.einsum("tij,tj->ti", matrix, x) for matrix, x in terms)
+        R = self.reference.start.tau + pushed - taken + driven
+        torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
+        rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques)
+        return self._served(M, D, K, R, rows)
+
+    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs) -> LinearPath:
+        """Return the model with the gains of servos, or without equations of motors."""
+        reference, motors, names = self.reference, self.motors, self.motion.names
+        stiffness, damping, preload = _laws(self.motion, reference.start.q)
+        moved = list(range(len(names)))
+        if reference.servo is None:
+            moved = [k for k in moved if k not in motors]
+        else:
+            D = D.copy()
+            for diagonal, matrix, gains in zip((stiffness, damping), (K, D), reference.servo, strict=True):
+                diagonal[motors] += gains
+                matrix[:, motors, motors] += gains
+        springs = tuple(k for k in self.machine.elastic_entries if k in moved)
+        return LinearPath(
+            reference, tuple(names), self.t, M, D, K, R, outputs, tuple(moved), springs, stiffness, damping, preload
+        )
+
+    def _forces_taken(self, M: Array, states: Three) -> Array:
+        """Return ID(q, v, a) (N, n), springs and friction included.
+
+        The hybrid inverse model gives tau and a' with M a' + ... = tau at the same q, v; M (a - a') is what remains.
+        """
+        q, v, a = states
+        tau, found = self.model.inverse_dynamics(q, v, a[:, self.motors])
+        taken: Array = (M @ (a - found)[..., None])[..., 0]
+        taken[:, self.motors] += tau
+        return taken
+
+    def _applied(self, q: Array) -> tuple[Array, Array]:
+        """Return J^T w of the applied wrenches (N, n) and its derivatives by q (N, n, n)."""
+        if not self.reference.frames:
+            return np.zeros_like(q), np.zeros((*q.shape, q.shape[1]))
+        forces = AppliedForces(self.reference)
+
+        def force(q: Array) -> Array:
+            return forces.on_joints(self.t, q)
+
+        return force(q), slopes(force, q)
+
+    def _refuse_infinite(self, *arrays: Array) -> None:
+        finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)
+        if not finite.all():
+            first = self.t[int(np.argmin(finite))]
+            what = f"the torques of the reference are no numbers at {first:.4g} s: change the motion or its start"
+            raise InputError(self.machine.label, "motion", what)
+
+
+def _spread(x: Array, rows: Array, n: int) -> Array:
+    """Return x (N, sets, r) of the coordinates rows (sets, r) among n, zero for the others."""
+    spread = np.zeros((*x.shape[:-1], n))
+    np.put_along_axis(spread, np.broadcast_to(rows, x.shape), x, axis=-1)
+    return spread
+
+
+def _laws(motion: EquationsOfMotion, start: Array) -> tuple[Array, Array, Array]:
+    """Return stiffness and damping of the joints themselves, and the forces of springs at the start, (n,) each."""
+    cells = [(j.spring.stiffness, j.spring.damping, j.friction.viscous, j.spring.neutral) for j in motion.joints]
+    numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
+    stiffness, damping, viscous, neutral = numbers.T
+    return stiffness.copy(), damping + viscous, stiffness * (start - neutral)

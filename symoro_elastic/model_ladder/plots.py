@@ -1,0 +1,39 @@
+"""Plots of a ladder: predicted and measured errors by rung, and operations."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from symoro_elastic.model_ladder.rungs import Ladder
+from symoro_elastic.model_ladder.tables import worst_output
+from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.simulation.tolerances import unit_of
+
+
+def plot_ladder(found: Ladder, folder: str | Path, form: str = "png") -> list[Path]:
+    """Write rungs.<form> to a folder; returns its path. Raises `InputError`."""
+    return save_figures({"rungs": rungs(found)}, folder, form)
+
+
+def rungs(found: Ladder) -> Any:
+    """Draw the error of each rung, predicted as a line and measured as points, and the tolerance."""
+    figure = new_figure(8.0, 5.0)
+    axes = figure.add_subplot()
+    worst = worst_output(found)
+    static = [rung for rung in found.rungs if not rung.locked]
+    places = range(len(static))
+    axes.semilogy(places, [rung.predicted[worst] or None for rung in static], "-", label="predicted")
+    measured = [(k, rung.measured.model[worst]) for k, rung in enumerate(static) if rung.measured and rung.left_out]
+    if measured:
+        axes.semilogy(*zip(*measured, strict=True), "o", label="measured")
+    axes.axhline(found.tolerance[worst], linestyle="--", color="0.4", label="tolerance")
+    if found.chosen is not None and found.chosen < len(static):
+        axes.axvline(found.chosen, color="0.8", zorder=0, label="chosen")
+    new = [next(iter({*rung.left_out} - {*before.left_out}), "") for before, rung in pairwise(static)]
+    axes.set_xticks(list(places), ["none", *(f"+ {name}" for name in new)], rotation=45, ha="right")
+    axes.set_ylabel(f"error of {worst}, {unit_of(found.machine, worst)}")
+    axes.set_xlabel("springs left out")
+    axes.legend()
+    return figure

@@ -1,0 +1,76 @@
+"""The linear model at times so close that it tells a motion, and the vibrations in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.model_ladder.path import SAMPLES, LinearPath, linear_path
+from symoro_elastic.model_ladder.spring_errors import Deviations
+from symoro_elastic.simulation.reference import Reference
+
+IN_DETAIL = 20
+"""Samples in the shortest move, rise of a force or period of a wobble."""
+OF_TOLERANCE, OF_DEVIATION = 0.1, 5e-3
+"""Difference to every second sample that is allowed, the larger counts: it is sixteen times that of the samples."""
+WINDOWS = 20
+"""Parts of a motion whose largest deviations are compared: how late a long vibration is does not count."""
+MOST_SAMPLES = 16 * SAMPLES
+
+
+def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath:
+    """Return the linear model along a motion, with rows for the outputs that have a tolerance.
+
+    Raises `InputError` for motions that are too long.
+    """
+    path = path_if_resolved(reference, tolerance)
+    if path is None:
+        what = f"{reference.duration:g} s are too long for the short moves or the vibrations in it: shorten it"
+        raise reference.prescribed.error("duration", what)
+    return path
+
+
+def path_if_resolved(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath | None:
+    """Return the linear model along a motion; None for motions that are too long.
+
+    Its samples are doubled until every second one tells the same.
+    """
+    samples = max(SAMPLES, in_detail(reference))
+    while samples <= MOST_SAMPLES:
+        path = linear_path(reference, tuple(tolerance), samples)
+        if is_resolved(path, tolerance):
+            return path
+        samples *= 2
+    return None
+
+
+def in_detail(reference: Reference) -> int:
+    """Return the samples that tell all parts of a motion, an even number."""
+    shortest = min(_times(reference), default=reference.duration)
+    return 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest))
+
+
+def _times(reference: Reference) -> Iterator[float]:
+    """Times in which something happens, s: moves, rises of forces, periods, and what a record tells."""
+    yield from (move.lasts for move in reference.prescribed.moves)
+    yield from (force.lasts for force in reference.prescribed.forces)
+    yield from (1 / wobble.frequency for wobble in reference.prescribed.wobbles)
+    if reference.record is not None:
+        yield IN_DETAIL * float(np.median(np.diff(reference.record.t)))
+
+
+def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
+    """Whether every second sample gives the same outputs."""
+    found, half = (_largest(Deviations(each).outputs) for each in (path, path.thinned))
+    apart = np.abs(found - half).max(axis=0)
+    allowed = OF_TOLERANCE * np.array([tolerance.get(name, 0.0) for name in path.outputs.names])
+    return bool((apart <= np.maximum(OF_DEVIATION * found.max(axis=0), allowed)).all())
+
+
+def _largest(outputs: Array) -> Array:
+    """Return the largest absolute values (WINDOWS, outputs) in parts of a motion."""
+    ends = np.linspace(0, len(outputs) - 1, WINDOWS + 1).astype(int)
+    return np.array([np.abs(outputs[first : last + 1]).max(axis=0) for first, last in pairwise(ends)])

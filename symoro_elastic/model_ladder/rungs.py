@@ -1,0 +1,315 @@
+"""The ladder of models of a machine for a motion: what each leaves out, what that costs and saves, measured.
+
+A rung leaves springs out, static or locked; the cheapest method and step that suffice are predicted for it. The rung
+that is chosen, its neighbour and the whole machine are simulated, and the prediction is compared with what is measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.integration.methods import METHODS, share_of_halving
+from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.prescribed_motion import PrescribedMotion
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.model_ladder.arithmetic import single_precision_errors
+from symoro_elastic.model_ladder.greedy import backward_greedy
+from symoro_elastic.model_ladder.path import LinearPath
+from symoro_elastic.model_ladder.recovery import Recovery
+from symoro_elastic.model_ladder.resolution import resolved_path
+from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
+from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
+from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
+from symoro_elastic.simulation.observed import Observer
+from symoro_elastic.simulation.reference import Reference, reference_of
+
+MODEL_SHARE = 0.7
+"""Of the tolerance that the springs left out may take; steps take a quarter, arithmetic the rest."""
+DOUBT = 2.0
+"""Ratio of measured and predicted error from which a prediction is not trusted."""
+NEGLIGIBLE = 0.01
+"""Of the tolerance: errors that need not be predicted well."""
+FINE = 0.01
+"""Of the tolerance that steps take where a model is measured."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Method and number of steps that suffice, their predicted errors by output, weighted operations of a step."""
+
+    method: str
+    steps: int
+    predicted: Mapping[str, float]
+    operations: int
+
+    @property
+    def cost(self) -> int:
+        """Weighted operations over the motion."""
+        return self.steps * self.operations
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Errors of a rung's model and of its steps by output, and the time of a step, s."""
+
+    model: Mapping[str, float]
+    steps: Mapping[str, float]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model: springs that are static or, if `locked`, held; predicted errors by output; steps where they suffice."""
+
+    left_out: tuple[str, ...]
+    locked: bool
+    predicted: Mapping[str, float]
+    chosen: Steps | None = None
+    measured: Measured | None = None
+
+    def is_trusted(self, tolerance: Mapping[str, float]) -> bool:
+        """Whether measured errors agree with the predicted ones, where they matter, and are within the tolerances."""
+        if self.measured is None or self.chosen is None:
+            return True
+        of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
+        return all(
+            _agree(predicted[name], measured[name], NEGLIGIBLE * limit)
+            and self.measured.model[name] + self.measured.steps[name] <= limit
+            for predicted, measured in (of_model, of_steps)
+            for name, limit in tolerance.items()
+        )
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """All rungs of a machine for its motions, the rung that is chosen, and the whole machine with RK4 to compare with.
+
+    `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
+    errors by output that the chosen one has more where accelerations are in single precision; empty without one.
+    """
+
+    machine: Machine
+    references: tuple[Reference, ...]
+    tolerance: Mapping[str, float]
+    rungs: tuple[Rung, ...]
+    chosen: int | None
+    full: Steps
+    distrusted: tuple[int, ...] = ()
+    arithmetic: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def saving(self) -> float:
+        """Operations of the whole machine with RK4 over those of the chosen rung."""
+        rung = self.rungs[self.chosen or 0]
+        return self.full.cost / rung.chosen.cost if rung.chosen else 1.0
+
+
+def ladder(
+    machine: Machine,
+    motions: Sequence[PrescribedMotion],
+    tolerance: Mapping[str, float],
+    period: float | None = None,
+    announce: Announce = announce_nothing,
+    progress: Progress = no_progress,
+) -> Ladder:
+    """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
+    announce("predict")
+    references = tuple(reference_of(machine, motion) for motion in motions)
+    climb = _Climb(machine, references, tolerance, period)
+    for reference in references:
+        refuse_motors(reference, W3.name)
+        refuse_period(Simulating(reference, climb.request))
+    rungs = climb.rungs(progress)
+    announce("measure")
+    return climb.measured(rungs, progress)
+
+
+class _Climb:
+    """Rungs of a machine for its motions."""
+
+    def __init__(
+        self, machine: Machine, references: tuple[Reference, ...], tolerance: Mapping[str, float], period: float | None
+    ) -> None:
+        self.machine, self.references, self.tolerance = machine, references, dict(tolerance)
+        self.request = Request(tuple(tolerance), tolerance, period=period)
+
+    @cached_property
+    def paths(self) -> tuple[LinearPath, ...]:
+        """The linear models along the motions."""
+        return tuple(resolved_path(reference, self.tolerance) for reference in self.references)
+
+    def rungs(self, progress: Progress) -> tuple[Rung, ...]:
+        """Return all rungs, those that fit with method and steps."""
+        found = backward_greedy(self.paths, self.tolerance, progress)
+        rungs = [Rung(one.left_out, False, one.static) for one in found]
+        rungs += [Rung(found[-1].left_out, True, found[-1].locked)] if found[-1].left_out else []
+        return tuple(replace(rung, chosen=self.steps_of(rung)) if self.fits(rung) else rung for rung in rungs)
+
+    def fits(self, rung: Rung) -> bool:
+        """Whether the predicted errors of a rung leave room for those of steps, and its springs hold their loads."""
+        if relative(rung.predicted, self.tolerance) > MODEL_SHARE:
+            return False
+        return rung.locked or all(self._holds(rung, path) for path in self.paths)
+
+    @staticmethod
+    def _holds(rung: Rung, path: LinearPath) -> bool:
+        """Whether the stiffness of the springs left out, with gravity and loads, is positive along a motion."""
+        rows = [path.joints.index(name) for name in rung.left_out]
+        block = path.K[:, rows][:, :, rows]
+        symmetric = (block + block.transpose(0, 2, 1)) / 2
+        return not rows or bool(np.linalg.eigvalsh(symmetric).min() > 0)
+
+    def reduced(self, rung: Rung, reference: Reference) -> Simulating:
+        """Return the machine of a rung on one motion, springs held where the whole machine starts."""
+        return Simulating(self._reduced_reference(rung, reference), self.request, self._path(rung, reference))
+
+    def _path(self, rung: Rung, reference: Reference) -> tuple[LinearPath, tuple[int, ...]]:
+        path = self.paths[self._number(reference)]
+        return path, tuple(path.joints.index(name) for name in rung.left_out)
+
+    def _number(self, reference: Reference) -> int:
+        return next(k for k, one in enumerate(self.references) if one is reference)
+
+    def _reduced_reference(self, rung: Rung, reference: Reference) -> Reference:
+        machine = held(self.machine, reference, rung.left_out)
+        kept = [k for k, joint in enumerate(self.machine.moving_joints) if joint.name not in rung.left_out]
+        state = reference.start
+        start = replace(state, q=state.q[kept], qd=state.qd[kept], qdd=state.qdd[kept], tau=state.tau[kept])
+        return replace(reference, machine=machine, start=start)
+
+    def steps_of(self, rung: Rung, only: Iterable[str] = ()) -> Steps:
+        """Return the cheapest method and steps that suffice for all motions."""
+        each = [self.reduced(rung, reference) for reference in self.references]
+        if not self._moves(rung):
+            return Steps("", 1, dict.fromkeys(self.tolerance, 0.0), 1)
+        best: Steps | None = None
+        for name in only or each[0].candidates():
+            method = METHODS[name]
+            operations = each[0].cost.of(method)
+            least = max(simulating.stable_steps(method) for simulating in each)
+            if best and least * operations >= best.cost:
+                continue
+            found = [enough_steps(simulating, method, self.tolerance) for simulating in each]
+            steps, predicted = max(found, key=lambda pair: pair[0])
+            one = Steps(name, steps, predicted, operations)
+            best = one if best is None or one.cost < best.cost else best
+        assert best is not None
+        return best
+
+    def _moves(self, rung: Rung) -> bool:
+        """Whether anything is left whose motion is not prescribed."""
+        path = self.paths[0]
+        return bool({*path.names(path.moved)} - {*rung.left_out})
+
+    def measured(self, rungs: tuple[Rung, ...], progress: Progress) -> Ladder:
+        """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
+        full = self.steps_of(rungs[0], (RK4.name,))
+        costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
+        order = sorted(costs, key=lambda k: costs[k])
+        found, distrusted, chosen = list(rungs), [], None
+        for k in order:
+            found[k] = replace(found[k], measured=self._measured(found[k]))
+            if found[k].is_trusted(self.tolerance):
+                chosen = k
+                break
+            distrusted.append(k)
+        if chosen is not None and chosen + 1 < len(found) and not found[chosen + 1].locked:
+            found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1]))
+        arithmetic = {} if chosen is None else self._arithmetic(found[chosen])
+        return Ladder(
+            self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted), arithmetic
+        )
+
+    def _measured(self, rung: Rung) -> Measured:
+        """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
+        reference = self.references[self._worst(rung)]
+        names, fine = tuple(self.tolerance), self._fine(reference)
+        whole, _ = self._observed(Rung((), False, {}), reference, "w3", fine)
+        outputs, _ = self._observed(rung, reference, "w3", fine)
+        model = np.abs(outputs - whole).max(axis=0)
+        steps, seconds = (
+            self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
+        )
+        return Measured(dict(zip(names, model.tolist(), strict=True)), steps, seconds)
+
+    def _arithmetic(self, rung: Rung) -> dict[str, float]:
+        """Return what single precision of the accelerations adds to the errors of a rung, largest over the motions."""
+        if not self._moves(rung) or rung.chosen is None:
+            return dict.fromkeys(self.tolerance, 0.0)
+        steps = rung.chosen.steps
+        paths = [self._path(rung, reference) for reference in self.references]
+        each = [single_precision_errors(path, steps, left_out) for path, left_out in paths]
+        return {name: max(errors[name] for errors in each) for name in self.tolerance}
+
+    def _worst(self, rung: Rung) -> int:
+        """Return the number of the motion on which the model of a rung is predicted to be worst."""
+        entries = [tuple(path.joints.index(name) for name in rung.left_out) for path in self.paths]
+        each = [spring_errors([Deviations(path)], [left])[0] for path, left in zip(self.paths, entries, strict=True)]
+        errors = [relative(one.locked if rung.locked else one.static, self.tolerance) for one in each]
+        return int(np.argmax(errors))
+
+    def _fine(self, reference: Reference) -> int:
+        """Return steps that take little of the tolerance, the same for all rungs of a motion."""
+        simulating = self.reduced(Rung((), False, {}), reference)
+        limits = {name: FINE * limit for name, limit in self.tolerance.items()}
+        return enough_steps(simulating, METHODS["w3"], limits, 1.0)[0]
+
+    def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
+        reduced = self._reduced_reference(rung, reference)
+        if self._moves(rung):
+            trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
+        else:
+            trajectory = prescribed(reduced, steps)
+        motion = Observer(reduced.machine, reduced, ()).motion(trajectory)
+        static, locked = ((), rung.left_out) if rung.locked else (rung.left_out, ())
+        whole = Recovery(self.machine, reference.start, static, locked).whole(motion)
+        observer = Observer(self.machine, reference, tuple(self.tolerance))
+        return observer.outputs(whole), trajectory.seconds
+
+    def _compiled(self, rung: Rung, reference: Reference, method: str) -> CompiledSteps:
+        key = rung.left_out, self._number(reference), method
+        if key not in self._libraries:
+            machine = held(self.machine, reference, rung.left_out)
+            with TemporaryDirectory() as folder:
+                self._libraries[key] = CompiledSteps(machine, [method], Path(folder))
+        return self._libraries[key]
+
+    @cached_property
+    def _libraries(self) -> dict[tuple[tuple[str, ...], int, str], CompiledSteps]:
+        return {}
+
+    def _errors_of_steps(self, rung: Rung, reference: Reference) -> tuple[dict[str, float], float]:
+        assert rung.chosen is not None
+        if not rung.chosen.method:
+            return dict.fromkeys(self.tolerance, 0.0), 0.0
+        method = METHODS[rung.chosen.method]
+        coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
+        fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
+        errors = share_of_halving(method) * np.abs(fine[::2] - coarse).max(axis=0)
+        return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
+
+
+def held(machine: Machine, reference: Reference, names: Iterable[str]) -> Machine:
+    """Return the machine with springs held where a motion starts."""
+    rows = {joint.name: k for k, joint in enumerate(machine.moving_joints)}
+    locked = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in names}
+    return restricted(machine, Scene(locked=locked)) if locked else machine
+
+
+def _agree(predicted: float, measured: float, negligible: float) -> bool:
+    """Whether two errors are within a factor, or both do not matter."""
+    if max(predicted, measured) <= negligible:
+        return True
+    return predicted / DOUBT <= measured <= predicted * DOUBT

@@ -1,0 +1,377 @@
+"""Motions simulated with steps that are predicted to suffice; their error is measured by halving the step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from symoro_elastic.array_types import AnyArray, Array, ComplexArray
+from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
+from symoro_elastic.integration.rosenbrock import RODAS4
+from symoro_elastic.integration.tableaus import Tableau
+from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.model_ladder.path import LinearPath, linear_path
+from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved
+from symoro_elastic.model_ladder.spring_errors import Deviations, relative
+from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
+from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
+from symoro_elastic.models.implicit_steps import Motors
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
+from symoro_elastic.simulation.energy_balance import energy_balance
+from symoro_elastic.simulation.observed import Motion, Observer
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.simulation.simulated import Simulation
+from symoro_elastic.simulation.step_cost import StepCost
+
+SHARE = 0.25
+"""Of the tolerance that a step may take."""
+USUAL = 1e-3
+"""Of the largest deflection: the tolerance where none is given."""
+LEAST = 1e-12
+FIRST, REFINEMENTS = 200, 8
+"""Steps that are tried where nothing is predicted, and how often they are made shorter."""
+MARGIN, MOST_AT_ONCE = 1.1, 16.0
+"""Steps more than the order of a method asks for, and times as many at most."""
+WHOLE = 1e-9
+"""Of a number of steps: rounding of times."""
+MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
+CANDIDATES = ("rk4", "w2", "w3")
+SLOW = 1e-6
+"""Seconds that a step takes about, to say how long many of them would."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """How to simulate: outputs and tolerances by name, method and step where they are given, a period for steps."""
+
+    outputs: tuple[str, ...] = ()
+    tolerance: Mapping[str, float] | None = None
+    method: str | None = None
+    step: float | None = None
+    period: float | None = None
+
+
+class Simulating:
+    """One motion of a machine, simulated by steps that suffice."""
+
+    def __init__(
+        self, reference: Reference, request: Request, linear: tuple[LinearPath, tuple[int, ...]] | None = None
+    ) -> None:
+        """`linear` is the linear model of a machine with more springs, and the entries of q that are left out."""
+        self.reference, self.request, self._linear = reference, request, linear
+        self.machine: Machine = reference.machine
+        self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
+
+    @cached_property
+    def observer(self) -> Observer:
+        """Outputs of motions; a machine with springs left out has none of theirs. Raises `InputError`."""
+        return Observer(self.machine, self.reference, self.names)
+
+    @property
+    def is_predicted(self) -> bool:
+        """Whether there is a linear model along the motion: not where joints depend on others, nor for long motions."""
+        return self._path is not None
+
+    @property
+    def linear(self) -> tuple[LinearPath, tuple[int, ...]]:
+        """The linear model along the motion, and the springs in it that are left out."""
+        assert self._path is not None
+        return self._path
+
+    @cached_property
+    def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:
+        if self._linear or self.machine.is_coupled:
+            return self._linear
+        allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
+        path = path_if_resolved(self.reference, allowed)
+        return None if path is None else (path, ())
+
+    @cached_property
+    def tolerance(self) -> dict[str, float]:
+        """Tolerances by output: those that are given, else a thousandth of how far it is from the reference."""
+        return dict(self.request.tolerance or self.usual(Deviations(self.linear[0]).outputs))
+
+    def usual(self, deviation: Array) -> dict[str, float]:
+        """Return a thousandth of the largest deviation (N, names) of each output."""
+        largest = np.abs(deviation).max(axis=0)
+        return {name: max(USUAL * float(x), LEAST) for name, x in zip(self.names, largest, strict=True)}
+
+    def deviation(self, motion: Motion, outputs: Array) -> Array:
+        """Return outputs (N, names) less those of the reference; torques less what holds the machine at the start."""
+        along = self.observer.along_reference(motion.t)
+        found: Array = outputs - np.where(np.isnan(along), outputs[:1], along)
+        return found
+
+    @cached_property
+    def step_errors(self) -> StepErrors:
+        """Errors of methods on the linear model."""
+        return StepErrors(*self.linear)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Poles along the motion, rad/s; of a tree."""
+        return poles(*(self._path or (linear_path(self.reference, (), PLACES), ())))
+
+    def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
+        """Return the steps that suffice for a method by prediction, and the errors predicted."""
+        if method.name not in self._steps:
+            self._steps[method.name] = enough_steps(self, method, self.tolerance)
+        return self._steps[method.name]
+
+    @cached_property
+    def _steps(self) -> dict[str, tuple[int, Mapping[str, float]]]:
+        return {}
+
+    def stable_steps(self, method: Method) -> int:
+        """Return the fewest steps that an explicit method bears."""
+        return math.ceil(self.reference.duration / self.largest_step(method)) if isinstance(method, Tableau) else 1
+
+    def largest_step(self, method: Method) -> float:
+        """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
+        if not isinstance(method, Tableau) or self.machine.is_coupled:
+            return math.inf
+        return largest_stable_step(method, self.poles)
+
+    def in_periods(self, steps: int) -> int:
+        """Return at least as many steps, a whole number of them in each period."""
+        if self.request.period is None:
+            return steps
+        periods = max(1, round(self.reference.duration / self.request.period))
+        return periods * -(-steps // periods)
+
+    @property
+    def first_steps(self) -> int:
+        """Steps that are tried first where none are predicted."""
+        return self.in_periods(max(FIRST, in_detail(self.reference)))
+
+    @cached_property
+    def cost(self) -> StepCost:
+        """Operations of steps."""
+        return StepCost(self.machine, Motors.DRIVEN if self.reference.servo is None else Motors.SERVO)
+
+    def cheapest(self) -> str:
+        """Return the method whose steps suffice with the fewest operations."""
+        return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
+
+    def candidates(self) -> list[str]:
+        """Return the methods to choose from: those with exact derivatives need servos."""
+        return list(CANDIDATES if self.reference.servo is None else (*CANDIDATES, RODAS4.name))
+
+    def error(self, key: str, what: str) -> InputError:
+        """Return the error to raise about one key or option."""
+        place = key if key.startswith("--") else f"wanted, {key}"
+        return InputError(self.reference.prescribed.source or self.machine.label, place, what)
+
+    def refuse_unstable(self, method: Method, step: float) -> None:
+        """Raise `InputError` for steps that an explicit method does not bear."""
+        largest = self.largest_step(method)
+        if step > largest:
+            what = f"{step:g} s is beyond the limit of {method.name} here: give at most {largest:.3g} s, or w3, w2"
+            raise self.error("--step", what)
+
+    def refuse_many(self, steps: float) -> None:
+        """Raise `InputError` for more steps than are carried out."""
+        if steps > MOST_STEPS:
+            hours = steps * SLOW / 3600
+            what = (
+                f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} are the most, so give at least "
+                f"{self.reference.duration / MOST_STEPS:.3g} s"
+            )
+            raise self.error("--step", what)
+
+
+def enough_steps(
+    simulating: Simulating, method: Method, tolerance: Mapping[str, float], share: float = SHARE
+) -> tuple[int, Mapping[str, float]]:
+    """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors.
+
+    The errors are NaN where stability alone takes too many steps to try them.
+    """
+    least = simulating.stable_steps(method)
+    if least > MOST_PREDICTED:
+        return simulating.in_periods(least), dict.fromkeys(tolerance, math.nan)
+    choice = fewest_steps(simulating.step_errors, method, tolerance, share, least)
+    steps = simulating.in_periods(choice.steps)
+    if steps == choice.steps or not choice.is_tried:
+        return steps, choice.errors
+    return steps, simulating.step_errors.errors(method, steps)
+
+
+def simulate(
+    reference: Reference,
+    request: Request,
+    announce: Announce = announce_nothing,
+    progress: Progress = no_progress,
+) -> Simulation:
+    """Return a motion simulated by compiled steps of even size, refined until its measured errors are tolerable.
+
+    Method and step are predicted where they are not given. Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
+    """
+    simulating = Simulating(reference, request)
+    name = _method(simulating, announce)
+    steps, predicted = _steps(simulating, METHODS[name])
+    announce("compile")
+    with TemporaryDirectory() as folder:
+        compiled = CompiledSteps(reference.machine, [name], Path(folder))
+        announce("simulate")
+        return _refined(simulating, compiled, name, steps, predicted, progress)
+
+
+def _method(simulating: Simulating, announce: Announce) -> str:
+    """Return the method that is asked for, or the cheapest by prediction. Raises `InputError` where none serves."""
+    request = simulating.request
+    refuse_still(simulating.reference)
+    refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
+    refuse_period(simulating)
+    announce("predict")
+    name = request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
+    refuse_motors(simulating.reference, name)
+    return name
+
+
+def refuse_period(simulating: Simulating) -> None:
+    """Raise `InputError` where the motion is no whole number of periods, or a period no whole number of steps."""
+    period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
+    if period is None:
+        return
+    if not _is_whole(duration / period):
+        nearest = max(1, round(duration / period)) * period
+        what = f"{period:g} s is no whole part of the motion of {duration:g} s: make its duration {nearest:g} s"
+        raise simulating.error("period", what)
+    if step and 0 < step < math.inf and not _is_whole(period / step):
+        what = (
+            f"{step:g} s is no whole part of the period of {period:g} s: give {period / math.ceil(period / step):g} s"
+        )
+        raise simulating.error("--step", what)
+
+
+def _is_whole(ratio: float) -> bool:
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
+
+
+def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:
+    """Return the first number of steps, and the errors predicted for it."""
+    step, duration = simulating.request.step, simulating.reference.duration
+    if step is None:
+        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (simulating.first_steps, {})
+        simulating.refuse_many(steps)
+        return steps, predicted
+    if not 0 < step < math.inf:
+        raise simulating.error("--step", f"{step:g} s is no time: give a positive number")
+    simulating.refuse_many(duration / step)
+    simulating.refuse_unstable(method, step)
+    steps = math.ceil(duration / step * (1 - WHOLE))
+    if not simulating.is_predicted or steps > MOST_PREDICTED:
+        return steps, {}
+    return steps, simulating.step_errors.errors(method, steps)
+
+
+def _refined(
+    simulating: Simulating,
+    compiled: CompiledSteps,
+    name: str,
+    steps: int,
+    predicted: Mapping[str, float],
+    progress: Progress,
+) -> Simulation:
+    """Return the motion with steps that are given, or refined until the measured errors are tolerable."""
+    runs = Runs(simulating, compiled, name, progress)
+    for _ in range(REFINEMENTS):
+        errors, tolerance = runs.errors(steps), runs.tolerance(steps)
+        excess = relative(errors, tolerance)
+        if simulating.request.step or excess <= 1:
+            break
+        factor = np.clip(MARGIN * excess ** (1 / METHODS[name].order), 2, MOST_AT_ONCE)
+        steps, predicted = simulating.in_periods(math.ceil(steps * factor)), {}
+        simulating.refuse_many(2 * steps)
+    return runs.simulation(steps, errors, tolerance, predicted)
+
+
+class Runs:
+    """Motions by one method, with different numbers of steps."""
+
+    def __init__(self, simulating: Simulating, compiled: CompiledSteps, name: str, progress: Progress) -> None:
+        self.simulating, self.compiled, self.method, self.progress = simulating, compiled, METHODS[name], progress
+        self._found: dict[int, tuple[Trajectory, Motion, Array]] = {}
+
+    def run(self, steps: int) -> tuple[Trajectory, Motion, Array]:
+        """Return states, motion and outputs; not finite where they grow out of range."""
+        if steps not in self._found:
+            trajectory = self.compiled.run(self.simulating.reference, self.method.name, steps, self.progress)
+            with np.errstate(all="ignore"):
+                motion = self.simulating.observer.motion(trajectory)
+                self._found[steps] = trajectory, motion, self.simulating.observer.outputs(motion)
+        return self._found[steps]
+
+    def errors(self, steps: int) -> dict[str, float]:
+        """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
+        (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
+        _, here, there = np.intersect1d(_numbers(coarse) * 2, _numbers(fine), return_indices=True)
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(smooth[there] - rough[here]).max(axis=0)
+        factor = share_of_halving(self.method)
+        return dict(
+            zip(self.simulating.names, np.where(np.isfinite(apart), factor * apart, np.inf).tolist(), strict=True)
+        )
+
+    def tolerance(self, steps: int) -> dict[str, float]:
+        """Return the tolerances; those of a run itself where nothing gives them before."""
+        simulating = self.simulating
+        if simulating.request.tolerance or simulating.is_predicted:
+            return simulating.tolerance
+        _, motion, outputs = self.run(2 * steps)
+        with np.errstate(all="ignore"):
+            found = simulating.usual(simulating.deviation(motion, outputs))
+        return {name: x if math.isfinite(x) else LEAST for name, x in found.items()}
+
+    def simulation(
+        self, steps: int, errors: Mapping[str, float], tolerance: Mapping[str, float], predicted: Mapping[str, float]
+    ) -> Simulation:
+        """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
+        simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
+        _refuse_infinite(simulating, trajectory)
+        return Simulation(
+            simulating.reference,
+            trajectory,
+            motion,
+            simulating.names,
+            outputs,
+            simulating.deviation(motion, outputs),
+            errors,
+            tolerance,
+            predicted,
+            simulating.cost.of(self.method),
+            energy_balance(simulating.reference, motion),
+            damped_above(self.method, trajectory.step),
+            simulating.largest_step(self.method),
+            simulating.request.period,
+        )
+
+
+def _numbers(run: Trajectory) -> AnyArray:
+    """Return the numbers of the steps that were kept."""
+    return np.round(run.t / run.step).astype(np.int64)
+
+
+def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
+    finite = np.isfinite(trajectory.q).all(axis=1) & np.isfinite(trajectory.qd).all(axis=1)
+    if not finite.all():
+        first = trajectory.t[int(np.argmin(finite))]
+        shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"
+        raise simulating.error("--step", f"the motion grows out of range at {first:.4g} s {shorter}")
+
+
+def _free_joints(reference: Reference) -> tuple[str, ...]:
+    """Return the positions of the joints that do not follow exactly."""
+    exact = () if reference.servo else reference.motors
+    return tuple(f"{joint.name}.q" for joint in reference.machine.moving_joints if joint.name not in exact)

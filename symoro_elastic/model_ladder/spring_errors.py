@@ -1,0 +1,87 @@
+"""What it costs to leave springs out of a motion: held where they start, or following statically.
+
+E are the springs that are left out, R the coordinates that stay, d the small motion of all, d_R that of R alone.
+
+    locked     e = max_t |C (d - d_R)|
+    static     e = max_t |C (d - [d_R; d_E])|,    d_E = (R_E - M_ER d_R'' - D_ER d_R' - K_ER d_R) / k_E
+
+The deflection of a static spring is that of the reaction on its joint where it starts, so k_E is its own stiffness.
+It takes part in outputs, not in the motion: torques of motors are those of locked springs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.model_ladder.path import LinearPath
+from symoro_elastic.model_ladder.small_motion import SmallMotion
+
+
+@dataclass(frozen=True)
+class Errors:
+    """The largest errors of outputs over all motions, by name, in the units of the outputs."""
+
+    left_out: tuple[str, ...]
+    locked: Mapping[str, float]
+    static: Mapping[str, float]
+
+
+def relative(errors: Mapping[str, float], tolerance: Mapping[str, float]) -> float:
+    """Return the largest error relative to the tolerance of its output."""
+    return max((errors[name] / most for name, most in tolerance.items()), default=0.0)
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Small motions of a machine along one path, with any springs left out."""
+
+    path: LinearPath
+
+    @cached_property
+    def whole(self) -> SmallMotion:
+        """d, d', d'' (N, 1, n) with all springs."""
+        return self.path.without([()])
+
+    @cached_property
+    def outputs(self) -> Array:
+        """dy (N, outputs) with all springs."""
+        return self.path.outputs.of(self.whole)[:, 0]
+
+    def errors(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
+        """Return the errors (sets, outputs) of springs that are locked, and that are static."""
+        path, reduced = self.path, self.path.without(sets)
+        locked = path.outputs.of(reduced)
+        recovered = path.outputs.of(_moved_by(reduced, self.static_deflections(reduced, sets)))
+        static = np.where(path.outputs.follows, recovered, locked)
+        whole = self.outputs[:, None]
+        return np.abs(whole - locked).max(axis=0), np.abs(whole - static).max(axis=0)
+
+    def static_deflections(self, reduced: SmallMotion, sets: Sequence[Collection[int]]) -> Array:
+        """Return d_E (N, sets, n), zero for the coordinates that move."""
+        path, left_out = self.path, np.zeros((len(sets), len(self.path.joints)))
+        for row, chosen in enumerate(sets):
+            left_out[row, list(chosen)] = 1.0
+        taken = ((path.M, reduced.ddd), (path.D, reduced.dd), (path.K, reduced.d))
+        load = path.R[:, None] - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in taken)
+        deflections: Array = load * left_out / np.where(path.stiffness, path.stiffness, np.inf)
+        return deflections
+
+
+def _moved_by(motion: SmallMotion, deflections: Array) -> SmallMotion:
+    return replace(motion, d=motion.d + deflections)
+
+
+def spring_errors(paths: Sequence[Deviations], sets: Sequence[Collection[int]]) -> list[Errors]:
+    """Return what each set of springs (entries of q, sets equally large) costs: the largest over all motions."""
+    found = [deviations.errors(sets) for deviations in paths]
+    locked, static = (np.max([errors[kind] for errors in found], axis=0) for kind in range(2))
+    path = paths[0].path
+    return [
+        Errors(path.names(sorted(left_out)), *(dict(zip(path.outputs.names, x.tolist(), strict=True)) for x in pair))
+        for left_out, *pair in zip(sets, locked, static, strict=True)
+    ]

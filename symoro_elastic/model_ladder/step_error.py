@@ -1,0 +1,278 @@
+"""The error that a method makes at a step, before anything is simulated: the method itself on the linear model.
+
+    y' = y_r' + J (y - y_r) + [0; M^-1 R],    J = [0 I; -M^-1 K, -M^-1 D],    y = [q; v]
+
+M, D, K, R are cubic between their samples. T is that of generated steps: for W-methods the inertia at the beginning of
+the step, stiffness and damping of the joints themselves; for methods with exact derivatives J. Motors without servo are
+where they are prescribed to be at every stage. The exact solution is that of a fine run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import Method
+from symoro_elastic.integration.rosenbrock import Rosenbrock
+from symoro_elastic.integration.tableaus import Tableau
+from symoro_elastic.model_ladder.path import LinearPath
+from symoro_elastic.model_ladder.samples import between, joined
+from symoro_elastic.model_ladder.schemes import gamma, nodes, stepped
+from symoro_elastic.model_ladder.small_motion import SmallMotion
+from symoro_elastic.model_ladder.spring_errors import relative
+
+FINE = 4
+"""Steps of the fine run between samples of the model, at least."""
+FEWEST, MOST_STEPS = 10, 5_000
+"""Steps over a motion that are tried."""
+MARGIN, SAVED = 1.05, 1.15
+"""Steps more than the order of a method asks for; ratio of steps that are too few and enough, for a choice."""
+SHORTLY = 0.02
+"""Part of the time between samples over which df/dt is taken."""
+BLOCK = 256
+"""Steps whose matrices are made at once."""
+
+
+@dataclass(frozen=True)
+class _Rates:
+    """f(t, y) = [y_v; rate + slope (y - reference)] at times (N,): (N, n, 2n), (N, 2n), (N, n)."""
+
+    slope: Array
+    reference: Array
+    rate: Array
+
+    def at(self, k: int, y: Array) -> Array:
+        """Return f at time k."""
+        n = self.rate.shape[1]
+        return np.concatenate([y[n:], self.rate[k] + self.slope[k] @ (y - self.reference[k])])
+
+
+@dataclass(frozen=True)
+class _Solver:
+    """(I - g T)^-1 r by (M + g D + g^2 K) z_v = M r_v - g K r_q, z_q = r_q + g z_v, for steps (N,).
+
+    Arrays (N, r, r) of the coordinates `rows`: what r_v and r_q give to r_v - z_v.
+    """
+
+    g: float
+    rows: Array
+    by_velocity: Array
+    by_position: Array
+
+    def solution(self, k: int, r: Array) -> Array:
+        """Return z (2n,) of step k."""
+        r_q, r_v = np.split(r, 2)
+        z_v = r_v.copy()
+        z_v[self.rows] -= self.by_velocity[k] @ r_v[self.rows] + self.by_position[k] @ r_q[self.rows]
+        return np.concatenate([r_q + self.g * z_v, z_v])
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Steps of a method of size h from even times (N,): right sides by stage, T, f before and after to tell df/dt.
+
+    `driven` are entries of y that are prescribed, `ends` (N, 2n) where they are after each step.
+    """
+
+    method: Method
+    h: float
+    stages: tuple[_Rates, ...]
+    solver: _Solver | None
+    around: tuple[_Rates, _Rates, Array] | None
+    driven: Array
+    ends: Array
+
+    def step(self, k: int, y: Array) -> Array:
+        """Return y (2n,) after step k."""
+
+        def rate(i: int, Y: Array) -> Array:
+            placed = Y.copy()
+            placed[self.driven] = self.stages[i].reference[k, self.driven]
+            return self.stages[i].at(k, placed)
+
+        def solution(r: Array) -> Array:
+            return self.solver.solution(k, r) if self.solver else r
+
+        after: Array = stepped(self.method, self.h, y, rate, solution, self._of_time(k, y))
+        after[self.driven] = self.ends[k, self.driven]
+        return after
+
+    def _of_time(self, k: int, y: Array) -> Array:
+        """Return df/dt (2n,) at the start of step k."""
+        if self.around is None:
+            return np.zeros_like(y)
+        before, after, apart = self.around
+        change: Array = (after.at(k, y) - before.at(k, y)) / apart[k]
+        return change
+
+
+@dataclass(frozen=True)
+class StepErrors:
+    """Errors of methods on one path, with the springs `left_out` (entries of q) locked."""
+
+    path: LinearPath
+    left_out: tuple[int, ...] = ()
+
+    @cached_property
+    def rows(self) -> Array:
+        """The entries of q that the equations of motion give."""
+        return np.array([k for k in self.path.moved if k not in self.left_out], dtype=int)
+
+    def errors(self, method: Method, steps: int) -> dict[str, float]:
+        """Return the largest error of each output at the ends of even steps; infinite where it grows out of range.
+
+        Raises `InputError` for a method with exact derivatives where motors follow exactly: it has no such steps.
+        """
+        path = self.path
+        if isinstance(method, Rosenbrock) and path.reference.servo is None:
+            what = "its steps need torques, and motors without servo follow exactly: give servos, or take w3"
+            raise InputError(path.reference.machine.label, f"method {method.name}", what)
+        t = np.linspace(0.0, path.t[-1], steps + 1)
+        outputs = path.outputs.at(path.t, t)
+        with np.errstate(over="ignore", invalid="ignore"):
+            wrong = self._run(method, t) - self._exact(t)
+            q, v = np.split(wrong, 2, axis=1)
+            terms = ((outputs.Cq, q), (outputs.Cv, v), (outputs.Ca, self._accelerations(t, wrong)))
+            found = np.abs(sum(np.einsum("toi,ti->to", C, x) for C, x in terms)).max(axis=0)
+        return dict(zip(outputs.names, np.where(np.isfinite(found), found, np.inf).tolist(), strict=True))
+
+    def _exact(self, t: Array) -> Array:
+        """Return y (N, 2n) of the linear model at times t."""
+        found = self._solution
+        h = self.path.h / FINE
+        value, rate = joined(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
+        y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
+        return y
+
+    @cached_property
+    def _solution(self) -> SmallMotion:
+        """The exact small motion, at times finer than those of the path."""
+        return self.path.finer(FINE * (len(self.path.t) - 1) + 1).without([self.left_out])
+
+    def _run(self, method: Method, t: Array) -> Array:
+        """Return y (N, 2n) of the method."""
+        y = [self._states(t[:1])[0]]
+        for first in range(0, len(t) - 1, BLOCK):
+            steps = self._steps(method, t[first : first + BLOCK + 1])
+            for k in range(len(steps.ends)):
+                y.append(steps.step(k, y[-1]))
+        return np.array(y)
+
+    def _steps(self, method: Method, t: Array) -> _Steps:
+        """Return the steps between times t (N,)."""
+        n, h, begins = len(self.path.joints), float(t[1] - t[0]), t[:-1]
+        entries = np.array(self.path.prescribed, dtype=int)
+        return _Steps(
+            method,
+            h,
+            tuple(self._rates(begins + c * h) for c in nodes(method)),
+            None if isinstance(method, Tableau) else self._solver(method, begins, h),
+            self._around(begins) if isinstance(method, Rosenbrock) else None,
+            np.concatenate([entries, n + entries]),
+            self._states(t[1:]),
+        )
+
+    @cached_property
+    def _sampled(self) -> tuple[Array, Array]:
+        """-M^-1 [K, D] (N, n, 2n) and v' at y_r (N, n) at the samples of the model.
+
+        They are smooth where the acceleration of a motor under a servo is not.
+        """
+        path, rows = self.path, self.rows
+        sides = np.concatenate([path.K, path.D, path.R[..., None]], axis=2)[:, rows]
+        solved = np.linalg.solve(path.M[:, rows[:, None], rows], sides)
+        slope = np.zeros((len(path.t), len(path.joints), 2 * len(path.joints)))
+        slope[:, rows] = -solved[..., :-1]
+        rate = path.states(path.t)[2]
+        rate[:, rows] += solved[..., -1]
+        return slope, rate
+
+    def _rates(self, t: Array) -> _Rates:
+        path = self.path
+        slope, rate = (between(path.t, x, t) for x in self._sampled)
+        return _Rates(slope, self._states(t), rate)
+
+    def _around(self, t: Array) -> tuple[_Rates, _Rates, Array]:
+        """Return f shortly before and after times t, and the time between."""
+        before, after = (np.clip(t + sign * SHORTLY * self.path.h, 0.0, self.path.t[-1]) for sign in (-1, 1))
+        return self._rates(before), self._rates(after), after - before
+
+    def _solver(self, method: Method, t: Array, h: float) -> _Solver:
+        path, rows, g = self.path, self.rows, gamma(method) * h
+        M, D, K = (between(path.t, x, t)[:, rows[:, None], rows] for x in (path.M, path.D, path.K))
+        if not isinstance(method, Rosenbrock):
+            D, K = np.diag(path.damping[rows]), np.diag(path.stiffness[rows])
+        S = g * D + g**2 * K
+        inverse = np.linalg.inv(M + S)
+        return _Solver(g, rows, inverse @ S, inverse @ (g * K))
+
+    def _accelerations(self, t: Array, wrong: Array) -> Array:
+        """Return errors of accelerations (N, n) that errors of y (N, 2n) make."""
+        blocks = [slice(first, first + BLOCK) for first in range(0, len(t), BLOCK)]
+        return np.concatenate([np.einsum("tij,tj->ti", self._rates(t[b]).slope, wrong[b]) for b in blocks])
+
+    def _states(self, t: Array) -> Array:
+        """Return y_r (N, 2n)."""
+        q, v, _ = self.path.states(t)
+        return np.concatenate([q, v], axis=1)
+
+
+@dataclass(frozen=True)
+class StepChoice:
+    """Steps of a method that suffice, even over the motion, and the errors that they make, by output.
+
+    `is_tried` is False where errors were found at longer steps, and go down by the order of the method.
+    """
+
+    steps: int
+    errors: Mapping[str, float]
+    is_tried: bool = True
+
+
+def fewest_steps(
+    of: StepErrors, method: Method, tolerance: Mapping[str, float], share: float, at_least: int = 1
+) -> StepChoice:
+    """Return about the fewest steps whose errors are at most a share of the tolerances; `at_least` from stability.
+
+    More are taken where a few per cent of them would not be saved.
+    """
+    wrong, steps, tried = (0, np.inf), max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
+    while (excess := relative(tried, tolerance) / share) > 1:
+        factor = float(np.clip(MARGIN * excess ** (1 / method.order), 1.2, 8.0))
+        if steps * factor > MOST_STEPS:
+            return _extrapolated(method, steps, tried, excess)
+        wrong, steps = (steps, excess), int(np.ceil(steps * factor))
+        tried = of.errors(method, steps)
+    while wrong[0] and steps > max(SAVED * wrong[0], wrong[0] + 1):
+        fewer = _between(wrong, (steps, relative(tried, tolerance) / share))
+        found = of.errors(method, fewer)
+        excess = relative(found, tolerance) / share
+        if excess > 1:
+            wrong = fewer, excess
+        else:
+            steps, tried = fewer, found
+    return StepChoice(steps, tried)
+
+
+def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
+    """Return steps between too few and enough, neither of both: about as many as the excess of their errors tells."""
+    middle = np.sqrt(wrong[0] * enough[0])
+    if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
+        order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
+        expected = MARGIN * wrong[0] * wrong[1] ** (1 / order)
+        middle = np.clip(expected, np.sqrt(SAVED) * wrong[0], enough[0] / np.sqrt(SAVED))
+    return int(np.clip(round(float(middle)), wrong[0] + 1, enough[0] - 1))
+
+
+def _extrapolated(method: Method, steps: int, tried: Mapping[str, float], excess: float) -> StepChoice:
+    """Return the steps at which errors that were found at too few are small enough, by the order of the method."""
+    if not np.isfinite(excess):
+        return StepChoice(MOST_STEPS, tried, is_tried=False)
+    factor = excess ** (1 / method.order)
+    fewer = {name: error / factor**method.order for name, error in tried.items()}
+    return StepChoice(int(np.ceil(steps * factor)), fewer, is_tried=False)

@@ -1,0 +1,203 @@
+"""The equations of a model as a document: LaTeX or a web page."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from html import escape
+from itertools import groupby
+from typing import Any
+
+from symoro_elastic.codegen.closed_form import closed_equations
+from symoro_elastic.codegen.described import count_text
+from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
+from symoro_elastic.codegen.package import Function, Package, ParameterValue
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.reports.mathml import mathml, pieces
+from symoro_elastic.symbolic.program import Section
+
+ONCE, RESULTS = "Once for each parameter set", "Results"
+CONVENTIONS = (
+    "Equation numbers are those of Khalil and Gautier. Components of vectors, wrenches and inertias of body j are "
+    "given in frame j, so the paper's left superscript j is left out. Screws and wrenches have their linear part "
+    "first: component k runs from 1 to 6. A raised letter marks a part of a quantity that is used more than once; "
+    "what is overlined is one product, computed once."
+)
+OF_LOOPS = " Equations (L1) to (L42) are those of couplings and closed loops: docs/closed_chains.md."
+
+
+@dataclass(frozen=True)
+class Markup:
+    """How a kind of document writes text, a formula, and the right side of an equation."""
+
+    text: Callable[[str], str]
+    math: Callable[[str], str]
+    sum: Callable[[str], str]
+    formula: Callable[[str], str]
+    power: str
+
+
+_TEX_SIGNS = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    **{c: "\\" + c for c in "#$%&_{}"},
+}
+
+
+def tex_text(text: str) -> str:
+    """Return text escaped for LaTeX; characters that its usual fonts lack become question marks."""
+    return "".join(_TEX_SIGNS.get(c, c if c.isprintable() and ord(c) < 0x180 else "?") for c in text)
+
+
+def _sum_of_pieces(latex: str) -> str:
+    return "<wbr>".join(pieces(latex))
+
+
+TEX = Markup(tex_text, str, str, "${}$".format, r"\textsuperscript{{{}}}")
+HTML = Markup(escape, mathml, _sum_of_pieces, mathml, "<sup>{}</sup>")
+
+
+def latex_document(package: Package, function: Function) -> str:
+    """Return a standalone LaTeX document with the equations of a function; it needs amsmath and geometry."""
+    return render("latex/equations.tex.j2", **_content(package, function, TEX))
+
+
+def html_page(package: Package, function: Function) -> str:
+    """Return a standalone web page with the equations of a function, as MathML."""
+    return render("html/equations.html.j2", **_content(package, function, HTML))
+
+
+def _content(package: Package, function: Function, markup: Markup) -> dict[str, Any]:
+    solved = solution(package, function)
+    chapters = _chapters(solved, package, markup)
+    short = closed_equations(package, function, solved.notation)
+    return {
+        "title": markup.text(f"{package.name}: {function.title}"),
+        "summary": [markup.text(line) for line in _summary(package, function)],
+        "conventions": markup.text(CONVENTIONS + (OF_LOOPS if package.dependent is not None else "")),
+        "joints": _joints(package, solved, chapters, markup),
+        "symbols": _symbols(function, solved, markup),
+        "parameters": _parameters(package, function, solved, markup),
+        "short": _lines(short, markup),
+        "chapters": chapters,
+    }
+
+
+def _summary(package: Package, function: Function) -> list[str]:
+    program = function.program
+    counts = f"{count_text(program.count)} a call"
+    if program.once:
+        counts += f"; {count_text(program.count_once)} once for each parameter set"
+    lines = [f"Equations {function.equations}. {counts} (x products and divisions, + sums and differences)."]
+    return lines + ([package.scene] if package.scene else [])
+
+
+def _lines(equations: Sequence[Equation], markup: Markup) -> list[dict[str, str]]:
+    return [{"left": markup.math(e.left), "right": markup.sum(e.right)} for e in equations]
+
+
+def _chapters(solved: Solution, package: Package, markup: Markup) -> list[dict[str, Any]]:
+    """Group sections by title; those of parameters only come first, results last."""
+    chapters: list[tuple[str, list[dict[str, Any]]]] = []
+    if solved.once:
+        chapters.append((ONCE, [_stretch(s, f"{s.section.title}, ", package, markup) for s in solved.once]))
+    for title, group in groupby(solved.steps, key=lambda stretch: stretch.section.title):
+        chapters.append((title, [_stretch(stretch, "", package, markup) for stretch in group]))
+    if solved.results:
+        chapters.append((RESULTS, [_stretch(Stretch(Section(""), solved.results), "", package, markup)]))
+    for k, (_, stretches) in enumerate(chapters, start=1):
+        for m, stretch in enumerate(stretches, start=1):
+            stretch["anchor"] = f"part{k}-{m}"
+    return [
+        {"title": markup.text(title), "anchor": f"part{k}", "stretches": stretches}
+        for k, (title, stretches) in enumerate(chapters, start=1)
+    ]
+
+
+def _stretch(stretch: Stretch, before: str, package: Package, markup: Markup) -> dict[str, Any]:
+    joint = stretch.section.joint
+    title = f"{before}joint {joint}, {package.joint_names[joint - 1]}" if joint else before.removesuffix(", ")
+    return {
+        "joint": joint,
+        "title": markup.text(title[:1].upper() + title[1:]),
+        "equations": markup.text(stretch.section.equations),
+        "lines": _lines(stretch.equations, markup),
+    }
+
+
+def _joints(
+    package: Package, solved: Solution, chapters: Sequence[dict[str, Any]], markup: Markup
+) -> list[dict[str, Any]]:
+    """Number, name, kind and variable of each joint, with links to its equations."""
+    axes = {axis.name: axis for axis in (*package.axes, *(package.dependent or ()))}
+    kinds = dict(package.following) | {axis.name: axis.kind for axis in package.axes}
+    kinds |= {axis.name: f"{axis.kind}, given by a loop" for axis in package.dependent or ()}
+    joints = []
+    for number_, name in enumerate(package.joint_names, start=1):
+        axis = axes.get(name)
+        variable, _, unit = (axis.unit if axis else "").partition(", ")
+        links = [[s for s in chapter["stretches"] if s["joint"] == number_] for chapter in chapters]
+        joints.append(
+            {
+                "number": number_,
+                "name": markup.text(name),
+                "kind": markup.text(kinds.get(name, "fixed")),
+                "variable": markup.math(solved.notation[variable]) if axis else "",
+                "unit": unit,
+                "links": [
+                    {"anchor": found[0]["anchor"], "count": sum(len(s["lines"]) for s in found)} if found else {}
+                    for found in links
+                ],
+            }
+        )
+    return joints
+
+
+def _symbols(function: Function, solved: Solution, markup: Markup) -> list[dict[str, str]]:
+    """The quantities in the equations, then the results."""
+    rows = [(row.symbol, row.paper, markup.text(row.meaning), row.equations) for row in solved.notation.meanings()]
+    for result in function.results:
+        rows.append((result.quantity.letter, "", _with_units(result.meaning, markup), function.equations))
+    return [
+        {
+            "here": markup.math(here),
+            "paper": markup.math(paper),
+            "meaning": meaning,
+            "equations": markup.text(equations),
+        }
+        for here, paper, meaning, equations in rows
+    ]
+
+
+def _parameters(package: Package, function: Function, solved: Solution, markup: Markup) -> list[dict[str, str]]:
+    """Symbol, name, value and unit of the parameters in the equations."""
+    return [
+        {
+            "symbol": markup.math(solved.notation[parameter.name]),
+            "name": markup.text(parameter.name),
+            "value": _value(parameter, markup),
+        }
+        for parameter in package.parameters
+        if parameter.name in function.program.used
+    ]
+
+
+def _value(parameter: ParameterValue, markup: Markup) -> str:
+    """` = 2.5 kg`; the unit alone, in brackets, where there is no value."""
+    unit = _with_units(parameter.unit, markup)
+    if math.isnan(parameter.value):
+        return f" ({unit})" if unit else ""
+    return f" = {markup.formula(number(Fraction(repr(parameter.value))).signed())} {unit}".rstrip()
+
+
+def _with_units(text: str, markup: Markup) -> str:
+    """Text in which the 2 of `rad/s2` is raised."""
+    parts = re.split(r"(?<=[A-Za-z])([0-9])(?![A-Za-z0-9])", text)
+    return "".join(markup.power.format(part) if k % 2 else markup.text(part) for k, part in enumerate(parts))

@@ -1,0 +1,63 @@
+"""Plots of time against worst error of every configuration, and the front."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from symoro_elastic.numerics.accuracy import LEAST_ERROR
+from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.trade_off.configurations import BATCH, Measurement
+from symoro_elastic.trade_off.front import front
+from symoro_elastic.trade_off.trade import Trade
+
+PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
+LEAST_DRAWN = LEAST_ERROR * 2.0**-53
+UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
+
+
+def plot(trade: Trade, folder: str | Path, form: str = "png", with_fast_math: bool = False) -> list[Path]:
+    """Write <model>.<form> for each model to a folder; returns the paths.
+
+    Raises `InputError` where matplotlib is missing, for an unknown format or a folder that cannot be written.
+    """
+    pictures = {
+        model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
+        for model, measurements in trade.measurements.items()
+    }
+    return save_figures(pictures, folder, form)
+
+
+def picture(title: str, measurements: Sequence[Measurement], with_fast_math: bool = False) -> Any:
+    """Return a figure: colours by precision, full for batches, hollow for single calls, squares for numpy."""
+    figure = new_figure(8.0, 5.0)
+    axis = figure.add_subplot()
+    on_front = front(measurements, with_fast_math)
+    axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], where="post", color=FRONT_COLOUR, zorder=1)
+    for precision, colour in PRECISION_COLOURS.items():
+        some = [f for f in measurements if f.configuration.precision.name == precision and math.isfinite(f.error)]
+        for k, one in enumerate(some):
+            axis.scatter(one.ns, _drawn(one), label=precision if k == 0 else None, zorder=2, **_style(one, colour))
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlabel("ns a state")
+    axis.set_ylabel("worst error, relative to the largest entry")
+    axis.set_title(title)
+    axis.legend(
+        fontsize="small", frameon=False, title="full: batch, hollow: single call\nsquare: numpy, cross: -ffast-math"
+    )
+    return figure
+
+
+def _drawn(one: Measurement) -> float:
+    """The error on a logarithmic scale, which has no zero."""
+    return max(one.error, LEAST_DRAWN)
+
+
+def _style(one: Measurement, colour: str) -> dict[str, Any]:
+    if not one.configuration.is_safe:
+        return {"marker": "x", "color": UNSAFE, "s": 30}
+    full = colour if one.configuration.call == BATCH else "none"
+    return {"marker": "o" if one.configuration.build else "s", "facecolors": full, "edgecolors": colour, "s": 30}

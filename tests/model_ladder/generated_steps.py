@@ -1,0 +1,48 @@
+"""Fixed steps by generated code on the nonlinear machine: what predictions of their errors are held to."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.integration.methods import Method
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.model_ladder.schemes import nodes
+from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.traced import traced
+
+
+def with_steps(machine: Machine, *methods: str) -> ModuleType:
+    """The generated numpy package with steps of these methods."""
+    scene = Scene(models=("geometric_model",), steps=methods)
+    with tempfile.TemporaryDirectory() as folder:
+        return import_package(render_numpy(traced(machine, scene).package), Path(folder))
+
+
+def stepped_motion(module: ModuleType, method: Method, reference: Reference, steps: int) -> Array:
+    """q (steps + 1, n) of a method over a motion: motors driven, or under their servos with the torque of the start."""
+    h = reference.duration / steps
+    q, qd = reference.start.q, reference.start.qd
+    times = np.array(list(dict.fromkeys(nodes(method).tolist())))
+    motors = list(reference.machine.motor_entries)
+    found = [q]
+    for k in range(steps):
+        t = (k + times) * h
+        y, yd, ydd = reference.at(t)
+        if reference.servo is None:
+            q, qd = getattr(module, f"step_{method.name}_driven")(y, yd, ydd, h, q, qd)
+        else:
+            kp, kd = reference.servo
+            held = np.tile(reference.start.tau[motors], (len(t), 1))
+            exact = (kp * yd[0] + kd * ydd[0],) if method.name == "rodas4" else ()
+            step = getattr(module, f"step_{method.name}_servo")
+            q, qd = step(held, y, yd, kp, kd, *exact, h, q, qd)
+        found.append(q)
+    return np.array(found)

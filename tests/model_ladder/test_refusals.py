@@ -1,0 +1,98 @@
+"""Scenes that the linear model along a motion does not hold for are refused in one line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.model_ladder.path import linear_path
+from symoro_elastic.model_ladder.refusals import refuse_coupled
+from symoro_elastic.model_ladder.resolution import is_resolved, resolved_path
+from symoro_elastic.model_ladder.spring_errors import Deviations
+from symoro_elastic.model_ladder.step_error import StepErrors
+from tests.command_line import EXAMPLES
+from tests.compiled_models import cell
+from tests.model_ladder.motions import moved
+from tests.vibration.machines import drive
+
+MOVE = {"motor": (0.1, 0.5)}
+
+
+def example(name: str) -> Machine:
+    return read_machine(EXAMPLES / name)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("four_bar.par", r"four_bar\.par: loop \w+: the ladder treats trees without loops: use simulate"),
+        ("ball_screw.toml", r"ball_screw\.toml: joint \w+: it follows .*, and the ladder treats no coupled joints"),
+    ],
+)
+def test_joints_that_depend_on_others(name: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        refuse_coupled(example(name))
+
+
+def test_dry_friction_without_a_motor() -> None:
+    machine = drive()
+    motor, load = machine.joints
+    rubbing = replace(machine, joints=(motor, replace(load, friction=Friction(cell(0), cell(2)))))
+    with pytest.raises(InputError, match=r"drive\.toml: friction: load has no motor, so dry friction holds it"):
+        linear_path(moved(rubbing, 0.5, MOVE), ("load.z",))
+
+
+def test_no_inertia() -> None:
+    with pytest.raises(InputError, match=r"drive\.toml: inertia matrix: singular here: nothing has inertia|load"):
+        linear_path(moved(drive(m2=0.0), 0.5, MOVE), ("load.z",))
+
+
+def test_torques_that_are_no_numbers() -> None:
+    said = r"drive\.toml: motion: the torques of the reference are no numbers at 0"
+    near = moved(drive(), 0.5, MOVE)
+    far = replace(near, start=replace(near.start, q=np.full_like(near.start.q, 1e308)))
+    with np.errstate(all="ignore"), pytest.raises(InputError, match=said):
+        linear_path(far, ("load.z",))
+
+
+def test_unknown_outputs() -> None:
+    with pytest.raises(InputError, match=r"drive\.toml: output: 'lod\.z': no frame 'lod'; did you mean 'load'"):
+        linear_path(moved(drive(), 0.5, MOVE), ("lod.z",))
+
+
+def test_samples_are_doubled_until_they_tell_the_vibrations() -> None:
+    """A spring of 630 Hz that a short move shakes, undamped; the amplitude is that in closed form."""
+    reference = moved(drive(m2=5.0, k=8e7), 0.8, {"motor": (1e-3, 1.6e-2)})
+    tolerance = {"load.z": 1e-9}
+    coarse = linear_path(reference, tuple(tolerance))
+    assert not is_resolved(coarse, tolerance)
+    path = resolved_path(reference, tolerance)
+    assert len(path.t) > len(coarse.t)
+    w, t = np.sqrt(8e7 / 5.0), np.linspace(0.0, 1.6e-2, 20001)
+    acceleration = reference.at(t)[2][:, 0]
+    swing = abs((acceleration * np.exp(-1j * w * t)).sum() * t[1]) / w
+    after = Deviations(path).outputs[path.t > 1.7e-2]
+    assert np.abs(after).max() == pytest.approx(swing, rel=0.1)
+
+
+def test_motions_too_long_for_what_happens_in_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A move that no sample would meet, and vibrations that need more samples than there may be."""
+    said = "motion, duration: .* s are too long for the short moves or the vibrations in it: shorten it"
+    with pytest.raises(InputError, match=said):
+        resolved_path(moved(drive(), 50.0, {"motor": (1e-3, 2e-3)}), {"load.z": 1e-6})
+    monkeypatch.setattr("symoro_elastic.model_ladder.resolution.MOST_SAMPLES", 1600)
+    with pytest.raises(InputError, match=said):
+        resolved_path(moved(drive(m2=5.0, k=8e7), 0.8, {"motor": (1e-3, 1.6e-2)}), {"load.z": 1e-9})
+
+
+def test_exact_derivatives_need_torques() -> None:
+    errors = StepErrors(linear_path(moved(drive(), 0.5, MOVE), ("load.z",), 50))
+    with pytest.raises(InputError, match="method rodas4: its steps need torques, and motors without servo follow"):
+        errors.errors(METHODS["rodas4"], 10)
+    assert np.isfinite(list(errors.errors(METHODS["w3"], 10).values())).all()

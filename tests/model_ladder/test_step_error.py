@@ -1,0 +1,127 @@
+"""The error of a method at a step is predicted: against generated steps on the nonlinear machine."""
+
+from __future__ import annotations
+
+from functools import cache
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.prescribed_motion import Bandwidth
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import Scene as Request
+from symoro_elastic.model_ladder.path import LinearPath, linear_path
+from symoro_elastic.model_ladder.spring_errors import relative
+from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
+from symoro_elastic.simulation.reference import Reference
+from tests.model_ladder.generated_steps import stepped_motion, with_steps
+from tests.model_ladder.motions import moved
+from tests.model_ladder.scenes import all_motors, flex4, tuned
+from tests.model_ladder.truth import Truth, generated_dynamics
+
+OUTPUTS = ("j4.x", "j4.y")
+SAMPLES, EVENLY = 400, 80
+"""Samples of the model; times of the true motion."""
+SERVO = Bandwidth(20, 0.7)
+CASES = [("w3", False), ("rk4", False), ("w2", True), ("rodas4", True), ("midpoint", True)]
+
+
+@cache
+def reference(servo: bool) -> Reference:
+    machine = tuned(flex4(), (40, 60), damping=0.01)
+    servos = {joint.name: SERVO for joint in machine.motor_joints} if servo else None
+    return moved(machine, 0.12, all_motors(machine, 0.2, 0.1), {"j3": 0.5}, servos)
+
+
+@cache
+def path(servo: bool) -> LinearPath:
+    return linear_path(reference(servo), OUTPUTS, SAMPLES)
+
+
+@cache
+def true_positions(servo: bool) -> Array:
+    moving = reference(servo)
+    truth = Truth(moving, [[]], np.linspace(0, moving.duration, EVENLY + 1), generated_dynamics(moving.machine), 1e-10)
+    return truth.outputs(OUTPUTS, truth.q)[:, 0]
+
+
+@cache
+def generated(servo: bool) -> ModuleType:
+    return with_steps(reference(servo).machine, *(name for name, with_servo in CASES if with_servo is servo))
+
+
+def measured(name: str, servo: bool, steps: int) -> Array:
+    module = generated(servo)
+    q = stepped_motion(module, METHODS[name], reference(servo), steps)
+    placed = module.geometric_model(q)[:, -1, :2, 3]
+    every = max(EVENLY // steps, 1)
+    return np.abs(placed[:: max(steps // EVENLY, 1)] - true_positions(servo)[::every]).max(axis=0)
+
+
+@pytest.mark.parametrize(("name", "servo"), CASES)
+def test_predictions_hold_for_generated_steps(name: str, servo: bool) -> None:
+    """On every output, at two steps: to a fifth, as servos let motors deviate by some mm."""
+    for steps in (40, 80):
+        predicted = list(StepErrors(path(servo)).errors(METHODS[name], steps).values())
+        np.testing.assert_allclose(predicted, measured(name, servo, steps), rtol=0.2)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_errors_fall_by_the_order_of_the_method(name: str) -> None:
+    errors = StepErrors(path(True))
+    coarse, fine = (np.array(list(errors.errors(METHODS[name], steps).values())) for steps in (80, 160))
+    observed = np.log2(coarse / fine)
+    assert (np.abs(observed - METHODS[name].order) < 0.3).all()
+
+
+def test_springs_that_are_left_out_stay_out() -> None:
+    """Errors with a spring left out are those of the machine that has it locked."""
+    whole = reference(False)
+    stiff = restricted(whole.machine, Request(locked={"j2": ZERO}))
+    alone = linear_path(moved(stiff, 0.12, all_motors(stiff, 0.2, 0.1), {"j3": 0.5}), OUTPUTS, SAMPLES)
+    found = StepErrors(path(False), (1,)).errors(METHODS["w3"], 60)
+    exact = StepErrors(alone).errors(METHODS["w3"], 60)
+    for name in OUTPUTS:
+        assert found[name] == pytest.approx(exact[name], rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["w3", "rk4"])
+def test_the_fewest_steps_are_enough_and_fewer_are_not(name: str) -> None:
+    errors, tolerance = StepErrors(path(False)), dict.fromkeys(OUTPUTS, 1e-7)
+    choice = fewest_steps(errors, METHODS[name], tolerance, 0.25)
+    assert choice.is_tried and relative(choice.errors, tolerance) <= 0.25
+    assert relative(errors.errors(METHODS[name], int(choice.steps / 1.2)), tolerance) > 0.25
+
+
+@pytest.mark.parametrize("enough", range(10, 40))
+def test_the_search_ends_wherever_errors_get_small_enough(enough: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors that fall at one number of steps, from 10 to 39: the next ones are found in a few tries."""
+    tried: list[int] = []
+
+    def errors(of: StepErrors, method: object, steps: int) -> dict[str, float]:
+        tried.append(steps)
+        assert len(tried) < 20
+        return {"x": 0.9 if steps >= enough else 1.1}
+
+    monkeypatch.setattr(StepErrors, "errors", errors)
+    choice = fewest_steps(StepErrors(path(False)), METHODS["w3"], {"x": 1.0}, 1.0)
+    assert enough <= choice.steps <= max(1.15 * enough + 1, enough + 1)
+
+
+def test_steps_beyond_those_tried_follow_from_the_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    errors, tolerance = StepErrors(path(False)), dict.fromkeys(OUTPUTS, 1e-6)
+    tried = fewest_steps(errors, METHODS["w2"], tolerance, 0.25)
+    monkeypatch.setattr("symoro_elastic.model_ladder.step_error.MOST_STEPS", tried.steps // 2)
+    choice = fewest_steps(errors, METHODS["w2"], tolerance, 0.25)
+    assert not choice.is_tried and choice.steps == pytest.approx(tried.steps, rel=0.2)
+
+
+def test_unstable_steps_have_no_error_that_is_a_number() -> None:
+    assert set(StepErrors(path(False)).errors(METHODS["rk4"], 3).values()) != {0.0}
+    stiff = linear_path(moved(tuned(flex4(), (4e4,)), 0.15, {"j1": (0.2, 0.12)}), OUTPUTS, SAMPLES)
+    assert set(StepErrors(stiff).errors(METHODS["rk4"], 500).values()) == {np.inf}
+    assert max(StepErrors(stiff).errors(METHODS["w3"], 500).values()) < 1e-9

@@ -1,0 +1,182 @@
+"""What `show` says about couplings, loops, rotors and motors."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.machine.formats import toml
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.models.loops.description import described_loops
+from symoro_elastic.models.rotors import rotors
+from symoro_elastic.reports.closed_chains import closed_chain
+from tests.closed_chains.machines import FILES, machine
+from tests.command_line import EXAMPLES, ended, run
+
+FORMS = {
+    "delta": {"leg_1": "inverse geometry", "leg_2": "inverse geometry", "leg_3": "inverse geometry"},
+    "five_bar": {"diamond": "triangle"},
+    "gantry": {"portal": "two slides"},
+    "gantry_rigid": {"portal": "one joint"},
+    "palletizer": {"drive": "constant map", "shoulder": "constant map", "elbow": "constant map"},
+    "press": {"press": "triangle with a slide"},
+    "ring": {"ring": "assembled"},
+    "spatial_four_bar": {"linkage": "inverse geometry"},
+    "sr400": {"parallelogram": "constant map"},
+    "wedge": {"wedge": "two slides"},
+}
+SINGULAR = {
+    "five_bar": "where the links between rod_2, tip and rod_1 meet stretched or folded: area of the triangle zero",
+    "gantry": "where the slides carriage_2 and guide are parallel",
+    "gantry_rigid": "nowhere: carriage_2 takes back what the other joints do",
+    "press": "at the dead centre: the link between wrist_pin and rod stands at right angles to the slide slider",
+    "ring": "where the rates of link_2, link_3, link_4, link_5 and link_6 do not follow from the others: det W_d = 0",
+    "spatial_four_bar": "where the rates of cross, coupler and rocker do not follow from the others: det W_d = 0",
+    "sr400": "nowhere: angles are sums of angles, in the flat position too",
+    "wedge": "where the slides lift and face are parallel",
+}
+FOUR_BAR = """
+name = "four_bar"
+joints = [
+  { name = "crank",  antecedent = 0,       kind = "motor",   sigma = 0, theta = "q1" },
+  { name = "rod",    antecedent = "crank", kind = "passive", sigma = 0, d = 1, theta = "q2" },
+  { name = "rocker", antecedent = 0,       kind = "passive", sigma = 0, d = "L0", theta = "q3" },
+  { name = "pin",    antecedent = "rod",   kind = "cut",     sigma = 0, d = 2, theta = "q4" },
+  { name = "end",    antecedent = "rocker", kind = "fixed",  sigma = 2, d = 2 },
+]
+[loops]
+bars = { cut = "pin", meets = "end", start = { q1 = 3.141592653589793, q2 = 3.14, q3 = 3.14 } }
+[parameters]
+L0 = 3
+[bodies]
+crank = { mass = 1, center_of_mass = [0.5, 0, 0], inertia = [0.1, 0.1, 0.1] }
+rod = { mass = 1, center_of_mass = [0.5, 0, 0], inertia = [0.1, 0.1, 0.1] }
+rocker = { mass = 1, center_of_mass = [0.5, 0, 0], inertia = [0.1, 0.1, 0.1] }
+"""
+WRIST = """
+name = "wrist"
+joints = [
+  { name = "turn",  antecedent = 0,      kind = "motor",   sigma = 0, theta = "q1" },
+  { name = "tilt",  antecedent = "turn", kind = "motor",   sigma = 0, alpha = "pi/2", theta = "q2" },
+  { name = "roll",  antecedent = "tilt", kind = "motor",   sigma = 0, alpha = "pi/2", theta = "q3" },
+  { name = "rotor", antecedent = "tilt", kind = "coupled", sigma = 0, alpha = "pi/2", theta = "N*q3" },
+]
+[parameters]
+N = 50
+[bodies]
+turn = { mass = 1, inertia_at_origin = [0, 0, 90] }
+tilt = { mass = 1, inertia_at_origin = [1.5, 1.5, 1.5] }
+roll = { mass = 1, inertia_at_origin = [0.4, 0.4, 0.4] }
+rotor = { mass = 1, inertia_at_origin = [0.1, 0.1, 0.003] }
+"""
+
+
+def shown(found: Machine) -> Any:
+    return closed_chain(found, placed_machine(found, {}))
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_how_each_loop_closes(name: str) -> None:
+    assert {loop.plan.loop.name: loop.plan.form.value for loop in described_loops(machine(name))} == FORMS[name]
+
+
+@pytest.mark.parametrize("name", SINGULAR)
+def test_where_a_loop_is_singular(name: str) -> None:
+    assert [loop.singular for loop in described_loops(machine(name))] == [SINGULAR[name]]
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if machine(name).loops])
+def test_sums_of_angles_are_those_of_the_closed_position(name: str) -> None:
+    at = placed_machine(machine(name), {}).q
+    values = {str(joint.variable): at[joint.name] for joint in map(machine(name).joint, machine(name).owners)}
+    for loop in described_loops(machine(name)):
+        assert (loop.maps.keys() == loop.start.keys()) == (loop.plan.form.value == "constant map")
+        for variable, text in loop.maps.items():
+            terms = text.replace(" - ", " + -").split(" + ")
+            total = sum(term(one, values) for one in terms)
+            assert math.remainder(total - values[variable], 2 * math.pi) == pytest.approx(0, abs=1e-5)
+
+
+def term(text: str, values: dict[str, float]) -> float:
+    """A term such as `-0.5 q1`, `pi/2` or `-0.6`."""
+    sign, names = (-1 if text.startswith("-") else 1), {**values, "pi/2": math.pi / 2, "pi": math.pi}
+    factors = [names[x] if x in names else float(x) for x in text.removeprefix("-").split(" ")]
+    return sign * math.prod(factors)
+
+
+def test_equations_of_the_plane_and_reactions_that_are_not_determined() -> None:
+    (loop,) = described_loops(machine("five_bar"))
+    assert loop.dropped == "3 of 5 equations are fulfilled by the plane"
+    assert loop.undetermined == ("force z", "moment x", "moment y")
+    (ring,) = described_loops(machine("ring"))
+    assert ring.dropped == "all 5 equations are needed" and ring.undetermined == ()
+
+
+@pytest.mark.parametrize(("length", "bent", "near"), [("3", "3.14", True), ("2.9", "2.9", False)])
+def test_a_start_next_to_a_singular_position_is_warned_of(length: str, bent: str, near: bool) -> None:
+    """Crank 1 turned back from a base of 3: bars of 2 and 2 span 4, stretched; of 2.9 they span 3.9."""
+    text = FOUR_BAR.replace("L0 = 3", f"L0 = {length}").replace("q2 = 3.14", f"q2 = {bent}")
+    found = shown(toml.read(text, "bars.toml"))
+    assert bool(found.warnings) is near
+    assert all("loop bars: start is within 1e-6 of a singular position" in line for line in found.warnings)
+
+
+def test_the_speed_from_which_a_rotor_matters() -> None:
+    """Turn and roll at w: the moment Z N w w on tilt, whose inertia is 1.5 + 0.4 + 0.1, gives it 0.01 rad/s2."""
+    wrist = toml.read(WRIST, "wrist.toml")
+    (rotor,) = rotors(wrist, placed_machine(wrist, {"tilt": math.pi / 2}).q)
+    assert rotor.turning == ("turn", "roll") and rotor.has_body
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 2.0 / (50 * 0.003)), rel=1e-12)
+
+
+def test_a_ratio_has_the_speed_of_a_rotor_about_the_axis_of_the_joint() -> None:
+    text = WRIST.replace("[bodies]", "[motors]\nroll = { rotor_inertia = 0.003, ratio = 50 }\n[bodies]")
+    short = toml.read("\n".join(x for x in text.splitlines() if "rotor" not in x or "ratio" in x), "short.toml")
+    (rotor,) = rotors(short, placed_machine(short, {"tilt": math.pi / 2}).q)
+    assert not rotor.has_body
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 1.9 / (50 * 0.003)), rel=1e-12)
+
+
+def test_rotors_on_the_base_matter_at_no_speed() -> None:
+    linkage = json.loads(run("show", EXAMPLES / "linkage.toml", "--json").stdout)
+    assert linkage["rotors"]["rotor"] == {"body": True, "speed": None, "turning": []}
+
+
+def test_shared_torques_are_said() -> None:
+    assert shown(machine("gantry_rigid")).driven == 3
+    output = run("show", FILES["gantry_rigid"]).stdout
+    assert "4 motors drive 3 freedoms: they share torques as carriage_1 2, carriage_2 1" in output
+
+
+def test_show_names_variables_and_loops() -> None:
+    output = run("show", EXAMPLES / "sr400.par").stdout
+    assert "dependent variables (by closed forms): th3 of elbow, th8 of rod" in output
+    assert "  th3 = th7 - th2 - pi/2\n" in output
+    found = json.loads(run("show", EXAMPLES / "sr400.par", "--json").stdout)
+    assert found["dependent"] == ["elbow", "rod"] and found["cut"] == ["pin"] and found["coupled"] == []
+    assert found["motors"] == ["waist", "shoulder", "wrist_1", "wrist_2", "wrist_3", "crank"]
+    loop = found["loops"]["parallelogram"]
+    assert (loop["form"], loop["equations"], loop["dropped"]) == ("constant map", 5, 3)
+
+
+def test_trees_have_no_lines_about_loops() -> None:
+    output = run("show", EXAMPLES / "planar_2r.toml").stdout
+    assert "independent variables" not in output and "loop" not in output
+
+
+def test_positions_that_no_branch_reaches_are_refused() -> None:
+    found = ended("show", FILES["delta"], "--at", "px=2")
+    assert found.code == 2 and "leg_1, leg_2, leg_3 cannot close at this position" in found.err
+    found = ended("show", EXAMPLES / "four_bar.par", "--at", "rod=1")
+    assert "'rod' follows from other variables: give some of qm, q2" in found.err
+
+
+def test_lengths_without_value_leave_dependent_joints_open() -> None:
+    text = FOUR_BAR.replace("L0 = 3", "L0 = nan").replace("d = 1,", 'd = "L0",').replace("d = 2,", 'd = "L0",')
+    found = placed_machine(toml.read(text.replace("d = 2 }", 'd = "L0" }'), "open.toml"), {})
+    assert found.q["crank"] == math.pi and np.isnan([found.q["rod"], found.q["rocker"]]).all()

@@ -1,0 +1,115 @@
+"""The reference of the file formats: the page is the rows, and every key of them stands in an example."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.formats import motion_keys, par_syntax, read_machine, read_scene, toml_keys
+from symoro_elastic.machine.formats.keys import Section
+from symoro_elastic.machine.formats.par_keys import KEYS, Place
+from symoro_elastic.machine.formats.toml_keys import BODY, MACHINE, SCENE, SECTIONS
+from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.reports.formats import formats_page
+from symoro_elastic.time_series.column_names import NAMED_COLUMNS, NamedColumn
+from symoro_elastic.time_series.columns import named_columns
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+
+
+def test_the_page_is_up_to_date() -> None:
+    page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert page == formats_page(), "symoro-elastic formats > docs/formats.md"
+
+
+def test_every_row_says_what_it_means() -> None:
+    for section in SECTIONS:
+        assert section.meaning
+        for key in section.keys:
+            assert key.meaning, key
+            assert key.example or key.type.title.endswith(("table", "tables")), key
+            assert key.is_required or key.otherwise, key
+    assert all(key.meaning and key.example and key.default for key in KEYS)
+
+
+def used(name: str) -> dict[str, Any]:
+    return tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
+
+
+def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
+    """Every table of the examples that show the keys, with its section."""
+    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml"):
+        top = used(name)
+        yield MACHINE, top
+        yield from ((toml_keys.JOINTS, row) for row in top["joints"])
+        yield from ((toml_keys.WITH_UNIT, p) for p in top["parameters"].values() if isinstance(p, dict))
+        for section in toml_keys.OF_JOINTS:
+            yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
+        yield from ((toml_keys.LOOPS, entry) for entry in top.get("loops", {}).values())
+        yield toml_keys.BASE, top.get("base", {})
+        yield SCENE, top.get("scene", {})
+        yield from of_motion(top)
+    yield SCENE, used("scenes/tool.toml")
+    yield from of_motion(used("scenes/two_axis_move.toml"))
+
+
+def of_motion(top: dict[str, Any]) -> Iterator[tuple[Section, dict[str, Any]]]:
+    """Tables of a motion, and of what is wanted of it."""
+    motion = top.get("motion", {})
+    yield motion_keys.MOTION, motion
+    yield from ((motion_keys.MOVES, entry) for entry in motion.get("moves", ()))
+    yield from ((motion_keys.WOBBLES, entry) for entry in motion.get("wobbles", ()))
+    yield from ((motion_keys.SERVO, entry) for entry in motion.get("servo", {}).values())
+    yield from ((motion_keys.FORCES, entry) for entry in motion.get("forces", ()))
+    yield motion_keys.WANTED, top.get("wanted", {})
+
+
+def test_every_key_of_toml_stands_in_an_example() -> None:
+    shown = {(section.heading, key) for section, table in tables() for key in table}
+    assert shown == {(section.heading, name) for section in SECTIONS for name in section.names}
+    assert {key for section, table in tables() if section is BODY for key in table} == {*BODY.names}
+
+
+def test_every_key_of_scenes_stands_in_an_example() -> None:
+    machine, _ = read_machine(EXAMPLES / "all_keys.toml")
+    read_scene(EXAMPLES / "scenes" / "tool.toml", machine)
+    assert {*used("scenes/tool.toml")} == {*SCENE.names}
+
+
+def test_every_key_of_par_stands_in_an_example() -> None:
+    texts = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("all_keys.par", "four_bar.par")]
+    found = [par_syntax.take_apart(text, "") for text in texts]
+    shown = {key for one in found for key in (*one.numbers, *one.lists, *one.extensions)}
+    assert shown == {key.name for key in KEYS}
+
+
+def test_par_has_a_place_for_every_cell() -> None:
+    """A new column needs a row, and has one."""
+    named = {cell.par for cell, _ in cells(Joint("", 0, Kind.FIXED, 2))}
+    assert named <= {key.name for key in KEYS}
+    assert {key.name for key in KEYS if key.place is Place.EXTENSION} == {*par_syntax.EXTENSIONS}
+
+
+@pytest.mark.parametrize("column", NAMED_COLUMNS, ids=lambda column: column.name)
+def test_columns_are_read_in_every_unit_that_is_listed(column: NamedColumn) -> None:
+    machine, _ = read_machine(EXAMPLES / "all_keys.toml")
+    for name in ("table", "slide"):
+        header = column.name.replace("<joint>", name).replace("<motor>", name)
+        known = 0
+        for unit in column.units:
+            try:
+                named, warnings = named_columns({f"{header} [{unit}]": np.ones(3)}, machine, "file")
+            except InputError as error:
+                assert "no unit" in str(error)
+            else:
+                known += 1
+                assert named and not warnings
+        assert known >= 2
