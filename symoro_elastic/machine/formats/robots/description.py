@@ -1,0 +1,117 @@
+"""A robot as links and joints in placements at zero, as URDF and MJCF describe it.
+
+The frame of a joint is that of its child link; the joint turns about its axis or moves along it, through the origin of
+that frame. Units are SI, angles in radians. Arrays are of double precision, and as exact as the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+
+
+class JointType(StrEnum):
+    """What a joint lets its child link do."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    FIXED = "fixed"
+    FLOATING = "floating"
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Placement of a frame in another: `rotation` (3, 3), its columns the axes, and `translation` (3,), m."""
+
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    translation: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __mul__(self, other: Placement) -> Placement:
+        """Return the placement of a frame that `other` places in this one."""
+        return Placement(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    @property
+    def inverse(self) -> Placement:
+        """Return the placement of the reference frame in the placed one."""
+        return Placement(self.rotation.T, -self.rotation.T @ self.translation)
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A rigid link: mass, kg; its center (3,), m, and inertia about it (3, 3), kg m2, in axes of the link's frame.
+
+    `frame_only` says that the file gives no inertia.
+    """
+
+    name: str
+    mass: float = 0.0
+    center: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    frame_only: bool = True
+
+
+@dataclass(frozen=True)
+class Mimicked:
+    """The position of a joint that follows another: multiplier times its position plus offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class LinkJoint:
+    """The joint between two links, `placement` that of the child's frame in the parent's at position 0.
+
+    `axis` (3,) is in the child's frame. `stiffness`, `neutral` position, `damping`, `friction` (dry) and
+    `rotor_inertia` are those of the joint's coordinate. `driven` says that a motor is there.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    placement: Placement = field(default_factory=Placement)
+    axis: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    stiffness: float = 0.0
+    neutral: float = 0.0
+    damping: float = 0.0
+    friction: float = 0.0
+    rotor_inertia: float = 0.0
+    driven: bool = True
+    follows: Mimicked | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Connection:
+    """Two links that are held together: at a point (`weld` false), or in a placement (`weld` true).
+
+    `on_first` and `on_second` place the frames that coincide in the links' frames.
+    """
+
+    name: str
+    first: str
+    second: str
+    on_first: Placement
+    on_second: Placement
+    weld: bool = False
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot: links, joints from parents to children, and connections that close loops.
+
+    `gravity` is in the frame of the root link, m/s2. `remarks` say, a line each, what the file holds and the
+    description does not.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[LinkJoint, ...]
+    connections: tuple[Connection, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    remarks: tuple[str, ...] = ()
