@@ -89,8 +89,9 @@ def _as_json(
 
 
 def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.machine.table import machine_table
     from symoro_elastic.reports.closed_chains import closed_chain_lines
-    from symoro_elastic.reports.tables import axes_table, machine_table
+    from symoro_elastic.reports.tables import axes_table
 
     machine = chain.machine
     print_table(machine_table(machine), machine.name, keys=2)
