@@ -16,21 +16,19 @@ from scipy.spatial.transform import Rotation
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.machine.machine import Base, Floating, Kind, Machine, Orientation
+from symoro_elastic.machine.machine import Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine as coupled_machine
 from tests.integration.floating_motions import (
-    FloatingState,
     course,
     integrated,
-    rotation,
     start,
     stepped,
 )
-from tests.models.test_floating_base import HULL, on
 from tests.models.test_creep import creeping
+from tests.models.test_floating_base import on
 from tests.references.random_machines import random_machine
 
 METHODS_ON_BASE = ("w3", "w2", "rk4", "midpoint")
@@ -47,9 +45,7 @@ def machine(name: str) -> Machine:
     if name == "differential":
         return on(creeping(coupled_machine(name)), turned=Orientation.QUATERNION)
     kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.MOTOR, Kind.PASSIVE)
-    return on(
-        random_machine(11, joints=4, kinds=kinds, massless=0, friction=False), turned=Orientation(name)
-    )
+    return on(random_machine(11, joints=4, kinds=kinds, massless=0, friction=False), turned=Orientation(name))
 
 
 @cache
