@@ -64,6 +64,7 @@ def _traced(model: Model, bound: Bound) -> TracedModel:
 
 def _displacement(bound: Bound, _: object) -> Results:
     s, u = _twist(bound, "x0")
+    changed: tuple[Scalar, ...]
     if orientation_of(bound.machine) == "Q0":
         changed = quaternion_change(bound.on_base["Q0"], u, partial(square_root, bound.graph))
     else:
