@@ -68,7 +68,7 @@ def rotation_at(states: BaseStates) -> Array:
 def rotations(Q: Array) -> Array:
     """Return the matrices (N, 3, 3) of quaternions (N, 4), w x y z."""
     w, v = Q[:, :1, None], Q[:, 1:]
-    hat = np.cross(np.eye(3)[None], -v[:, None])
+    hat = np.cross(np.eye(3)[None], v[:, None])
     found: Array = np.eye(3) + 2 * w * hat + 2 * hat @ hat
     return found
 
