@@ -19,6 +19,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -151,6 +152,7 @@ def ladder(
     progress: Progress = no_progress,
 ) -> Ladder:
     """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
+    refuse_floating(machine, "ladder")
     announce("predict")
     references = tuple(reference_of(machine, motion) for motion in motions)
     climb = _Climb(machine, references, tolerance, period)
