@@ -8,7 +8,7 @@ remains is pruned, scheduled and written as functions without dependencies, or a
 >>> import symoro_elastic as se
 >>> machine = se.read("examples/two_axis.toml")
 >>> machine
-<Machine two_axis: 12 coordinates, 2 motors, 10 elastic, 13 rows>
+<Machine two_axis: 12 coordinates, 2 motors, 10 springs, 13 rows>
 >>> model = se.load(machine, "inverse_dynamics")
 >>> tau, qdd = model.inverse_dynamics([0.0] * 12, [0.0] * 12, [1.0, 0.0])
 >>> print(tau)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Range: TypeAlias = tuple[float, float]
 Ranges: TypeAlias = Mapping[str, Range]
+Record: TypeAlias = str | Path | Mapping[str, Any]
+"""A file of measurements, or its columns by name."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -207,13 +209,13 @@ class Identified(Result):
 
 def identify(
     machine: MachineLike,
-    records: str | Path | Sequence[str | Path],
+    records: Record | Sequence[Record],
     *,
     values: Values = NO_VALUES,
     known: Values = NO_VALUES,
     bandwidth: float | None = None,
     preparation: Preparation | None = None,
-    validate: str | Path | None = None,
+    validate: Record | None = None,
     step: Announce = announce_nothing,
 ) -> Identified:
     """Return dynamic parameters estimated from measurements, with standard deviations and verdicts.
@@ -223,7 +225,7 @@ def identify(
     machine
         A machine, its file or its tables.
     records
-        CSV or NPZ files with t, q_<joint>, tau_<motor>.
+        CSV or NPZ files with t, q_<joint>, tau_<motor>, or such columns as arrays by name; one or several.
     values, known
         Values of named parameters, and of identifiable ones that are not to be estimated, by label.
     bandwidth
@@ -241,7 +243,6 @@ def identify(
     from symoro_elastic.identification.identify import identify as fit
     from symoro_elastic.identification.validation import validated
     from symoro_elastic.numerics.independent_joints import with_independent_motors
-    from symoro_elastic.time_series.measurements import read_measurements
     from symoro_elastic.time_series.preparation import Preparation
 
     of_file = the_machine(machine)
@@ -249,12 +250,24 @@ def identify(
     prepare.refuse(found)
     _refuse_unknown(values, found)
     step("read")
-    paths = [records] if isinstance(records, str | Path) else records
-    read = tuple(read_measurements(path, found, prepare) for path in paths)
-    other = read_measurements(validate, found, prepare) if validate else None
+    several = [records] if isinstance(records, str | Path | Mapping) else records
+    read = tuple(_record(one, found, prepare) for one in several)
+    other = None if validate is None else _record(validate, found, prepare)
     result = fit(found, read, dict(values), dict(known), bandwidth, step=step)
     checked = validated(result, other) if other else None
     return Identified(result, read, of_file, values, known, bandwidth, checked)
+
+
+def _record(record: Record, machine: Machine, prepare: Preparation) -> Measurements:
+    """Return the measurements in a file, or in arrays by name."""
+    import numpy as np
+
+    from symoro_elastic.time_series.measurements import measurements_of, read_measurements
+
+    if not isinstance(record, Mapping):
+        return read_measurements(record, machine, prepare)
+    columns = {name: np.asarray(x, dtype=float) for name, x in record.items()}
+    return measurements_of(columns, machine, "records", prepare)
 
 
 def _refuse_unknown(values: Values, machine: Machine) -> None:

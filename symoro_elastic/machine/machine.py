@@ -155,9 +155,10 @@ class Machine(Shown):
     @property
     def headline(self) -> str:
         """Its name, and how many joints and motors it has."""
-        kinds = f"{len(self.motors)} motors, {len(self.elastic)} elastic, {len(self.joints)} rows"
-        loops = f", {len(self.loops)} loops" if self.loops else ""
-        return f"Machine {self.name}: {len(self.moving)} coordinates, {kinds}{loops}"
+        counts = {"coordinate": len(self.moving), "motor": len(self.motors), "spring": len(self.elastic)}
+        counts |= {"row": len(self.joints), **({"loop": len(self.loops)} if self.loops else {})}
+        numbered = (f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items())
+        return f"Machine {self.name}: {', '.join(numbered)}"
 
     def parts(self) -> list[Part]:
         """Return the table of geometric parameters, and the values of named parameters."""
