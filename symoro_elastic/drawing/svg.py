@@ -65,7 +65,7 @@ def svg(picture: Picture) -> str:
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(notes)
     return render(
         "view/picture.svg.j2",
-        title=escape(f"Machine {picture.figure.title}: {_said(picture.figure)}"),
+        title=escape(f"Machine {picture.figure.title}: {said(picture.figure)}"),
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
         light=_style(picture, dark=False),
@@ -77,11 +77,12 @@ def svg(picture: Picture) -> str:
     )
 
 
-def _said(figure: Figure) -> str:
+def said(figure: Figure) -> str:
     """How many joints of each kind a machine has, in words."""
-    names = {"motor": "motors", "elastic": "elastic joints", "passive": "passive joints", "coupled": "coupled joints"}
+    names = {"motor": "motor", "elastic": "elastic joint", "passive": "passive joint", "coupled": "coupled joint"}
     kinds = [mark.role for mark in figure.marks]
-    parts = [f"{kinds.count(role)} {name}" for role, name in names.items() if role in kinds]
+    counts = {name: kinds.count(role) for role, name in names.items()}
+    parts = [f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count]
     return ", ".join(parts) or "no joint moves"
 
 
