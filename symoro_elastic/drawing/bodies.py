@@ -81,4 +81,5 @@ def _along_frame(axes: Array) -> Array:
     """Return the principal axes (columns) in the order and the sense of those of the frame, right-handed."""
     ordered = axes[:, _order(axes)]
     ordered = ordered * np.where(np.diag(ordered) < 0, -1.0, 1.0)
-    return ordered * np.array([1.0, 1.0, np.sign(np.linalg.det(ordered))])
+    turned: Array = ordered * np.array([1.0, 1.0, np.sign(np.linalg.det(ordered))])
+    return turned

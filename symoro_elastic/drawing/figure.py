@@ -117,7 +117,8 @@ def upward(machine: Machine, values: Mapping[str, float]) -> Array:
     if np.isnan(gravity).any():
         return np.eye(3)[int(np.argmax(np.isnan(gravity)))]
     size = float(np.linalg.norm(gravity))
-    return -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    up: Array = 0.0 - gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    return up
 
 
 def _value(formula: Formula, values: Mapping[str, float]) -> float:

@@ -6,6 +6,7 @@ Lengths are multiples of a unit that follows the extent of the machine.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,8 +57,8 @@ def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid |
     if joint.kind is Kind.ELASTIC:
         foot = at - COIL * unit * along
         yield from _rod(a, np.zeros(3), foot, unit)
-        yield Solid(a, joint.kind, Shape.CYLINDER, placed(foot, axes_along(along)), (1.7 * unit, 1.7 * unit, 0.2 * unit))
-        yield _cylinder(j, joint.kind, 1.7 * unit, 0.2 * unit)
+        yield replace(_disc(a, unit), placement=placed(foot, axes_along(along)))
+        yield _disc(j, unit)
         yield _coil(j, unit)
         return
     foot = at - along * float(at @ along)
@@ -71,6 +72,11 @@ def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid |
 
 def _cylinder(j: int, role: str, diameter: float, length: float) -> Solid:
     return Solid(j, role, Shape.CYLINDER, np.eye(4), (diameter, diameter, length))
+
+
+def _disc(j: int, unit: float) -> Solid:
+    """The end of a coil."""
+    return _cylinder(j, Kind.ELASTIC, 1.7 * unit, 0.2 * unit)
 
 
 def _rod(frame: int, begin: Array, end: Array, unit: float) -> Iterator[Solid]:

@@ -83,7 +83,10 @@ def _placed(text: str, anchor: Array, distance: float, angle: float) -> Label:
 def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
     """Return whether two boxes come nearer than the gap."""
     return (
-        one[0] < other[2] + GAP and other[0] < one[2] + GAP and one[1] < other[3] + GAP / 2 and other[1] < one[3] + GAP / 2
+        one[0] < other[2] + GAP
+        and other[0] < one[2] + GAP
+        and one[1] < other[3] + GAP / 2
+        and other[1] < one[3] + GAP / 2
     )
 
 

@@ -26,7 +26,18 @@ from symoro_elastic.drawing.svg import picture_of, said, svg
 from symoro_elastic.drawing.vibrations import modes_data
 from symoro_elastic.machine.machine import Kind, Machine
 
-SCRIPTS = ("vendor/three.min.js", "space.js", "frames.js", "figure.js", "labels.js", "stage.js", "panel.js", "play.js", "motion.js", "start.js")
+SCRIPTS = (
+    "vendor/three.min.js",
+    "space.js",
+    "frames.js",
+    "figure.js",
+    "labels.js",
+    "stage.js",
+    "panel.js",
+    "play.js",
+    "motion.js",
+    "start.js",
+)
 """Scripts of the page in their order, each in a script element of its own."""
 TURN = 3.142
 """To each side of a slider of a joint that turns, rad."""

@@ -38,7 +38,7 @@ class Placements:
 
     @cached_property
     def programs(self) -> dict[str, Program]:
-        """The programs of its frames by the name of their model; `assemble` is there where loops have no closed form."""
+        """The programs of its frames by the name of their model; `assemble` is one where loops have no closed form."""
         models = ("geometric_model", "assemble")[: 1 + self.is_followed]
         traced = trace_scene(self.machine, Scene(models=models, fold=ALL))
         return {one.model.name: one.program for one in traced}
@@ -100,7 +100,5 @@ def placements_of(machine: Machine) -> Placements:
 def _with_stand_ins(machine: Machine, names: Sequence[str]) -> Machine:
     """The machine with values for these parameters of its geometry; those with which its loops close."""
     values = drawn_values(machine) if machine.loops else dict.fromkeys(names, STAND_IN)
-    parameters = (
-        replace(p, value=Formula.parse(values[p.name])) if p.name in names else p for p in machine.parameters
-    )
+    parameters = (replace(p, value=Formula.parse(values[p.name])) if p.name in names else p for p in machine.parameters)
     return replace(machine, parameters=tuple(parameters))

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.drawing.figure import BODY, Figure
+from symoro_elastic.drawing.figure import BODY, CORNERS, Figure
 from symoro_elastic.drawing.joint_shapes import AXES
 from symoro_elastic.drawing.shapes import Shape, Solid, Wire, bent, inverse, slip
 
@@ -18,14 +18,15 @@ AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
 ROUND = 24
 """Corners of a circle."""
 LIGHT_FROM = np.array([-0.35, 0.75, 0.55])
-"""Direction of the light: to the right, up and to the eye."""
+"""Where the light comes from: from the left, from above and from the eye."""
 LIT, DARK = 0.62, 0.15
 LAYERS = {"base": 0, BODY: 1}
 """What is drawn first, so that joints are seen through bodies."""
-FACES = (((0, 1, 3, 2), 0, -1), ((4, 6, 7, 5), 0, 1), ((0, 4, 5, 1), 1, -1), ((2, 3, 7, 6), 1, 1))
-FACES = (*FACES, ((0, 2, 6, 4), 2, -1), ((1, 5, 7, 3), 2, 1))
+FACES = (
+    *(((0, 1, 3, 2), 0, -1), ((4, 6, 7, 5), 0, 1), ((0, 4, 5, 1), 1, -1), ((2, 3, 7, 6), 1, 1)),
+    *(((0, 2, 6, 4), 2, -1), ((1, 5, 7, 3), 2, 1)),
+)
 """Corners of each face of a box, and the axis and sense of its normal."""
-CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Projection:
         ends = [circle @ T[:3, :3].T + T[:3, 3] + way for way in (-along, along)]
         both = np.concatenate(ends)
         side = self.view.axes @ T[:3, 2]
-        yield both[hull(self.view.of(both)[:, :2])], np.array([-side[1], side[0], 0.0])
+        yield both[hull(self.view.of(both)[:, :2])], np.array([-side[1], side[0], 0.0]) * (1 if side[0] >= 0 else -1)
         if abs(side[2]) > 1e-9:
             yield ends[int(side[2] > 0)], side * np.sign(side[2])
 

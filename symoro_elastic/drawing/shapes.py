@@ -79,6 +79,7 @@ def bent(wire: Wire, moved: float, slides: bool) -> Array:
     """Return the points (N, 3) of a wire in its frame once the joint has moved, m or rad."""
     by = -moved * wire.behind
     if slides:
-        return wire.points + by[:, None] * np.array([0.0, 0.0, 1.0])
+        shifted: Array = wire.points + by[:, None] * np.array([0.0, 0.0, 1.0])
+        return shifted
     x, y, z = wire.points.T
     return np.stack([x * np.cos(by) - y * np.sin(by), x * np.sin(by) + y * np.cos(by), z], axis=1)

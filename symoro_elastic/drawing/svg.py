@@ -61,8 +61,8 @@ def svg(picture: Picture) -> str:
     """Return a standalone SVG document; names of the machine are text in it, never markup."""
     left, top, right, bottom = picture.box
     legend = _legend(picture.legend, left, bottom)
-    notes = picture.figure.remarks
-    bottom += MARGIN + 20 * len(legend[1]) + 16 * len(notes)
+    remarks = picture.figure.remarks
+    bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
     return render(
         "view/picture.svg.j2",
         title=escape(f"Machine {picture.figure.title}: {said(picture.figure)}"),
@@ -73,8 +73,14 @@ def svg(picture: Picture) -> str:
         shapes=[_shape(part) for part in picture.drawn],
         labels=[_label(label) for label in picture.labels],
         legend=legend[0],
-        notes=[(_text(left + MARGIN), _text(bottom - 16 * (len(notes) - k) + 6), escape(x)) for k, x in enumerate(notes)],
+        notes=_notes(remarks, left, bottom),
     )
+
+
+def _notes(remarks: Sequence[str], left: float, bottom: float) -> list[tuple[str, str, str]]:
+    """Places of the remarks, one below the other, and their texts."""
+    lines = enumerate(reversed(remarks))
+    return [(_text(left + MARGIN), _text(bottom - 16 * k - 10), escape(remark)) for k, remark in lines]
 
 
 def said(figure: Figure) -> str:

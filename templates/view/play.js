@@ -30,6 +30,7 @@ class Player {
 
   home() {
     this.stop();
+    this.stage?.trace([]);
     this.frames.follower?.restart();
     this.place(this.data.q);
   }
@@ -70,7 +71,7 @@ function positionSection(player, data) {
   player.listeners.push((q) => sliders.forEach((one, k) => one.show(q[k])));
   const driven = data.joints.some((joint) => joint.motor);
   const of = (motor) => sliders.filter((_, k) => data.joints[k].motor === motor);
-  const others = of(false).length ? element("details", { open: !driven }, element("summary", {}, driven ? "springs and other joints" : "joints"), ...of(false)) : "";
+  const others = of(false).length ? element("details", { open: !driven }, element("summary", {}, !driven ? "joints" : data.joints.some((joint) => joint.role === "elastic") ? "springs and other joints" : "other joints"), ...of(false)) : "";
   return section("Position", ...of(true), others, button("Back to the start", () => player.home()));
 }
 

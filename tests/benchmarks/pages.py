@@ -141,8 +141,8 @@ def main(folder: Path, names: list[str]) -> int:
                 context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
                 opened = listened(name, context.new_page(), file)
                 far = list(check_page(opened, Path(str(machine)), folder, size))
-                kilobytes = file.stat().st_size / 1000
-                print(f"{name:14} {size:6} {kilobytes:5.0f} kB, names within {max(far):.2g} px", *opened.wrong, sep="; ")
+                told = f"{file.stat().st_size / 1000:.0f} kB, names within {max(far):.2g} px"
+                print(f"{name:14} {size:6} {told}", *opened.wrong, sep="; ")
                 failed += len(opened.wrong)
                 context.close()
         browser.close()
