@@ -216,14 +216,18 @@ def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Itera
     ratio = _value(joint.ratio, values)
     if ratio is not None and abs(ratio) > FAST:
         yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"
-    turning = sorted(name for name, j in machine.variables.items() if machine.joint(j).sigma == 0)
-    leaders = [name for name in turning if name in joint.selected.names]
+    followed = joint.selected.names & machine.variables.keys()
+    leaders = sorted(name for name in followed if _turns(machine, name))
     for name in leaders if joint.sigma == 0 else ():
         rate = _rate(joint.selected, name, {**dict.fromkeys(leaders, 0.0), **values})
         if rate > FAST:
             yield f"theta = {joint.selected}: the joint turns {rate:g} times as fast as {name}; is this meant?"
         if 0 < rate * FAST < 1 and len(leaders) == 1:
             yield f"theta = {joint.selected}: {name} turns {1 / rate:g} times as fast as the joint; is this meant?"
+
+
+def _turns(machine: Machine, variable: str) -> bool:
+    return machine.joint(machine.variables[variable]).sigma == 0
 
 
 def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
