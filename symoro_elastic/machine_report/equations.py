@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.machine.machine import Machine
@@ -28,6 +29,6 @@ def equation_blocks(machine: Machine) -> Iterator[str]:
         yield folded(one["title"], [render("html/equation_parts.html.j2", **one)])
 
 
-def _content(machine: Machine, model: str) -> dict[str, object]:
+def _content(machine: Machine, model: str) -> dict[str, Any]:
     package = programs(machine, Scene(models=(model,))).package
     return content(package, package.functions[0], HTML, prefix=f"{model}-")

@@ -8,7 +8,7 @@ import numpy as np
 
 from symoro_elastic.drawing.figure import figure_of
 from symoro_elastic.drawing.placements import placements_of
-from symoro_elastic.drawing.svg import machine_picture, picture_of, said, svg
+from symoro_elastic.drawing.svg import picture_of, said, svg
 from symoro_elastic.drawing.vibrations import full_shape
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine_report.section import image
@@ -20,8 +20,9 @@ MOST_PICTURES = 6
 
 def machine_image(machine: Machine) -> str:
     """Return the picture of a machine where its joints are at zero and its springs neutral."""
-    found = machine_picture(machine)
-    return image(svg(found), f"{machine.name}: {said(found.figure)}")
+    placements = placements_of(machine)
+    figure = figure_of(placements, placements.start)
+    return image(svg(picture_of(figure)), f"{machine.name}: {said(figure)}")
 
 
 def mode_images(modal: Modes, machine: Machine) -> Iterator[str]:
