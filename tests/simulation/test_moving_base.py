@@ -259,3 +259,12 @@ def test_the_ladder_is_refused() -> None:
     machine = arm()
     with pytest.raises(InputError, match="ladder: not offered on a floating base"):
         ladder(machine, [reference(MOVES).prescribed], {"base.x": 1e-3})
+
+
+@needs_compiler
+def test_steps_that_let_the_base_grow_out_of_range_are_refused() -> None:
+    """A body that tumbles too fast for its steps: none of its joints tells, it has none."""
+    text = "[motion]\nduration = 1\nbase = { velocity = [0, 0, 0, 3e3, 2e3, 1e3] }"
+    machine = replace(arm(), joints=(Joint("tip", 0, Kind.FIXED, 2),), parameters=())
+    with pytest.raises(InputError, match="--step: the motion grows out of range at"):
+        simulate(reference(text, machine), Request(("base.rx",), method="rk4", step=0.05))
