@@ -367,7 +367,8 @@ def _numbers(run: Trajectory) -> AnyArray:
 
 
 def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
-    finite = np.isfinite(trajectory.q).all(axis=1) & np.isfinite(trajectory.qd).all(axis=1)
+    states = np.concatenate([trajectory.q, trajectory.qd, *trajectory.base.values()], axis=1)
+    finite = np.isfinite(states).all(axis=1)
     if not finite.all():
         first = trajectory.t[int(np.argmin(finite))]
         shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"

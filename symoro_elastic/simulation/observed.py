@@ -159,8 +159,11 @@ def _in_base(machine: Machine, signal: FrameSignal) -> str:
 
 
 def _pose(T: Array) -> Array:
-    """Return positions and rotation vectors (N, 6) of placements (N, 4, 4), rotations from the first."""
+    """Return positions and rotation vectors (N, 6) of placements (N, 4, 4), rotations from the first; NaN of NaN."""
     turned = T[:, :3, :3] @ T[0, :3, :3].T
-    rotation = for_vibrations("scipy.spatial.transform").Rotation.from_matrix(turned).as_rotvec()
+    rotation, finite = np.full((len(T), 3), np.nan), np.isfinite(turned).all(axis=(1, 2))
+    if finite.any():
+        rotations = for_vibrations("scipy.spatial.transform").Rotation.from_matrix(turned[finite])
+        rotation[finite] = rotations.as_rotvec()
     found: Array = np.concatenate([T[:, :3, 3], rotation], axis=1)
     return found

@@ -242,7 +242,7 @@ def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> Non
 @pytest.mark.parametrize(
     ("machine", "motor", "said"),
     [
-        (ODD["floating"], "a", "motion"),
+        (ODD["floating"].replace("body =", 'known = "acceleration"\nbody ='), "a", "base, known: the acceleration"),
         (ODD["all_elastic"], "a", "a has no motor"),
         (
             FILES["delta"].read_text(),
