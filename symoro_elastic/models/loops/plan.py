@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -21,6 +20,7 @@ from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space,
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
 from symoro_elastic.models.loops.start import assembled_start, positions_near
 from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
+from symoro_elastic.models.once import once_for_each_machine
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 if TYPE_CHECKING:
@@ -88,21 +88,9 @@ class Plan:
     positions: tuple[Position, ...]
 
 
-_known: dict[int, tuple[weakref.ref[Machine], Plan]] = {}
-
-
+@once_for_each_machine
 def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
     """The plan of a machine with loops, made once; raises `InputError` for loops that do not close."""
-    known = _known.get(id(machine))
-    if known is not None and known[0]() is machine:
-        return known[1]
-    plan = _made(machine, bind)
-    key = id(machine)
-    _known[key] = weakref.ref(machine, lambda _: _known.pop(key, None) if _known is not None else None), plan
-    return plan
-
-
-def _made(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
     assembly = Assembly(machine, bind)
     start = assembled_start(machine, assembly)
     positions = (start, *positions_near(machine, assembly, start))
