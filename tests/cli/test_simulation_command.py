@@ -247,7 +247,7 @@ def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> Non
         (
             FILES["delta"].read_text(),
             "arm_1",
-            "joint arm_1, arm_2, arm_3: not offered where a motor is on a dependent joint",
+            "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos",
         ),
     ],
 )
