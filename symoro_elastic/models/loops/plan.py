@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -55,7 +56,8 @@ class LoopPlan:
     """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
 
     `signs` are those of the root at each unknown joint of a planar loop. Rates may be found in the axes of the link
-    `view`, where the same equations are `rows`, with levers over the turn `pivot`.
+    `view`, where the same equations are `rows`, with levers over the turn `pivot`. Angles of joints are within half a
+    turn of `half_turns`, those next to the start.
     """
 
     loop: Loop
@@ -67,6 +69,7 @@ class LoopPlan:
     is_in_space: bool = False
     view: int | None = None
     pivot: int | None = None
+    half_turns: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def is_assembled(self) -> bool:
@@ -102,8 +105,18 @@ def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
         own = [k for k, one in enumerate(assembly.equations) if one.loop == loop.name]
         rows = tuple(assembly.equations[k].row for k in own if k in kept)
         dropped = tuple(assembly.equations[k].row for k in own if k not in kept)
-        plans.append(LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}))
+        half_turns = _half_turns(assembly, machine.dependent_in(loop), start)
+        plans.append(
+            LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}, half_turns=half_turns)
+        )
     return Plan(_with_forms(machine, assembly, _with_own(plans), positions), assembly, positions)
+
+
+def _half_turns(assembly: Assembly, joints: Sequence[int], start: Position) -> dict[int, int]:
+    """Half turns that the angles of joints are next to at the start, by joint."""
+    turning = {j: assembly.bound.angle(j) for j in joints if assembly.machine.joint(j).sigma == 0}
+    value = evaluate(turning.values(), assembly.symbols(start), FLOATS)
+    return {j: round(float(value(x)) / math.pi) for j, x in turning.items()}
 
 
 def _with_own(plans: Sequence[LoopPlan]) -> list[LoopPlan]:
