@@ -20,7 +20,7 @@ def once_for_each_machine(
     known: dict[int, tuple[weakref.ref[Machine], T]] = {}
 
     @wraps(function)
-    def remembered(machine: Machine, *arguments: P.args, **named: P.kwargs) -> T:
+    def remembered(machine: Machine, /, *arguments: P.args, **named: P.kwargs) -> T:
         key = id(machine)
         found = known.get(key)
         if found is not None and found[0]() is machine:

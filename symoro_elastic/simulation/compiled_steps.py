@@ -174,6 +174,19 @@ def refuse_still(reference: Reference) -> None:
         raise given.error("servo", what)
 
 
+def refuse_turned(reference: Reference, run: Trajectory) -> None:
+    """Raise `InputError` for a motor that follows from a loop and gets half a turn away from where it starts.
+
+    Its closed form tells angles up to a whole turn, so its servo would be given another one there.
+    """
+    machine, (x, _) = reference.machine, reference.of_motors(run.q, run.qd, run.q_dep)
+    for m, joint in enumerate(machine.motor_joints):
+        jumps = np.abs(np.diff(x[:, m])) > np.pi
+        if jumps.any() and joint.sigma == 0 and machine.motors[m] in machine.dependent:
+            when = f"simulate: at {run.t[int(np.argmax(jumps))]:.4g} s it gets half a turn away from its start"
+            raise machine.error(f"joint {joint.name}", f"{when}: make it independent (dependent = [...])")
+
+
 def prescribed(reference: Reference, steps: int) -> Trajectory:
     """Return the motion of a machine all of whose joints follow the reference exactly."""
     t = np.linspace(0.0, reference.duration, steps + 1)

@@ -121,7 +121,8 @@ class Observer:
         if signal.number in self.machine.moving:
             return (motion.q, motion.qd, motion.qdd)[signal.order][:, self.machine.moving.index(signal.number)]
         found = self._dependent(motion.q, motion.qd, motion.qdd, motion.q_dep)
-        return found[signal.order][:, self._dependent.joints.index(signal.number)]
+        column: Array = found[signal.order][:, self._dependent.joints.index(signal.number)]
+        return column
 
     @cached_property
     def _dependent(self) -> OwnMotion:

@@ -90,7 +90,9 @@ class Reference:
 
     @cached_property
     def _motors_at_start(self) -> Array:
-        return self.of_motors(self.start.q[None], self.start.qd[None])[0][0]
+        x, _ = self.of_motors(self.start.q[None], self.start.qd[None])
+        found: Array = x[0]
+        return found
 
     def _with_motors(self, machine: Machine, start: Array, t: Array) -> tuple[Array, Array, Array]:
         """Return the states (N, n) of a machine at times (N,), its independent motors on their motion."""

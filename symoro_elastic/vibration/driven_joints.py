@@ -103,8 +103,7 @@ def _refuse_singular(machine: Machine, led: Machine, t: Array, S_m: Array) -> No
     if motors < joints:
         what = f"feed-forward: {motors} motors cannot move these {joints} joints as wanted: lock some in a scene"
         raise machine.error(f"joints {names}", what)
-    finite = np.isfinite(S_m).all(axis=(1, 2))
-    sizes = np.linalg.svd(np.where(finite[:, None, None], S_m, 0.0), compute_uv=False)
+    sizes = np.linalg.svd(np.nan_to_num(S_m, posinf=0.0, neginf=0.0), compute_uv=False)
     singular = ~(sizes[:, -1] > DETERMINED * sizes[:, 0])
     if singular.any():
         when = f"feed-forward: at {t[np.argmax(singular)]:.4g} s motors do not act on all of them"

@@ -192,8 +192,8 @@ def following(command: FeedForward) -> Any:
     wanted, motors = command.wanted, command.machine.motor_joints
     y = np.stack([command.reference.y[joint.name][0] for joint in wanted], axis=1)
     rows = [("reference", wanted, command.units, y)]
-    rows += [("motor ahead", wanted, [j.unit for j in wanted], command.lead)] if command.lead.any() else []
-    rows += [("torque", motors, [j.force_unit for j in motors], command.tau)]
+    rows += [("motor ahead", wanted, tuple(j.unit for j in wanted), command.lead)] if command.lead.any() else []
+    rows += [("torque", motors, tuple(j.force_unit for j in motors), command.tau)]
     columns = max(len(wanted), len(motors))
     figure = new_figure(2.0 + 3.0 * columns, 2.0 * len(rows))
     axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)

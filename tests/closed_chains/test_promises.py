@@ -248,8 +248,8 @@ def test_the_sr400_of_symoro_closes_as_a_parallelogram(without: tuple[str, ...])
 def test_angles_of_dependent_joints_go_on_across_half_a_turn(turned: float) -> None:
     """A rocker whose angle is counted from elsewhere: its own variable is the same, through odd half turns too."""
     described = machine("four_bar")
-    counted = {"gamma": Formula.parse(-turned), "theta": Formula.parse(turned)}
-    rows = (replace(row, **counted) if row.name == "rocker" else row for row in described.joints)
+    counted = {"rocker": {"theta": Formula.parse(turned)}, "pin_end": {"gamma": Formula.parse(-turned)}}
+    rows = (replace(row, **counted.get(row.name, {})) for row in described.joints)
     crank = np.linspace(0.3, 1.6, 27)
     q = np.stack([crank, 0 * crank], axis=1)
     usual, other = (

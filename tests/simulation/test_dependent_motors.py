@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from symoro_elastic.model_ladder.simulate import Request, simulate
 from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.own_motion import OwnMotion
+from symoro_elastic.simulation.compiled_steps import refuse_turned
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.simulation.simulated import Simulation
 from symoro_elastic.simulation.tables import simulation_columns
@@ -213,6 +215,15 @@ def test_what_cannot_be_prescribed_is_refused_by_name() -> None:
     servos = dict.fromkeys([joint.name for joint in rigid.motor_joints], Bandwidth(20, 0.7))
     with pytest.raises(InputError, match="servo, carriage_1: other motors move the same inertia: give kp and kd"):
         moved(rigid, DURATION, moves, servo=servos)  # type: ignore[arg-type]
+
+
+def test_a_motor_that_gets_half_a_turn_away_is_refused() -> None:
+    """Its angle by a closed form would go on a turn before."""
+    angles = np.array([[3.0, 0.0, 0.0], [-3.1, 0.0, 0.0]])
+    turning = SimpleNamespace(machine=delta(), of_motors=lambda *_: (angles, angles))
+    run = SimpleNamespace(t=np.array([0.1, 0.2]), q=angles, qd=angles, q_dep=None)
+    with pytest.raises(InputError, match=r"arm_1: simulate: at 0.1 s it gets half a turn away .*: make it independent"):
+        refuse_turned(turning, run)  # type: ignore[arg-type]
 
 
 def test_exact_derivatives_are_refused_where_motors_follow() -> None:
