@@ -148,11 +148,23 @@ def reference_of(
     at = {name: x for name, x in at.items() if name in motion.names}
     refuse_soft_static(held, at, values)
     start = equilibrium(motion, at)
+    if view and record and not start.sought:
+        _refuse_other_start(view, prescribed, start)
     reference = Reference(followed, prescribed, start, _gains(motion, prescribed, start), record, base)
     if view and followed is machine:
         reference = replace(reference, start=_viewed(view, start), view=view, viewed=start.q)
     _refuse_large(reference)
     return _in_motion(reference, motion, start)
+
+
+def _refuse_other_start(view: MotorView, prescribed: PrescribedMotion, start: State) -> None:
+    """Raise `InputError` where the positions that are given are not those where the record of the motors begins."""
+    q = view.own(start.q[None], start.qd[None], start.qdd[None])[0, 0]
+    for joint, x in zip(view.machine.moving_joints, q.tolist(), strict=True):
+        given = prescribed.start.get(joint.name, x)
+        if abs(given - x) > SAME * max(1.0, abs(x)):
+            what = f"{given:g} is not where {prescribed.file} puts it, {x:g}: leave it out"
+            raise prescribed.error(f"start, {joint.name}", what)
 
 
 def _viewed(view: MotorView, start: State) -> State:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,13 +17,13 @@ from scipy.integrate import solve_ivp
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains
+from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion
 from symoro_elastic.model_ladder.simulate import Request, simulate
 from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.own_motion import OwnMotion
 from symoro_elastic.simulation.compiled_steps import refuse_turned
-from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.simulation.reference import Reference, reference_of
 from symoro_elastic.simulation.simulated import Simulation
 from symoro_elastic.simulation.tables import simulation_columns
 from tests.closed_chains.machines import machine as closed_chain
@@ -33,9 +34,9 @@ from tests.references.constraint_multipliers import Multipliers
 from tests.references.cut_tree import CutTree
 
 ARMS = ("arm_1", "arm_2", "arm_3")
-MOVES = {"arm_1": (0.1, 0.05), "arm_2": (-0.05, 0.08), "arm_3": (0.05, 0.06)}
-GAINS = dict.fromkeys(ARMS, Gains(2000.0, 20.0))
-DURATION = 0.1
+MOVES = {"arm_1": (0.06, 0.03), "arm_2": (-0.03, 0.05), "arm_3": (0.03, 0.04)}
+SERVOS = {"arm_1": Gains(2000.0, 20.0), "arm_2": Gains(2000.0, 20.0), "arm_3": Bandwidth(20, 0.7)}
+DURATION = 0.06
 OUTPUTS = ("along_x.q", "along_y.q", "platform.q", "arm_1.q", "arm_2.qd", "cross_3.q")
 
 
@@ -56,7 +57,7 @@ def driven_at_the_rocker() -> Machine:
 
 @cache
 def under_servos() -> Reference:
-    return moved(delta(), DURATION, MOVES, servo=GAINS)  # type: ignore[arg-type]
+    return moved(delta(), DURATION, MOVES, {"along_x": 0.02, "platform": -0.72}, SERVOS)
 
 
 def by_multipliers(reference: Reference, machine: Machine) -> dict[str, float]:
@@ -92,10 +93,9 @@ def of_delta() -> dict[str, float]:
     return by_multipliers(under_servos(), delta())
 
 
-@pytest.mark.parametrize("method", ["w3", "midpoint"])
-def test_servos_move_the_platform_as_multipliers_say(method: str) -> None:
+def test_servos_move_the_platform_as_multipliers_say() -> None:
     """Dependent joints, motors among them, are outputs; errors are true within a factor of two."""
-    found = simulate(under_servos(), Request(OUTPUTS, None, method, 5e-4))
+    found = simulate(under_servos(), Request(OUTPUTS, None, "w3", 5e-4))
     for k, name in enumerate(OUTPUTS):
         wrong = abs(found.outputs[-1, k] - of_delta()[name])
         assert wrong < 2 * found.errors[name] + 1e-9, name
@@ -132,7 +132,7 @@ def test_motors_that_follow_exactly_become_the_independent_joints() -> None:
     """The crank then follows from the rocker; the load swings; the torque is the force that multipliers need."""
     machine = driven_at_the_rocker()
     assert [joint.name for joint in machine.moving_joints] == ["crank", "load"]
-    reference = moved(machine, DURATION, {"rocker": (0.15, 0.06)}, {"crank": 0.9})
+    reference = moved(machine, DURATION, {"rocker": (0.15, 0.05)}, {"crank": 0.9})
     assert [joint.name for joint in reference.machine.moving_joints] == ["rocker", "load"]
     names = ("load.q", "load.qd", "crank.q", "crank.qd", "rocker.tau")
     found = simulate(reference, Request(names, None, "w3", 5e-4))
@@ -176,38 +176,34 @@ def test_motors_that_move_each_other_have_servos_of_their_own() -> None:
 
 
 def test_the_start_names_independent_joints_of_the_file() -> None:
-    """Motors are where they put the platform; torques hold it there."""
-    start = {"along_x": 0.02, "platform": -0.7}
-    found = moved(delta(), DURATION, MOVES, start, GAINS)  # type: ignore[arg-type]
-    np.testing.assert_allclose(found.start.q, [0.02, -0.03, -0.7], rtol=0, atol=1e-13)
+    """Motors are where they put the platform; torques hold it there; a bandwidth is that of the inertia that moves."""
+    found = under_servos()
+    np.testing.assert_allclose(found.start.q, [0.02, -0.03, -0.72], rtol=0, atol=1e-13)
     at = Multipliers(delta(), State(list(found.start.q), [0.0] * 3, start_of(delta()).by_variable))
     motors = [at.chain.own.index(name) for name in at.chain.motors]
     np.testing.assert_allclose(found.at(np.zeros(1))[0][0], at.x[motors].astype(float), rtol=0, atol=1e-12)
     np.testing.assert_allclose(at.direct(list(found.start.torques)).astype(float), 0, atol=1e-9)
-
-
-def test_a_bandwidth_is_that_of_the_inertia_that_a_motor_moves() -> None:
-    """All other motors held: 1 / (A^-1)_pp of the platform's mass matrix seen from the arms."""
-    servos = dict.fromkeys(ARMS, Bandwidth(20, 0.7))
-    kp, kd = moved(delta(), DURATION, MOVES, servo=servos).servo or (np.zeros(3), np.zeros(3))  # type: ignore[arg-type]
-    at = Multipliers(delta(), State(*_start(), start_of(delta()).by_variable))
-    S_m = at.S_x[[at.chain.own.index(name) for name in at.chain.motors]].astype(float)
-    seen = np.linalg.inv(S_m).T @ at.inertia().astype(float) @ np.linalg.inv(S_m)
-    omega = 2 * np.pi * 20
-    np.testing.assert_allclose(kp, np.diag(seen) * omega**2, rtol=1e-11)
-    np.testing.assert_allclose(kd, np.diag(seen) * 1.4 * omega, rtol=1e-11)
-
-
-def _start() -> tuple[list[float], list[float]]:
-    return start_of(delta()).q.tolist(), [0.0] * 3
+    inverse = np.linalg.inv(at.S_x[motors].astype(float))
+    seen, omega = inverse.T @ at.inertia().astype(float) @ inverse, 2 * np.pi * 20
+    assert found.servo is not None and found.servo[0][0] == 2000
+    np.testing.assert_allclose([x[2] for x in found.servo], seen[2, 2] * np.array([omega**2, 1.4 * omega]), rtol=1e-11)
 
 
 # Refusals
 
 
+def test_a_start_that_is_not_that_of_the_record_is_refused(tmp_path: Path) -> None:
+    """The record of the motors says where the platform is."""
+    t, first = np.linspace(0, DURATION, 30), under_servos().at(np.zeros(1))[0][0]
+    columns = {"t": t} | {f"y_{name}": x + 0 * t for name, x in zip(ARMS, first, strict=True)}
+    np.savez(tmp_path / "still.npz", **columns)
+    given = PrescribedMotion(DURATION, servo=SERVOS, file="still.npz", source=str(tmp_path / "scene.toml"))
+    np.testing.assert_allclose(reference_of(delta(), given).start.q, under_servos().start.q, rtol=0, atol=1e-12)
+    with pytest.raises(InputError, match=r"start, along_x: 0.5 is not where still.npz puts it, 0.02: leave it out"):
+        reference_of(delta(), replace(given, start={"along_x": 0.5, "platform": -0.72}))
+
+
 def test_what_cannot_be_prescribed_is_refused_by_name() -> None:
-    with pytest.raises(InputError, match=r"every joint is a motor that follows exactly: .*Give the motors servos"):
-        simulate(moved(delta(), DURATION, MOVES), Request())
     rigid = creeping(closed_chain("gantry_rigid"))
     moves = {"carriage_1": (0.1, 0.05)}
     with pytest.raises(InputError, match=r"carriage_2: simulate: carriage_1 moves it, .*: give all motors servos"):
