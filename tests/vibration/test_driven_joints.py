@@ -15,7 +15,7 @@ from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.time_series.columns import read_columns
-from symoro_elastic.vibration.driven_joints import followed
+from symoro_elastic.vibration.driven_joints import followed, of_motors
 from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, figures, orders, save_feed_forward, starts
 from symoro_elastic.vibration.plots import following
 from symoro_elastic.vibration.reference_trajectory import move
@@ -127,6 +127,15 @@ def test_what_is_written_and_drawn_holds_joints_and_motors(tmp_path: Path) -> No
 
 
 # Refusals
+
+
+def test_springs_on_which_dependent_motors_act_are_refused() -> None:
+    """The beam of a gantry, where the second carriage follows from it."""
+    gantry = closed_chain("gantry")
+    rows = (replace(row, kind=Kind.PASSIVE) if row.name == "carriage_2" else row for row in gantry.joints)
+    led, q = replace(gantry, joints=tuple(rows)), start_of(gantry).q[None]
+    with pytest.raises(InputError, match="joint beam: feed-forward: motors on dependent joints act on this spring"):
+        of_motors(gantry, led, np.zeros(1), q, 0 * q, np.zeros((1, 3)))
 
 
 def test_what_is_refused_has_a_way_out() -> None:
