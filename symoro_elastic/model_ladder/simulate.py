@@ -26,7 +26,14 @@ from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still, ways_of
+from symoro_elastic.simulation.compiled_steps import (
+    CompiledSteps,
+    Trajectory,
+    refuse_motors,
+    refuse_still,
+    refuse_turned,
+    ways_of,
+)
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
 from symoro_elastic.simulation.reference import Reference
@@ -343,6 +350,7 @@ class Runs:
         """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
         simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
         _refuse_infinite(simulating, trajectory)
+        refuse_turned(simulating.reference, trajectory)
         return Simulation(
             simulating.reference,
             trajectory,

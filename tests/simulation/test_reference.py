@@ -302,9 +302,12 @@ def test_motions_refused(said: str) -> None:
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_motors_on_dependent_joints_are_refused() -> None:
-    with pytest.raises(InputError, match="joint carriage_2: not offered where a motor is on a dependent joint"):
-        reference_of(closed_chain("gantry"), motion())
+def test_motors_on_dependent_joints_become_independent_where_they_follow_exactly() -> None:
+    machine = closed_chain("gantry")
+    servo = {joint.name: Gains(1e5, 1e3) for joint in machine.motor_joints}
+    assert reference_of(machine, motion(servo=servo)).machine is machine
+    names = [joint.name for joint in reference_of(machine, motion()).machine.moving_joints]
+    assert names == ["carriage_1", "cross_slide", "ram", "carriage_2"]
 
 
 # What is wanted
