@@ -11,9 +11,10 @@ from types import ModuleType
 import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.formats.robots.modified_dh import SEAT
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
 from symoro_elastic.machine.formats.robots.urdf import describe
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.symbolic.program import OperationCount
@@ -73,7 +74,8 @@ class ComparedRobot:
         """Index of the row of each joint that moves, and of each leaf under the name of its link."""
         rows = [j - 1 for j in self.machine.articulated]
         moving = dict(zip((joint.name for joint in self.tree.moving), rows, strict=True))
-        leaves = range(len(self.machine.joints) - len(self.tree.leaves), len(self.machine.joints))
+        rows = [(k, row) for k, row in enumerate(self.machine.joints) if row.kind is Kind.FIXED]
+        leaves = [k for k, row in rows if not row.name.endswith(SEAT)]
         return moving | dict(zip((joint.child for joint in self.tree.leaves), leaves, strict=True))
 
     @cached_property
@@ -116,6 +118,23 @@ class ComparedRobot:
                 if row is not None:
                     frames.append(float(np.abs(ours[row] @ place - theirs[link]).max()) / extent)
         return Errors(max(torques), max(frames))
+
+
+class OfTable(ComparedRobot):
+    """The same of the table alone, in Pinocchio, without generated code; no joint follows another."""
+
+    def our_frames(self, q: Values) -> Array:
+        from tests.references import pinocchio_model
+
+        return pinocchio_model.frames(self.machine, [q[name] for name in self.own])
+
+    def our_torques(self, q: Values, qd: Values, qdd: Values) -> Array:
+        from tests.references import pinocchio_model
+
+        position, velocity, acceleration = (np.array([x[name] for name in self.own]) for x in (q, qd, qdd))
+        bias = pinocchio_model.bias_forces(self.machine, position, velocity)
+        torques: Array = pinocchio_model.inertia_matrix(self.machine, position) @ acceleration + bias
+        return torques
 
 
 def _relative(difference: Array, scale: float) -> float:

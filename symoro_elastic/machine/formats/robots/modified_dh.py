@@ -76,8 +76,9 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
     tree = tree_of(description, source)
     builder = _Builder(tree, source, snap)
     table = Table(builder.machine, builder.deviation)
-    limit = max(MOST_ERROR, 100 * snap * len(table.machine.joints))
-    if max(table.deviation.rotation, table.deviation.translation / builder.size) > limit:
+    spread, size = 100 * snap * len(table.machine.joints), builder.size
+    far = table.deviation.translation > MOST_ERROR * size + spread * max(size, 1.0)
+    if far or table.deviation.rotation > MOST_ERROR + spread:
         what = f"its table would be {table.deviation.translation:.1e} m off: an axis cannot be placed; please report it"
         raise InputError(source, "robot", what)
     return table
