@@ -71,12 +71,16 @@ class ComparedRobot:
 
     @cached_property
     def row_of_joint(self) -> dict[str, int]:
-        """Index of the row of each joint that moves, and of each leaf under the name of its link."""
+        """Index of the row of each joint that moves."""
         rows = [j - 1 for j in self.machine.articulated]
-        moving = dict(zip((joint.name for joint in self.tree.moving), rows, strict=True))
-        rows = [(k, row) for k, row in enumerate(self.machine.joints) if row.kind is Kind.FIXED]
-        leaves = [k for k, row in rows if not row.name.endswith(SEAT)]
-        return moving | dict(zip((joint.child for joint in self.tree.leaves), leaves, strict=True))
+        return dict(zip((joint.name for joint in self.tree.moving), rows, strict=True))
+
+    @cached_property
+    def row_of_leaf(self) -> dict[str, int]:
+        """Index of the row of each link that a fixed joint carries and that carries nothing."""
+        fixed = [(k, row) for k, row in enumerate(self.machine.joints) if row.kind is Kind.FIXED]
+        rows = [k for k, row in fixed if not row.name.endswith(SEAT)]
+        return dict(zip((joint.child for joint in self.tree.leaves), rows, strict=True))
 
     @cached_property
     def in_rows(self) -> dict[str, tuple[int | None, Array]]:
@@ -89,8 +93,8 @@ class ComparedRobot:
         found: dict[str, tuple[int | None, Array]] = {}
         for link in self.robot.links:
             joint = self.tree.carried[link].joint
-            row = self.row_of_joint.get(link, self.row_of_joint[joint.name] if joint else None)
-            leaf = link in self.row_of_joint
+            leaf = link in self.row_of_leaf
+            row = self.row_of_leaf[link] if leaf else self.row_of_joint[joint.name] if joint else None
             found[link] = row, np.eye(4) if leaf or row is None else np.linalg.inv(ours[row]) @ theirs[link]
         return found
 

@@ -103,6 +103,23 @@ def test_frames_of_leaves_are_kept_and_inner_links_are_merged() -> None:
     assert masses == pytest.approx([8.5, 4.4, 2.5, 1.5, 0, 0])
 
 
+def test_links_may_have_the_names_of_joints() -> None:
+    """Leaves are told from joints of the same name, and get another one."""
+    links = [link(name) for name in ("base", "one", "two", "first", "second")]
+    joints = [
+        joint("first", "base", "one"),
+        joint("second", "one", "two", rpy=(0.3, 0.2, 0.1)),
+        joint("fix one", "one", "first", "fixed", (0.1, 0.2, 0.3)),
+        joint("fix two", "one", "second", "fixed", (0.3, 0.2, 0.1), (0.5, 0, 0)),
+    ]
+    text = robot(*links, *joints)
+    machine = read(text)
+    assert [(row.name, row.antecedent) for row in machine.joints] == [
+        *(("first", 0), ("second", 1), ("first_2", 1), ("second_2", 1))
+    ]
+    assert OfTable(text, machine).errors().worst < BOUND
+
+
 @pytest.mark.parametrize("tilt", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_nearly_parallel_axes_have_a_frame_between(tilt: float) -> None:
     """Their common normal is up to 1e12 m away: a frame moves there, the next one turns."""

@@ -7,7 +7,7 @@ that carry nothing keep their frames, as fixed rows at the end. Frame 0 is that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -43,6 +43,8 @@ from symoro_elastic.machine.names import did_you_mean, listed, quoted
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
 """Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
+LEAST_SIZE = 1e-9
+"""Of a robot, m."""
 MOST_ERROR = 1e-12
 """Of an exact table: displacements that it leaves between its frames and those of the robot, rad, and m by its size."""
 
@@ -110,11 +112,10 @@ class _Builder:
     def machine(self) -> Machine:
         """The machine with the table."""
         description = self.tree.description
-        rows = [self._following(row) for row in self.rows]
         return Machine(
             name=description.name,
-            joints=tuple(rows),
-            loops=tuple(self._loop(connection, rows) for connection in description.connections),
+            joints=tuple(self._following(row) for row in self.rows),
+            loops=tuple(self._loops()),
             base=Base(gravity=_vector(description.gravity)),
             floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
             remarks=(*description.remarks, *self._remarks()),
@@ -141,22 +142,27 @@ class _Builder:
     @cached_property
     def deviation(self) -> Deviation:
         """Between the frames of the rows and those of the robot, at position 0."""
-        realized, wanted = [Placement()], {"": Placement()}
-        placed = {one.name: one for one in self.placed}
-        largest = [0.0, 0.0]
+        realized = [Placement()]
         for row in self.rows:
             realized.append(realized[row.antecedent] * placement_of(row))
-            if one := placed.get(row.name):
-                wanted[row.name] = wanted[one.carrier.name if one.carrier else ""] * self._displacement(one)
-                between = wanted[row.name].inverse * realized[-1]
-                errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
-                largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
+        wanted: dict[str, Placement] = {}
+        largest = [0.0, 0.0]
+        for placed, number in zip(self.placed, self.numbers, strict=True):
+            before = wanted[placed.carrier.name] if placed.carrier else Placement()
+            target = before * self._displacement(placed)
+            if placed.joint:
+                wanted[placed.joint.name] = target
+            between = target.inverse * realized[number]
+            errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
+            largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
         return Deviation(*largest)
 
     @cached_property
     def size(self) -> float:
-        """Largest distance of a joint from the one before, m; 1 where all are at one point."""
-        return max((float(np.abs(j.placement.translation).max()) for j in self.tree.joints), default=0.0) or 1.0
+        """Largest distance of a joint, or of a centre of mass, from the joint before, m."""
+        places = [joint.placement.translation for joint in self.tree.joints]
+        centers = [link.center for link in self.tree.description.links]
+        return max(LEAST_SIZE, *(float(np.abs(x).max()) for x in (*places, *centers)))
 
     @cached_property
     def tolerance(self) -> Tolerance:
@@ -182,10 +188,12 @@ class _Builder:
             carried = self.tree.carried[link]
             yield Placed(connection.name + suffix, carried.joint, carried.placement * place, is_cut=suffix == CUT)
 
-    def _loop(self, connection: Connection, rows: Sequence[Joint]) -> Loop:
-        names = [row.name for row in rows]
-        cut, end = (names.index(connection.name + suffix) + 1 for suffix in (CUT, END))
-        return Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+    def _loops(self) -> Iterator[Loop]:
+        """The loops that the connections close: the last rows are their ends."""
+        connections = self.tree.description.connections
+        ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
+        for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
+            yield Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
 
     @cached_property
     def frames(self) -> dict[str, Placement]:
@@ -212,20 +220,32 @@ class _Builder:
         """Placement of the frame of a row in that of the row that carries it."""
         return self._frame_of(placed.carrier).inverse * placed.target
 
-    @cached_property
+    @property
     def rows(self) -> list[Joint]:
         """The rows of the table; coupled ones without what they follow."""
+        return self._rows_and_numbers[0]
+
+    @property
+    def numbers(self) -> list[int]:
+        """The number of the row of each placed frame."""
+        return self._rows_and_numbers[1]
+
+    @cached_property
+    def _rows_and_numbers(self) -> tuple[list[Joint], list[int]]:
         rows: list[Joint] = []
-        numbers: dict[str, int] = {}
+        numbers: list[int] = []
+        of_joints: dict[str, int] = {}
         for placed in self.placed:
-            antecedent = numbers[placed.carrier.name] if placed.carrier else 0
+            antecedent = of_joints[placed.carrier.name] if placed.carrier else 0
             *seats, last = rows_of(self._displacement(placed), self.tolerance)
             for seat in seats:
                 rows.append(seat.put_into(Joint(placed.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
                 antecedent = len(rows)
-            numbers[placed.name] = len(rows) + 1
-            rows.append(last.put_into(self._row(placed, antecedent, len(rows) + 1), self.tolerance))
-        return rows
+            numbers.append(len(rows) + 1)
+            if placed.joint:
+                of_joints[placed.joint.name] = numbers[-1]
+            rows.append(last.put_into(self._row(placed, antecedent, numbers[-1]), self.tolerance))
+        return rows, numbers
 
     def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
         """The row of a joint, without its geometric parameters."""

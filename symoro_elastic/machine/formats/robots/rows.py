@@ -14,7 +14,7 @@ import numpy as np
 
 from symoro_elastic.machine.formats.robots.axis_frames import NEARLY_PARALLEL, UNDECIDED
 from symoro_elastic.machine.formats.robots.description import Placement
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import SMALLEST, ZERO, Formula
 from symoro_elastic.machine.joints import Joint
 
 EPS = 2.0**-52
@@ -39,7 +39,7 @@ class Tolerance:
     @classmethod
     def rounding(cls, size: float) -> Tolerance:
         """That of arithmetic on a robot of this size, m."""
-        return cls(ROUNDING, ROUNDING * size)
+        return cls(ROUNDING, max(ROUNDING * size, SMALLEST))
 
     @classmethod
     def of(cls, tolerance: float, size: float) -> Tolerance:
