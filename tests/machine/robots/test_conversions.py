@@ -90,6 +90,12 @@ def test_other_machines_are_not_converted() -> None:
         assert said.endswith("file: --snap and --elastic are for robots as links and joints, not for TOML files")
 
 
+def test_xacro_files_are_to_be_expanded() -> None:
+    Path("arm.urdf.xacro").write_text(ARM, encoding="utf-8")
+    said = refused("show", "arm.urdf.xacro")
+    assert said == "arm.urdf.xacro: file: xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"
+
+
 def test_snapping_says_both_errors_and_simplifies() -> None:
     found = ended("convert", "skew.urdf", "out.toml", "--snap")
     assert found.code == 0 and found.out == "wrote out.toml\n"
