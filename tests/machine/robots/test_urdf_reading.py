@@ -112,6 +112,11 @@ def test_empty_lines_may_come_first() -> None:
         describe("\n \n<robot><link", "robot.urdf")
 
 
+def test_paths_of_shapes_may_be_those_of_xacro() -> None:
+    text = ARM.replace("package://arm/", "$(find arm)/")
+    assert text != ARM and describe(text, "robot.urdf").name == "arm"
+
+
 def test_defaults_are_those_of_the_format() -> None:
     """Origin zero, axis x, no friction; a link without inertia is a frame; the axis gets the length 1."""
     text = robot(
