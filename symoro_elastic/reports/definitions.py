@@ -40,7 +40,8 @@ def linked(formula: str, defined: Mapping[str, str]) -> str:
 
 def _elements(formula: str) -> list[tuple[int, int]]:
     """Where elements begin and end, in the order in which they begin."""
-    found, opened = [], []
+    found: list[tuple[int, int]] = []
+    opened: list[int] = []
     for tag in TAG.finditer(formula):
         if tag[1]:
             found.append((opened.pop(), tag.end()))
