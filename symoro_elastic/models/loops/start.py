@@ -10,8 +10,9 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position
+from symoro_elastic.models.loops.assembly import SEED, STEPS, Assembly, Position
 from symoro_elastic.models.loops.closed_forms import Angles, mapped
+from symoro_elastic.models.loops.continuation import CLOSED
 from symoro_elastic.models.loops.independent_rows import (
     independent,
     independent_rows,
@@ -86,7 +87,7 @@ def positions_near(machine: Machine, assembly: Assembly, start: Position) -> lis
     position = start
     for _ in range(DRAWS):
         target = {j: start[j] + source.uniform(-REACH, REACH) for j in machine.moving}
-        moved = assembly.moved(position, target, machine.dependent)
+        moved = assembly.moved(position, target)
         if moved is not None:
             found.append(moved)
             position = moved
