@@ -110,24 +110,25 @@ class Assembly:
     @cached_property
     def free(self) -> list[int]:
         """Columns of the independent variables of loops among `machine.owners`."""
-        return self._columns(self.machine.in_loops.difference(self.machine.dependent))
+        return self.columns(self.machine.in_loops.difference(self.machine.dependent))
 
     @cached_property
     def unknown(self) -> list[int]:
         """Columns of the dependent ones."""
-        return self._columns(self.machine.dependent)
+        return self.columns(self.machine.dependent)
 
     @cached_property
     def blocks(self) -> list[tuple[list[int], list[int]]]:
         """Rows and columns of W_d: all of them, and those of each loop."""
         rows = [one.loop for one in self.equations]
         own = [
-            ([i for i, name in enumerate(rows) if name == loop.name], self._columns(self.machine.dependent_in(loop)))
+            ([i for i, name in enumerate(rows) if name == loop.name], self.columns(self.machine.dependent_in(loop)))
             for loop in self.machine.loops
         ]
         return [([*range(len(rows))], self.unknown), *(own if len(own) > 1 else [])]
 
-    def _columns(self, joints: Collection[int]) -> list[int]:
+    def columns(self, joints: Collection[int]) -> list[int]:
+        """Columns of W of some joints."""
         return [k for k, j in enumerate(self.machine.owners) if j in joints]
 
     @cached_property
@@ -188,7 +189,7 @@ class Assembly:
     def followed(self, position: Position, q: Array) -> Array:
         """All own variables (samples, variables) at q (samples, n), on the branch of a position; NaN where it ends."""
         wanted = np.tile([position[j] for j in self.machine.owners], (len(q), 1))
-        wanted[:, self._columns(self.machine.moving)] = q
+        wanted[:, self.columns(self.machine.moving)] = q
         start = wanted.copy()
         start[:, self.free] = [position[self.machine.owners[k]] for k in self.free]
         return continued(self, start, wanted[:, self.free])

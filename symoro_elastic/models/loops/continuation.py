@@ -14,7 +14,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array, BoolArray
 
-STEP, HALVINGS = 0.1, 20
+STEP, HALVINGS = 0.1, 12
 """Longest step of an independent variable, rad or m, and how often it is halved at most."""
 LONGEST = 0.5
 """Of a step of a dependent variable, rad or m."""
@@ -24,7 +24,7 @@ SETTLED, CORRECTIONS = 1e-9, 6
 """A correction of Newton's method after which the next is rounding, rad or m; their number."""
 CLOSED, SMALLEST = 1e-11, 1e-9
 """Largest error of a loop that is closed; singular values of W_d, relative, that count as zero."""
-TURNED = 1e-12
+TURNED = 1e-15
 """A product of determinants that is zero, relative: next to a singular position their signs tell nothing."""
 
 
@@ -82,7 +82,7 @@ def _stepped(loops: Equations, found: Array, W: Array, here: Array) -> tuple[Arr
 
 def _solved(W: Array, right: Array) -> Array:
     """x (samples, unknown) of W x = right, least squares where equations repeat each other."""
-    finite = np.isfinite(W).all(axis=(1, 2))
+    finite: BoolArray = np.all(np.isfinite(W), axis=(1, 2))
     found: Array = (np.linalg.pinv(np.where(finite[:, None, None], W, 0.0), rcond=SMALLEST) @ right)[:, :, 0]
     found[~finite] = np.nan
     return found

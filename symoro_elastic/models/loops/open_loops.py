@@ -1,0 +1,81 @@
+"""Why loops do not close near their start: which one, by how much, and what its links would need."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.loops import Loop
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.loops.planar import closed
+from symoro_elastic.mechanics.spatial import Axis
+from symoro_elastic.models.loops.assembly import STEPS, Assembly, Position
+from symoro_elastic.models.loops.closed_forms import is_planar, loop_circuit
+from symoro_elastic.models.loops.continuation import CLOSED
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+
+FLAT = 1e-6
+"""Of the smallest singular value of W_d, relative, columns of length 1."""
+
+
+def not_closed(machine: Machine, assembly: Assembly, start: Position) -> InputError:
+    """The error that names the first loop that does not close near the start together with those before it."""
+    for k, loop in enumerate(machine.loops):
+        found, error = assembly.of_loops(machine.loops[: k + 1]).assembled(start, machine.dependent)
+        if not error < CLOSED:
+            return machine.error(f"loop {loop.name}", _why(machine, assembly, k, start, found))
+    raise AssertionError("all loops close")
+
+
+def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: Position) -> str:
+    loop = machine.loops[k]
+    alone = assembly.of_loops([loop])
+    gap = f"a gap of {_gap(assembly.of_loops(machine.loops[: k + 1]), found)} stays"
+    gap += f" after {STEPS} steps of Newton's method"
+    if k and alone.assembled(start, machine.dependent)[1] < CLOSED:
+        others = [x.name for x in machine.loops[:k] if {*machine.around(x)} & {*machine.around(loop)}]
+        names = " and ".join(f"loop {name}" for name in others)
+        return f"it closes near start, but not together with {names}, whose joints it shares: {gap}"
+    lacking = _lacking(alone, loop, start)
+    if lacking is not None and lacking[1] > 0:
+        return f"no position near start: {lacking[0]} would need {lacking[1]:.2g} m more ({gap})"
+    what = f"no position near start: {gap}"
+    if _is_flat(alone, loop, found):
+        what += "; start is at a singular position, where branches meet: move it to the side that is meant"
+    return what if loop.start else f"{what}: write start = {{ ... }}"
+
+
+def _gap(assembly: Assembly, position: Position) -> str:
+    """The largest closing error, with its unit."""
+    errors = np.abs(assembly.numbers(position)[0])
+    worst = int(np.argmax(errors))
+    return f"{errors[worst]:.2g} {'m' if assembly.equations[worst].row < 3 else 'rad'}"
+
+
+def _is_flat(alone: Assembly, loop: Loop, position: Position) -> bool:
+    """Whether the rates of the dependent joints of a loop are not determined at a position."""
+    W = alone.numbers(position)[1][:, alone.columns(alone.machine.dependent_in(loop))]
+    lengths = np.linalg.norm(W, axis=0)
+    return bool(np.linalg.svd(W / np.where(lengths > 0, lengths, 1.0), compute_uv=False)[-1] < FLAT)
+
+
+def _lacking(alone: Assembly, loop: Loop, start: Position) -> tuple[str, float] | None:
+    """Links of a planar loop and the length that they lack, m, negative where it closes; None for other loops."""
+    machine = alone.machine
+    around = loop_circuit(alone.bound, loop, machine.dependent_in(loop))
+    turns = [joint for joint in around.unknown if joint.axis is Axis.REVOLUTE]
+    if len(around.unknown) != 3 or len(turns) < 2 or not is_planar(alone, loop):
+        return None
+    found = closed(around, lambda radicand: radicand, dict.fromkeys((joint.joint for joint in around.unknown), 1))
+    names = [machine.joint(j or loop.cut).name for j in found.sides]
+    leaves = [*(x for side in found.sides.values() for x in side), *found.roots.values()]
+    value = evaluate(leaves, alone.symbols(start), FLOATS)
+    lengths = [math.hypot(*map(value, side)) for side in found.sides.values()]
+    if len(turns) == 2:
+        (radicand,) = map(value, found.roots.values())
+        return f"the link {names[0]} to {names[1]}", math.sqrt(lengths[0] ** 2 - radicand) - lengths[0]
+    k = int(np.argmax(lengths))
+    here, between = names[k], names[k - 1]
+    return f"the links {names[k - 2]} to {between} and {between} to {here}", 2 * lengths[k] - sum(lengths)
