@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import numpy as np
 
@@ -11,13 +12,20 @@ from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.loops.planar import closed
 from symoro_elastic.mechanics.spatial import Axis
-from symoro_elastic.models.loops.assembly import STEPS, Assembly, Position
+from symoro_elastic.models.loops.assembly import SEED, STEPS, Assembly, Position
 from symoro_elastic.models.loops.closed_forms import is_planar, loop_circuit
 from symoro_elastic.models.loops.continuation import CLOSED
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
+SAMPLES = 4
 FLAT = 1e-6
 """Of the smallest singular value of W_d, relative, columns of length 1."""
+
+
+def open_positions(machine: Machine) -> list[Position]:
+    """Some positions, the loops open."""
+    source = random.Random(SEED)
+    return [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
 
 
 def not_closed(machine: Machine, assembly: Assembly, start: Position) -> InputError:
@@ -30,28 +38,37 @@ def not_closed(machine: Machine, assembly: Assembly, start: Position) -> InputEr
 
 
 def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: Position) -> str:
-    loop = machine.loops[k]
+    """What keeps loop k open, and the way out."""
+    loop, together = machine.loops[k], assembly.of_loops(machine.loops[: k + 1])
     alone = assembly.of_loops([loop])
-    gap = f"a gap of {_gap(assembly.of_loops(machine.loops[: k + 1]), found)} stays"
-    gap += f" after {STEPS} steps of Newton's method"
-    if k and alone.assembled(start, machine.dependent)[1] < CLOSED:
-        others = [x.name for x in machine.loops[:k] if {*machine.around(x)} & {*machine.around(loop)}]
-        names = " and ".join(f"loop {name}" for name in others)
-        return f"it closes near start, but not together with {names}, whose joints it shares: {gap}"
-    lacking = _lacking(alone, loop, start)
-    if lacking is not None and lacking[1] > 0:
-        return f"no position near start: {lacking[0]} would need {lacking[1]:.2g} m more ({gap})"
-    what = f"no position near start: {gap}"
-    if _is_flat(alone, loop, found):
-        what += "; start is at a singular position, where branches meet: move it to the side that is meant"
-    return what if loop.start else f"{what}: write start = {{ ... }}"
-
-
-def _gap(assembly: Assembly, position: Position) -> str:
-    """The largest closing error, with its unit."""
-    errors = np.abs(assembly.numbers(position)[0])
+    errors = np.abs(together.numbers(found)[0])
     worst = int(np.argmax(errors))
-    return f"{errors[worst]:.2g} {'m' if assembly.equations[worst].row < 3 else 'rad'}"
+    unit, cells = ("m", "lengths b, d and r") if together.equations[worst].row < 3 else ("rad", "angles gamma and alpha")
+    left = f"{errors[worst]:.2g} {unit} stay open"
+    if all(np.max(np.abs(together.numbers(x)[1][worst])) < CLOSED for x in open_positions(machine)):
+        return f"no position near start: {left} that no joint of the loop changes: check the {cells} around it"
+    left += f" after {STEPS} steps of Newton's method"
+    if k and alone.assembled(start, machine.dependent)[1] < CLOSED:
+        return f"it closes near start, but not together with {_sharing(machine, k)}: {left}"
+    return f"no position near start: {left}: {_way_out(alone, loop, start, found, cells)}"
+
+
+def _way_out(alone: Assembly, loop: Loop, start: Position, found: Position, cells: str) -> str:
+    if not loop.start:
+        return "write start = { ... }"
+    links, length = _lacking(alone, loop, start) or ("", 0.0)
+    if length > 0:
+        return f"{links} would need {length:.2g} m more, or give another start"
+    if _is_flat(alone, loop, found):
+        return "start is at a singular position, where branches meet: move it to the side that is meant"
+    return f"check the {cells} around it, or give another start"
+
+
+def _sharing(machine: Machine, k: int) -> str:
+    """The loops before loop k whose joints it shares."""
+    around = {*machine.around(machine.loops[k])}
+    names = [f"loop {loop.name}" for loop in machine.loops[:k] if not around.isdisjoint(machine.around(loop))]
+    return f"{' and '.join(names) or 'the loops before it'}, whose joints it shares"
 
 
 def _is_flat(alone: Assembly, loop: Loop, position: Position) -> bool:

@@ -16,7 +16,7 @@ from symoro_elastic.models.loops.independent_rows import (
     refuse_singular,
     refuse_wrong_number,
 )
-from symoro_elastic.models.loops.open_loops import not_closed
+from symoro_elastic.models.loops.open_loops import not_closed, open_positions
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 SAMPLES, DRAWS, REACH, GUESSES = 4, 16, 0.3, 12
@@ -48,8 +48,7 @@ def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
 
     Where loops close the rank of W is at most what it is elsewhere.
     """
-    source = random.Random(SEED)
-    positions = [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
+    positions = open_positions(machine)
     columns = independent([assembly.numbers(position)[1].T for position in positions])
     if len(columns) >= len(machine.dependent):
         refuse_singular(machine, assembly, range(len(assembly.equations)), positions)
