@@ -19,7 +19,7 @@ from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint, loop_branches
 from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
-from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.expression import Expression, is_constant
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def _functions(bound: Bound) -> Functions:
         turn,
         lambda _: 1,
         is_zero,
-        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+        is_constant,
     )
 
 
