@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -19,7 +20,7 @@ from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from tests.closed_chains.machines import machine
+from tests.closed_chains.machines import FILES, machine
 
 CRANK, BASE, ROCKER = 0.15, 0.5, 0.3
 CHANGE_POINT = BASE - CRANK + ROCKER
@@ -100,6 +101,16 @@ def test_a_flat_start_tells_no_branch() -> None:
     """q_dep tells it then: the models take that."""
     described = toml.read(FOUR_BAR.format(rod=CHANGE_POINT, q1=0.0, q2=0.0, q3=0.0), "four_bar.toml")
     assert plan_of(described, Bound).loops[0].form is Form.ASSEMBLED
+
+
+@pytest.mark.parametrize("opened", [0.0, 1e-9, -1e-3, 0.3])
+def test_a_parallelogram_that_starts_flat_is_one(opened: float) -> None:
+    """Crossed bars begin at the flat position too; a constant map passes it."""
+    text = FILES["sr400"].read_text(encoding="utf-8")
+    at = {"th2": -1.0, "th7": opened - 1.0, "th3": opened - math.pi / 2, "th8": -opened}
+    start = ", ".join(f"{name} = {x!r}" for name, x in at.items())
+    described = toml.read(re.sub(r"start = \{[^}]*\}", f"start = {{ {start} }}", text), "sr400.toml")
+    assert plan_of(described, Bound).loops[0].form is Form.MAP
 
 
 STEPS, SHORTEST, LONGEST_STEP = 320, 1.5 / 320, 0.08

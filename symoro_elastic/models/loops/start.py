@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position
-from symoro_elastic.models.loops.closed_forms import Angles, mapped
+from symoro_elastic.models.loops.closed_forms import Angles, agrees, mapped
 from symoro_elastic.models.loops.continuation import CLOSED
 from symoro_elastic.models.loops.independent_rows import (
     independent,
@@ -55,17 +55,38 @@ def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
 
 
 def positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:
-    """Other assembled positions on the branch of the start, nearer to it where others are not reached."""
+    """Other assembled positions on the branch of the start, nearer to it where others are not reached.
+
+    A parallelogram that holds at the start holds at each of them: where it is flat another branch begins.
+    """
     source, found, reach = random.Random(SEED), list[Position](), REACH
+    holding = [x for x in _parallelograms(machine, assembly).values() if _hold(assembly, x, start)]
+    mapped_joints = {j for angles in holding for j in angles}
     for _ in range(DRAWS):
-        moved = assembly.moved(start, {j: start[j] + source.uniform(-reach, reach) for j in machine.moving})
-        if moved is None:
-            reach /= 2
+        target = {j: start[j] + source.uniform(-reach, reach) for j in machine.moving}
+        if mapped_joints.issuperset(machine.dependent):
+            found.append(_mapped(assembly, holding, start | target))
+        elif moved := assembly.moved(start, target):
+            found += [moved] if all(_hold(assembly, x, moved) for x in holding) else []
         else:
-            found.append(moved)
+            reach /= 2
         if len(found) == SAMPLES:
             break
     return found
+
+
+def _hold(assembly: Assembly, angles: Angles, position: Position) -> bool:
+    """Whether a loop is a parallelogram at a position, not crossed."""
+    return all(agrees(assembly.bound, assembly, j, x, [position]) for j, x in angles.items())
+
+
+def _mapped(assembly: Assembly, parallelograms: Sequence[Angles], position: Position) -> Position:
+    """A position with the dependent joints of parallelograms where their angles are, those first that others need."""
+    for angles in parallelograms:
+        offsets = {j: assembly.bound.offset(j) for j in angles}
+        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
+        position = position | {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+    return position
 
 
 def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, parallelograms: Collection[str]) -> None:
@@ -112,9 +133,7 @@ def _mapped_start(machine: Machine, assembly: Assembly, parallelograms: Mapping[
             continue
         if len(unstarted) == len(machine.loops):
             position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
-        offsets = {j: assembly.bound.offset(j) for j in angles}
-        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
-        position |= {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+        position = _mapped(assembly, [angles], position)
     return position
 
 
