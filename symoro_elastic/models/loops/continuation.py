@@ -8,6 +8,7 @@ is zero where branches meet, keeps its sign. Else the step is halved.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Protocol
 
 import numpy as np
@@ -82,8 +83,13 @@ def _stepped(loops: Equations, found: Array, W: Array, here: Array) -> tuple[Arr
 
 def _solved(W: Array, right: Array) -> Array:
     """x (samples, unknown) of W x = right, least squares where equations repeat each other."""
+    found: Array
+    if W.shape[1] == W.shape[2]:
+        with suppress(np.linalg.LinAlgError):
+            found = np.asarray(np.linalg.solve(W, right)[:, :, 0], dtype=float)
+            return found
     finite: BoolArray = np.all(np.isfinite(W), axis=(1, 2))
-    found: Array = (np.linalg.pinv(np.where(finite[:, None, None], W, 0.0), rcond=SMALLEST) @ right)[:, :, 0]
+    found = (np.linalg.pinv(np.where(finite[:, None, None], W, 0.0), rcond=SMALLEST) @ right)[:, :, 0]
     found[~finite] = np.nan
     return found
 
