@@ -52,9 +52,7 @@ def independent_motors(bound: Bound, rows: Mapping[int, Mapping[int, Scalar]]) -
 
 def _too_many(machine: Machine, motors: int, freedoms: int) -> str:
     determined = "combination of torques is" if freedoms == 1 else "combinations of torques are"
-    return (
-        f"{drive(motors, freedoms)}: only {freedoms} {determined} determined; give sharing, or make the beam elastic"
-    )
+    return f"{drive(motors, freedoms)}: only {freedoms} {determined} determined; give sharing, or make the beam elastic"
 
 
 def drive(motors: int, freedoms: int) -> str:

@@ -43,7 +43,9 @@ def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: P
     alone = assembly.of_loops([loop])
     errors = np.abs(together.numbers(found)[0])
     worst = int(np.argmax(errors))
-    unit, cells = ("m", "lengths b, d and r") if together.equations[worst].row < 3 else ("rad", "angles gamma and alpha")
+    unit, cells = (
+        ("m", "lengths b, d and r") if together.equations[worst].row < 3 else ("rad", "angles gamma and alpha")
+    )
     left = f"{errors[worst]:.2g} {unit} stay open"
     if all(np.max(np.abs(together.numbers(x)[1][worst])) < CLOSED for x in open_positions(machine)):
         return f"no position near start: {left} that no joint of the loop changes: check the {cells} around it"
