@@ -51,7 +51,9 @@ def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: P
         return f"no position near start: {left} that no joint of the loop changes: check the {cells} around it"
     left += f" after {STEPS} steps of Newton's method"
     if k and alone.assembled(start, machine.dependent)[1] < CLOSED:
-        return f"it closes near start, but not together with {_sharing(machine, k)}: {left}"
+        return (
+            f"it closes near start, but not together with {_sharing(machine, k)}: {left}; check the {cells} around them"
+        )
     return f"no position near start: {left}: {_way_out(alone, loop, start, found, cells)}"
 
 
