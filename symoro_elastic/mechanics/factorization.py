@@ -38,6 +38,22 @@ def share_or_one(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
     return 1 if entry is pivot else entry * inverse
 
 
+def by_minimum_degree(order: Sequence[int], A: Rows, is_constant: Callable[[Scalar], bool]) -> tuple[int, ...]:
+    """The rows by minimum degree: each time the next one that meets the fewest others, so that most zeros stay.
+
+    Of several the first whose pivot is constant, so that its inverse is found once, else the first of `order`.
+    """
+    met = {j: {i for i in order if i != j and not is_zero(A[i][j])} for j in order}
+    waiting, found = [*order], list[int]()
+    while waiting:
+        j = min(waiting, key=lambda j: (len(met[j]), not is_constant(A[j][j])))
+        waiting.remove(j)
+        found.append(j)
+        for i in met[j]:
+            met[i] = (met[i] | met[j]) - {i, j}
+    return tuple(found)
+
+
 def factorization(order: Sequence[int], A: Rows, by: Share = share) -> Factorization:
     """Factors of A = L^T D L, rows eliminated in this order; zeros of structure stay. Raises `SingularPivot`."""
     left = {i: {j: A[i][j] for j in order} for i in order}

@@ -51,13 +51,13 @@ def independent_motors(bound: Bound, rows: Mapping[int, Mapping[int, Scalar]]) -
 
 
 def _too_many(machine: Machine, motors: int, freedoms: int) -> str:
-    freedom, determined = "freedoms", "combinations of torques are"
-    if freedoms == 1:
-        freedom, determined = "freedom", "combination of torques is"
-    return (
-        f"{motors} motors drive {freedoms} {freedom}: only {freedoms} {determined} determined; "
-        "give sharing, or make the beam elastic"
-    )
+    determined = "combination of torques is" if freedoms == 1 else "combinations of torques are"
+    return f"{drive(motors, freedoms)}: only {freedoms} {determined} determined; give sharing, or make the beam elastic"
+
+
+def drive(motors: int, freedoms: int) -> str:
+    """How many freedoms motors drive: `2 motors drive 1 freedom`."""
+    return f"{motors} motors drive {freedoms} {'freedom' if freedoms == 1 else 'freedoms'}"
 
 
 def _inertia(bound: Bound) -> dict[int, dict[int, Scalar]]:

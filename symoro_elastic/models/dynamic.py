@@ -7,7 +7,7 @@ from dataclasses import replace
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy, kinetic_energy
-from symoro_elastic.mechanics.factorization import factorization, share, share_or_one
+from symoro_elastic.mechanics.factorization import by_minimum_degree, factorization, share, share_or_one
 from symoro_elastic.mechanics.kinematics import frames, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism, without_loads
 from symoro_elastic.mechanics.spatial import ZERO, RigidInertia, Twist
@@ -30,6 +30,7 @@ from symoro_elastic.models.model import (
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_twists
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
+from symoro_elastic.symbolic.expression import is_constant
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
@@ -49,8 +50,10 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     mechanism = bound.held if bound.base_rule else bound.without_tip_angles
     held = dynamics(mechanism, bound.rates(), bound.held_rules())
     found = coordinate_inertia(bound)
-    by = share_or_one if bound.machine.is_coupled else share
-    factors = factorization(bound.machine.moving[::-1], found.A, by)
+    order, by = bound.machine.moving[::-1], share
+    if bound.machine.is_coupled:
+        order, by = by_minimum_degree(order, found.A, is_constant), share_or_one
+    factors = factorization(order, found.A, by)
     exerted, bias = bound.exerted_forces(), bound.on_independent(held.Gamma)
     right = {j: exerted[j] - bias[j] for j in bound.machine.moving}
     qdd, of_base = solved(bound, factors, found, held, right)

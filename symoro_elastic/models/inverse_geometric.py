@@ -33,7 +33,7 @@ from symoro_elastic.models.modular import SEED
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.expression import Expression, Level, operand
+from symoro_elastic.symbolic.expression import Expression, is_constant, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.operations import COS
 from symoro_elastic.symbolic.program import Section
@@ -208,7 +208,7 @@ def _functions(bound: Bound) -> Functions:
         turn,
         lambda x: sign(bound.graph, x),
         is_zero,
-        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+        is_constant,
     )
 
 

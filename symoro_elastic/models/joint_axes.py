@@ -22,8 +22,8 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 LARGEST = 1e9
 """Of a position that is given, rad or m."""
-STEP, FARTHEST, JUMP = 0.01, 20.0, 0.3
-"""Of the way from the start of a loop whose dependent variables are followed, and what is none, rad or m."""
+FARTHEST = 20.0
+"""Longest way from the start of a loop whose dependent variables are followed, rad or m."""
 Point = tuple[float, float, float]
 
 
@@ -98,19 +98,11 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
 
 
 def _continued(machine: Machine, plan: Plan, target: Mapping[int, float]) -> Position:
-    """The assembled position at independent variables, by small steps from the start, which never change the branch."""
-    found: Position = {**plan.positions[0], **{j: x for j, x in target.items() if j not in machine.in_loops}}
-    ways = {j: x - found[j] for j, x in target.items() if j in machine.in_loops}
-    longest = max(map(abs, ways.values()), default=0.0)
-    if longest > FARTHEST:
+    """The assembled position at independent variables, on the branch of the start."""
+    far = max((abs(x - plan.positions[0][j]) for j, x in target.items() if j in machine.in_loops), default=0.0)
+    found = plan.assembly.moved(plan.positions[0], target) if far < FARTHEST else None
+    if found is None:
         raise _open(machine)
-    steps = math.ceil(longest / STEP)
-    for _ in range(steps):
-        here = {j: found[j] + way / steps for j, way in ways.items()}
-        moved = plan.assembly.moved(found, here, machine.dependent)
-        if moved is None or max(abs(moved[j] - found[j]) for j in machine.dependent) > JUMP:
-            raise _open(machine)
-        found = moved
     return found
 
 

@@ -30,7 +30,7 @@ from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.differentiation import substituted as in_place_of_symbols
-from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.expression import Expression, is_constant
 from symoro_elastic.symbolic.functions import cosine_sine
 
 SEED, ROUNDING = 20264, 1e-12
@@ -128,7 +128,7 @@ class _Growing:
         follows = self.couplings[j].partials
         ratio = self.senses[last] * follows.get(last, 0)
         of_chain = [*(follows.get(v, 0) - ratio * x for v, x in self.slopes.items())]
-        if is_zero(ratio) or not all(_vanishes(self.bound, x) for x in of_chain) or _moves(ratio):
+        if is_zero(ratio) or not all(_vanishes(self.bound, x) for x in of_chain) or not is_constant(ratio):
             return None
         names = {str(self.bound.machine.joint(v).variable): ZERO for v in self.slopes}
         return Stage(j, last, 1, ratio, substituted(self.bound.machine.joint(j).selected, names))
@@ -136,15 +136,11 @@ class _Growing:
 
 def _vanishes(bound: Bound, x: Scalar) -> bool:
     """Whether a coefficient is zero at any values of the parameters."""
-    if is_zero(x) or _moves(x):
+    if is_zero(x) or not is_constant(x):
         return is_zero(x)
     source = random.Random(SEED)
     values = {p.name: source.uniform(0.5, 1.5) for p in bound.machine.parameters}
     return abs(evaluate([x], values, FLOATS)(x)) <= ROUNDING
-
-
-def _moves(x: Scalar) -> bool:
-    return isinstance(x, Expression) and x.level is Level.STATE
 
 
 @dataclass(frozen=True)
@@ -286,7 +282,7 @@ class LoadCoordinates(Bound):
     def _coupling(self, formula: Formula) -> Coupling:
         """A formula of coordinates; what cancels in it is left out where it is linear."""
         found = Coupling(self, formula)
-        if any(map(_moves, found.partials.values())):
+        if not all(map(is_constant, found.partials.values())):
             return found
         at_zero = self.cell(formula, self.named(dict.fromkeys(formula.names & self.machine.variables.keys(), 0)))
         return Linear(self, at_zero, {v: x for v, x in found.partials.items() if not _vanishes(self, x)})

@@ -66,23 +66,10 @@ def _near(machine: Machine, plan: Plan, rng: np.random.Generator) -> Position:
     away = rng.uniform(-1, 1, len(machine.moving)) * _reach(machine, machine.moving)
     for share in SHARES:
         target = {j: start[j] + share * float(x) for j, x in zip(machine.moving, away, strict=True)}
-        found = plan.assembly.moved(start, target, machine.dependent)
-        if found is not None and _sides(machine, plan, found) == _sides(machine, plan, start):
+        found = plan.assembly.moved(start, target)
+        if found is not None:
             return found
     return start
-
-
-def _sides(machine: Machine, plan: Plan, position: Position) -> list[float]:
-    """Signs of the determinants of W_d of the loops: they change where a loop passes its singular position."""
-    _, W = plan.assembly.numbers(position)
-    rows = [(one.loop, one.row) for one in plan.assembly.equations]
-    blocks = [
-        ([rows.index((loop.loop.name, row)) for row in loop.kept], [machine.owners.index(j) for j in loop.dependent])
-        for loop in plan.loops
-    ]
-    joined = [k for own, _ in blocks for k in own], [machine.owners.index(j) for j in machine.dependent]
-    square = [W[np.ix_(own, columns)] for own, columns in (*blocks, joined) if len(own) == len(columns)]
-    return [float(np.sign(np.linalg.det(block))) for block in square]
 
 
 def _reach(machine: Machine, joints: Sequence[int]) -> Array:

@@ -136,7 +136,7 @@ def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: M
             good = np.flatnonzero(_regular(bound, partial(_at_all, value, drawn)))
         if len(good) >= states:
             return {name: block[good[:states]] for name, block in blocks.items()}
-    what = "no random positions at which they close, but the start: their parameters cannot be grouped by numbers"
+    what = "no positions about start at which they close and are not singular: move start to the side that is meant"
     raise bound.machine.error(", ".join(f"loop {loop.name}" for loop in bound.machine.loops) or "joints", what)
 
 

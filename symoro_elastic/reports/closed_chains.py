@@ -9,7 +9,7 @@ from typing import Any
 
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.driving import independent_motors
+from symoro_elastic.models.driving import drive, independent_motors
 from symoro_elastic.models.joint_axes import PlacedMachine
 from symoro_elastic.models.loops.description import DescribedLoop, described_loops, singular_starts
 from symoro_elastic.models.rotors import CHANGE, Rotor, rotors
@@ -56,7 +56,7 @@ def closed_chain_lines(found: ClosedChain) -> Iterator[str]:
             yield f"dependent variables ({argument}): {_variables(machine, machine.dependent)}"
         yield f"motors (tau): {', '.join(joint.name for joint in machine.motor_joints) or 'none'}"
     if found.driven < len(machine.motors):
-        yield f"{len(machine.motors)} motors drive {found.driven} freedoms: {_sharing(machine)}"
+        yield f"{drive(len(machine.motors), found.driven)}: {_sharing(machine)}"
     for loop in found.loops:
         yield from _loop_lines(machine, loop)
     if found.rotors:

@@ -187,6 +187,11 @@ def operand(x: Scalar) -> Operand:
     return constant
 
 
+def is_constant(x: Scalar) -> bool:
+    """Whether a scalar is the same at every state."""
+    return not isinstance(x, Expression) or x.level < Level.STATE
+
+
 def quotient(x: Operand, y: Operand) -> Operand:
     """x/y, exact where both are constants."""
     return x / y if type(x) is Expression else Fraction(x) / y if type(y) is not Expression else x / y

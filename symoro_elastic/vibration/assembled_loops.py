@@ -90,7 +90,7 @@ class AssembledLoops:
         machine = self.bound.machine
         target = dict(zip(machine.moving, q.tolist(), strict=True))
         far = max((abs(x - self._position[j]) for j, x in target.items()), default=0.0)
-        found = self._assembly.moved(self._position, target, machine.dependent) if far < FARTHEST else None
+        found = self._assembly.moved(self._position, target) if far < FARTHEST else None
         if found is None:
             return dict.fromkeys(self.names.values(), np.nan)
         self._position = found
@@ -98,7 +98,8 @@ class AssembledLoops:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        return Assembly(self.bound.machine, Bound, self.parameters)
+        assembly = plan_of(self.bound.machine, Bound).assembly
+        return assembly.at_values({**assembly.values, **self.parameters})
 
     @cached_property
     def _position(self) -> dict[int, float]:

@@ -104,7 +104,7 @@ def positions(plan: Plan, described: Machine, count: int) -> Iterator[Position]:
     reach = {0: 0.5, 1: 0.1}
     for _ in range(count):
         target = {j: start[j] + source.uniform(-1, 1) * reach[described.joint(j).sigma] for j in described.moving}
-        found = plan.assembly.moved(start, target, described.dependent)
+        found = plan.assembly.moved(start, target)
         if found is not None:
             yield found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -73,7 +74,7 @@ REFUSED = {
         changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }")),
         (),
         r"loop diamond: no position near start: 0\.\d+ m stay open after 50 steps of Newton's method: "
-        r"check the lengths b, d and r around it, or give another start",
+        r"the links rod_2 to tip and tip to rod_1 would need 0\.\d+ m more, or give another start",
     ),
     "no position, no start": (
         changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }"), (START, "")),
@@ -222,8 +223,75 @@ def test_a_loop_that_is_closed_twice_is_a_warning(tmp_path: Path) -> None:
 
 
 def test_a_start_where_links_are_stretched_is_a_warning(tmp_path: Path) -> None:
-    text = FOUR_BAR.format(rod=0.65, start="q1 = 0, q2 = 0, q3 = 0", second="").split("\n")
-    done = generated(tmp_path, "\n".join(line for line in text if "_2" not in line))
+    done = generated(tmp_path, four_bar(0.65, "q1 = 0, q2 = 0, q3 = 0"))
     warning = "warning: loop bars: start is within 1e-6 of a singular position: where"
     assert done.code == 0 and warning in done.err
-    assert warning in ended("show", tmp_path / "machine.toml").err
+    assert "; branches meet there: move start to the side that is meant" in done.err
+    said = ended("show", tmp_path / "machine.toml").err
+    assert warning in said and said.endswith("and are not singular: move start to the side that is meant\n")
+
+
+def four_bar(rod: float, start: str, second: str = "") -> str:
+    """A four-bar, its second cut joint left out unless a second loop is given."""
+    lines = FOUR_BAR.format(rod=rod, start=start, second=second).split("\n")
+    return "\n".join(line for line in lines if second or "_2" not in line)
+
+
+@pytest.mark.parametrize(
+    ("rod", "q1", "links"),
+    [(0.05, 1.0, "rod to pin and pin to rocker"), (0.9, 1.0, "pin to rocker and rocker to rod")],
+)
+def test_a_loop_that_cannot_close_says_which_length_it_lacks(rod: float, q1: float, links: str, tmp_path: Path) -> None:
+    base = math.hypot(0.5 - 0.15 * math.cos(q1), 0.15 * math.sin(q1))
+    sides = sorted((base, rod, 0.3))
+    length = f"{sides[2] - sides[1] - sides[0]:.2g}"
+    done = generated(tmp_path, four_bar(rod, f"q1 = {q1}, q2 = -0.6, q3 = 1.6"))
+    assert_refused(
+        tmp_path,
+        done,
+        rf"loop bars: no position near start: .* m stay open after 50 steps of Newton's method: "
+        rf"the links {links} would need {length} m more, or give another start",
+    )
+
+
+def test_a_slider_that_cannot_close_says_which_length_it_lacks(tmp_path: Path) -> None:
+    """The crank of 0.12 m stands at 1/3 rad from the normal of the slide, whose line is 0.03 m off."""
+    off = 0.12 * math.cos(3.0 / 9) + 0.03
+    done = generated(tmp_path, changed("press", ("L = { value = 0.6 }", "L = { value = 0.02 }")))
+    assert_refused(
+        tmp_path,
+        done,
+        rf"loop press: .*: the link \w+ to \w+ would need {off - 0.02:.2g} m more, or give another start",
+    )
+
+
+def test_loops_that_contradict_are_both_named(tmp_path: Path) -> None:
+    """The rod cannot end at two places of the rocker."""
+    start = "q1 = 1.0, q2 = -0.6, q3 = 1.6"
+    second = f'other = {{ cut = "pin_2", meets = "end_2", start = {{ {start} }} }}'
+    text = four_bar(0.45, start, second)
+    text = text.replace("sigma = 2, d = 0.3 },\n]", "sigma = 2, d = 0.35 },\n]")
+    assert_refused(
+        tmp_path,
+        generated(tmp_path, text),
+        r"loop other: it closes near start, but not together with loop bars, whose joints it shares: "
+        r"0\.025 m stay open after 50 steps of Newton's method; check the lengths b, d and r around them",
+    )
+
+
+def test_a_flat_start_is_told_to_move(tmp_path: Path) -> None:
+    """The bars are 1e-4 m from lying on the base: Newton's method cannot leave the line."""
+    assert_refused(
+        tmp_path,
+        generated(tmp_path, four_bar(0.6499, "q1 = 0, q2 = 0, q3 = 0")),
+        r"loop bars: no position near start: 0\.0001 m stay open after 50 steps of Newton's method: "
+        r"start is at a singular position, where branches meet: move it to the side that is meant",
+    )
+
+
+def test_show_says_one_freedom(tmp_path: Path) -> None:
+    text = four_bar(0.45, "q1 = 1.0, q2 = -0.6, q3 = 1.6").replace(
+        'name = "rocker", antecedent = 0, kind = "passive"', 'name = "rocker", antecedent = 0, kind = "motor"'
+    )
+    (tmp_path / "machine.toml").write_text(text.replace("start = {", 'dependent = ["rod", "rocker"], start = {'))
+    assert "2 motors drive 1 freedom:" in ended("show", tmp_path / "machine.toml").out

@@ -221,7 +221,20 @@ def test_positions_that_no_branch_reaches_are_refused() -> None:
     assert "'rod' follows from other variables: give some of qm, q2" in found.err
 
 
+def of_length(pin: str) -> Machine:
+    """The four-bar with bars of a length without value, the rod of `pin` of them."""
+    text = FOUR_BAR.replace("L0 = 3", "L0 = nan").replace("d = 1,", 'd = "L0",').replace("d = 2,", f'd = "{pin}",')
+    return toml.read(
+        text.replace('kind = "fixed",  sigma = 2, d = 2', 'kind = "fixed", sigma = 2, d = "L0"'), "open.toml"
+    )
+
+
 def test_lengths_without_value_leave_dependent_joints_open() -> None:
-    text = FOUR_BAR.replace("L0 = 3", "L0 = nan").replace("d = 1,", 'd = "L0",').replace("d = 2,", 'd = "L0",')
-    found = placed_machine(toml.read(text.replace("d = 2 }", 'd = "L0" }'), "open.toml"), {})
+    found = placed_machine(of_length("1.5*L0"), {})
     assert found.q["crank"] == math.pi and np.isnan([found.q["rod"], found.q["rocker"]]).all()
+
+
+def test_a_parallelogram_needs_no_lengths() -> None:
+    """It starts flat, as its crank points away from the rocker."""
+    found = placed_machine(of_length("L0"), {"crank": 2.0})
+    assert found.q["rod"] == pytest.approx(-2.0, abs=1e-15) and found.q["rocker"] == pytest.approx(2.0, abs=1e-15)

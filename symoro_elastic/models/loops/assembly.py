@@ -1,12 +1,13 @@
-"""Assembled positions of a machine with loops, in numbers: Newton's method and continuation from a start."""
+"""The equations of the loops of a machine in numbers, and positions that fulfil them."""
 
 from __future__ import annotations
 
+import copy
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,15 +24,21 @@ from symoro_elastic.mechanics.loops.closing import (
     closing_error,
 )
 from symoro_elastic.mechanics.spatial import Axis
+from symoro_elastic.models.loops.continuation import CLOSED, LONGEST, continued
 from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
+from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate_nodes, library
 from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
 
 SEED = 20263
-STEPS, CLOSED, LONGEST_STEP, FINEST = 50, 1e-11, 0.5, 64
+STEPS = 50
+ARRAYS: Arithmetic[Any] = Arithmetic(
+    float, library(np, {ATAN2: np.arctan2, PI: lambda: np.pi, COSPI: lambda x: np.cos(np.pi * x)})
+)
+"""Many positions at once."""
 Position = dict[int, float]
 """Values of the own variables by number of their joint, rad or m."""
 Values = Mapping[str, float]
@@ -75,16 +82,54 @@ class Assembly:
     `bind` binds a machine to the equations. Parameters without value are drawn.
     """
 
-    def __init__(self, machine: Machine, bind: Callable[[Machine], Bound], values: Values | None = None) -> None:
+    def __init__(self, machine: Machine, bind: Callable[[Machine], Bound]) -> None:
         self.machine = machine
         self.bound = bind(replace(machine, loops=()))
         self.equations = [equation for loop in machine.loops for equation in equations_of(self.bound, loop)]
-        self.values = self._values() if values is None else dict(values)
+        self.values = self._values()
 
     def _values(self) -> dict[str, float]:
         source = random.Random(SEED)
         drawn = {parameter.name: source.uniform(0.5, 1.5) for parameter in self.machine.parameters}
         return drawn | parameter_values(self.machine)
+
+    def at_values(self, values: Values) -> Assembly:
+        """The same equations at other values of the parameters."""
+        found = copy.copy(self)
+        found.values = dict(values)
+        return found
+
+    def of_loops(self, loops: Sequence[Loop]) -> Assembly:
+        """The equations of some of the loops alone."""
+        found, names = copy.copy(self), {loop.name for loop in loops}
+        found.equations = [one for one in self.equations if one.loop in names]
+        for name in ("_nodes", "blocks"):
+            found.__dict__.pop(name, None)
+        return found
+
+    @cached_property
+    def free(self) -> list[int]:
+        """Columns of the independent variables of loops among `machine.owners`."""
+        return self.columns(self.machine.in_loops.difference(self.machine.dependent))
+
+    @cached_property
+    def unknown(self) -> list[int]:
+        """Columns of the dependent ones."""
+        return self.columns(self.machine.dependent)
+
+    @cached_property
+    def blocks(self) -> list[tuple[list[int], list[int]]]:
+        """Rows and columns of W_d: all of them, and those of each loop."""
+        rows = [one.loop for one in self.equations]
+        own = [
+            ([i for i, name in enumerate(rows) if name == loop.name], self.columns(self.machine.dependent_in(loop)))
+            for loop in self.machine.loops
+        ]
+        return [([*range(len(rows))], self.unknown), *(own if len(own) > 1 else [])]
+
+    def columns(self, joints: Collection[int]) -> list[int]:
+        """Columns of W of some joints."""
+        return [k for k, j in enumerate(self.machine.owners) if j in joints]
 
     @cached_property
     def _nodes(self) -> list[Expression]:
@@ -96,13 +141,23 @@ class Assembly:
 
     def numbers(self, position: Position) -> tuple[Array, Array]:
         """Closing errors, and W over all own variables, in the order of `machine.owners`."""
-        value = evaluate_nodes(self._nodes, self.symbols(position), FLOATS)
+        errors, W = self.at(np.array([[position[j] for j in self.machine.owners]]))
+        return errors[0], W[0]
+
+    def at(self, positions: Array) -> tuple[Array, Array]:
+        """Closing errors (samples, rows), and W (samples, rows, variables), at positions (samples, variables)."""
+        one = len(positions) == 1
+        columns: list[Any] = positions[0].tolist() if one else [*positions.T]
+        variables = self.machine.by_variable(dict(zip(self.machine.owners, columns, strict=True)))
+        with np.errstate(all="ignore"):
+            value = evaluate_nodes(self._nodes, self.values | variables, FLOATS if one else ARRAYS)
         order = {j: k for k, j in enumerate(self.machine.owners)}
-        errors = np.array([float(value(one.error)) for one in self.equations])
-        W = np.zeros((len(self.equations), len(order)))
-        for i, one in enumerate(self.equations):
-            for j, x in one.columns.items():
-                W[i, order[j]] = value(x)
+        errors = np.zeros((len(positions), len(self.equations)))
+        W = np.zeros((*errors.shape, len(order)))
+        for i, equation in enumerate(self.equations):
+            errors[:, i] = value(equation.error)
+            for j, x in equation.columns.items():
+                W[:, i, order[j]] = value(x)
         return errors, W
 
     def start(self) -> Position:
@@ -121,28 +176,20 @@ class Assembly:
             if not np.all(np.isfinite(errors)) or np.max(np.abs(errors), initial=0) < CLOSED / 100:
                 break
             step = -np.linalg.lstsq(W[:, columns], errors, rcond=1e-9)[0]
-            step *= min(1.0, LONGEST_STEP / max(np.max(np.abs(step), initial=0), 1e-300))
+            step *= min(1.0, LONGEST / max(np.max(np.abs(step), initial=0), 1e-300))
             for k, change in zip(columns, step, strict=True):
                 found[self.machine.owners[k]] += float(change)
         return found, float(np.max(np.abs(self.numbers(found)[0]), initial=0))
 
-    def moved(self, position: Position, target: Mapping[int, float], dependent: Sequence[int]) -> Position | None:
-        """An assembled position at other independent variables, reached by continuation; None where it ends.
+    def moved(self, position: Position, target: Mapping[int, float]) -> Position | None:
+        """An assembled position at other independent variables, on the branch of this one; None where that ends."""
+        (found,) = self.followed(position, np.array([[{**position, **target}[j] for j in self.machine.moving]]))
+        return None if np.isnan(found).any() else dict(zip(self.machine.owners, found.tolist(), strict=True))
 
-        Steps are halved where dependent variables go far in one, which is near a singular position, or a jump.
-        """
-        free = [j for j in target if j not in dependent]
-        longest = max((abs(target[j] - position[j]) for j in free), default=0.0)
-        step, done, found = 1 / max(1, int(np.ceil(longest / 0.1))), 0.0, position
-        least = step / FINEST
-        while done < 1:
-            ahead = min(1.0, done + step)
-            here = {j: position[j] + (target[j] - position[j]) * ahead for j in free}
-            near, error = self.assembled({**found, **here}, dependent)
-            if error < CLOSED and all(abs(near[j] - found[j]) < LONGEST_STEP for j in dependent):
-                found, done = near, ahead
-            elif step > least:
-                step /= 2
-            else:
-                return None
-        return found
+    def followed(self, position: Position, q: Array) -> Array:
+        """All own variables (samples, variables) at q (samples, n), on the branch of a position; NaN where it ends."""
+        wanted = np.tile([position[j] for j in self.machine.owners], (len(q), 1))
+        wanted[:, self.columns(self.machine.moving)] = q
+        start = wanted.copy()
+        start[:, self.free] = [position[self.machine.owners[k]] for k in self.free]
+        return continued(self, start, wanted[:, self.free])

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm
@@ -12,10 +15,11 @@ from symoro_elastic.mechanics.loops.circuit import Circuit, circuit
 from symoro_elastic.mechanics.loops.in_space import closed_in_space
 from symoro_elastic.mechanics.loops.parallelogram import parallelogram
 from symoro_elastic.mechanics.loops.planar import Closed, Complex, closed
-from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint
+from symoro_elastic.mechanics.spatial import Axis
+from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint, loop_branches
 from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
-from symoro_elastic.symbolic.expression import Expression, Level
+from symoro_elastic.symbolic.expression import Expression, is_constant
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 if TYPE_CHECKING:
@@ -23,6 +27,8 @@ if TYPE_CHECKING:
 
 Angles = dict[int, Scalar]
 AGREEING = 1e-7
+PARALLEL = 1e-12
+"""Cosine or sine of the angle between axes that are at right angles, or parallel."""
 
 
 def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
@@ -48,6 +54,26 @@ def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection
     return None if found is None else {j: x for j, x in found.items() if j}
 
 
+def is_planar(assembly: Assembly, loop: Loop) -> bool:
+    """Whether all turns of a loop are about one direction, and all its slides across it, in any position."""
+    seen = loop_branches(assembly.bound, loop)
+    axes = [(link.axis, seen.seen.frames[k].z) for k, link in seen.mechanism.from_base() if link.axis is not Axis.NONE]
+    if seen.cut.axis is not Axis.NONE:
+        axes.append((seen.cut.axis, seen.seen.frames[seen.number[seen.cut.m]].z))
+    source = random.Random(SEED)
+    anywhere = assembly.symbols({j: source.uniform(-3, 3) for j in assembly.machine.owners})
+    value = evaluate([x for _, z in axes for x in z], anywhere, FLOATS)
+    numbers = [(axis, np.array([value(x) for x in z])) for axis, z in axes]
+    turning = [z for axis, z in numbers if axis is Axis.REVOLUTE]
+    if not turning:
+        return False
+    normal = turning[0]
+    return all(
+        np.linalg.norm(np.cross(normal, z)) < PARALLEL if axis is Axis.REVOLUTE else abs(normal @ z) < PARALLEL
+        for axis, z in numbers
+    )
+
+
 def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[int, int]) -> Closed:
     """The unknown joints of a planar loop on one of its branches."""
     return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
@@ -56,17 +82,18 @@ def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[in
 def in_space(
     bound: Bound, loop: Loop, dependent: Sequence[int], assembly: Assembly, positions: Sequence[Position]
 ) -> Closed | None:
-    """The unknown joints of a loop by inverse geometry, on the branch of assembled positions; None where there is none.
+    """The unknown joints of a loop by inverse geometry, on the branch of assembled positions.
 
-    Which solution that is depends on which parameters are numbers, so it is looked for each time.
+    None where there is none, or two, which meet at these positions. Which solution it is depends on which parameters
+    are numbers, so it is looked for each time.
     """
     at_point = loop.closes is Closing.POINT
     try:
         solutions = closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
     except (NoClosedForm, ZeroDivisionError):  # an angle of no point is not determined
         return None
-    found = (one for one in solutions if agreeing(bound, assembly, dependent, one, positions) == [*dependent])
-    return next(found, None)
+    found = [one for one in solutions if agreeing(bound, assembly, dependent, one, positions) == [*dependent]]
+    return found[0] if len(found) == 1 else None
 
 
 def agreeing(
@@ -93,7 +120,7 @@ def _functions(bound: Bound) -> Functions:
         turn,
         lambda _: 1,
         is_zero,
-        lambda x: not isinstance(x, Expression) or x.level < Level.STATE,
+        is_constant,
     )
 
 

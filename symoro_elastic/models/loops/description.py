@@ -56,7 +56,8 @@ def described_loops(machine: Machine) -> list[DescribedLoop]:
 def singular_starts(loops: Iterable[DescribedLoop]) -> list[str]:
     """A warning for each loop that starts next to a singular position."""
     near = (loop for loop in loops if loop.is_near_singular)
-    return [f"loop {x.plan.loop.name}: start is within 1e-6 of a singular position: {x.singular}" for x in near]
+    what = "start is within 1e-6 of a singular position: {}; branches meet there: move start to the side that is meant"
+    return [f"loop {x.plan.loop.name}: {what.format(x.singular)}" for x in near]
 
 
 def _described(machine: Machine, plan: Plan, one: LoopPlan) -> DescribedLoop:

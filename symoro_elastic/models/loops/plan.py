@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.loops.circuit import Passed
 from symoro_elastic.mechanics.loops.closing import POINT
+from symoro_elastic.mechanics.loops.planar import Closed
 from symoro_elastic.mechanics.spatial import Axis
-from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, loop_branches
-from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, loop_circuit, mapped, planar
+from symoro_elastic.models.loops.assembly import Assembly, Position
+from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, is_planar, loop_circuit, mapped, planar
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
 from symoro_elastic.models.loops.start import assembled_start, positions_near
 from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
@@ -26,10 +24,6 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 if TYPE_CHECKING:
     from symoro_elastic.models.bind import Bound
-
-PARALLEL = 1e-12
-"""Cosine or sine of the angle between axes that are at right angles, or parallel."""
-
 
 IN_PLANE = 0, 1, 5
 """Rows of the equations of a triangle in axes whose z is its normal."""
@@ -166,7 +160,7 @@ def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position],
         return replace(one, form=Form.MAP)
     unknown = loop_circuit(bound, one.loop, one.dependent).unknown
     turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
-    if len(unknown) == 1 or (len(unknown) == 3 and turns and _is_planar(bound, one, assembly)):
+    if len(unknown) == 1 or (len(unknown) == 3 and turns and is_planar(assembly, one.loop)):
         return _with_signs(assembly, one, unknown, positions)
     if not {*other}.isdisjoint(bound.machine.around(one.loop)):
         return one
@@ -192,35 +186,20 @@ def _with_signs(
 def _signs(
     assembly: Assembly, one: LoopPlan, unknown: Sequence[int], positions: Sequence[Position]
 ) -> dict[int, int] | None:
-    """Signs of the root with which the closed form gives the assembled positions; None where there are none."""
+    """Signs of the root with which the closed form gives the assembled positions.
 
-    def closed_by(signs: Mapping[int, int]) -> list[int]:
+    None where there are none, and where both give them: at a flat triangle, which tells no branch.
+    """
+
+    def closed_by(signs: Mapping[int, int]) -> tuple[Closed, list[int]]:
         found = planar(assembly.bound, one.loop, one.dependent, signs)
-        return agreeing(assembly.bound, assembly, one.dependent, found, positions)
+        return found, agreeing(assembly.bound, assembly, one.dependent, found, positions)
 
     by_sign = {sign: closed_by(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
-    for sign, joints in by_sign.items():
-        if len(joints) == len(one.dependent):
-            return dict.fromkeys(unknown, sign)
-    mixed = {j: -1 if j in by_sign[-1] else 1 for j in unknown}
-    return mixed if len(closed_by(mixed)) == len(one.dependent) else None
-
-
-def _is_planar(bound: Bound, one: LoopPlan, assembly: Assembly) -> bool:
-    """Whether all turns of a loop are about one direction, and all its slides across it, in any position."""
-    seen = loop_branches(bound, one.loop)
-    axes = [(link.axis, seen.seen.frames[k].z) for k, link in seen.mechanism.from_base() if link.axis is not Axis.NONE]
-    if seen.cut.axis is not Axis.NONE:
-        axes.append((seen.cut.axis, seen.seen.frames[seen.number[seen.cut.m]].z))
-    source = random.Random(SEED)
-    anywhere = assembly.symbols({j: source.uniform(-3, 3) for j in bound.machine.owners})
-    value = evaluate([x for _, z in axes for x in z], anywhere, FLOATS)
-    numbers = [(axis, np.array([value(x) for x in z])) for axis, z in axes]
-    turning = [z for axis, z in numbers if axis is Axis.REVOLUTE]
-    if not turning:
-        return False
-    normal = turning[0]
-    return all(
-        np.linalg.norm(np.cross(normal, z)) < PARALLEL if axis is Axis.REVOLUTE else abs(normal @ z) < PARALLEL
-        for axis, z in numbers
-    )
+    whole = [sign for sign, (_, joints) in by_sign.items() if len(joints) == len(one.dependent)]
+    if whole:
+        (plus, _), (minus, _) = by_sign.values()
+        is_told = len(whole) == 1 or (plus.turns, plus.slides) == (minus.turns, minus.slides)
+        return dict.fromkeys(unknown, whole[0]) if is_told else None
+    mixed = {j: -1 if j in by_sign[-1][1] else 1 for j in unknown}
+    return mixed if len(closed_by(mixed)[1]) == len(one.dependent) else None

@@ -6,21 +6,20 @@ import math
 import random
 from collections.abc import Collection, Mapping, Sequence
 
-import numpy as np
-
-from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position
-from symoro_elastic.models.loops.closed_forms import Angles, mapped
+from symoro_elastic.models.loops.assembly import SEED, Assembly, Position
+from symoro_elastic.models.loops.closed_forms import Angles, agrees, mapped
+from symoro_elastic.models.loops.continuation import CLOSED
 from symoro_elastic.models.loops.independent_rows import (
     independent,
     independent_rows,
     refuse_singular,
     refuse_wrong_number,
 )
+from symoro_elastic.models.loops.open_loops import not_closed, open_positions
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
-SAMPLES, DRAWS, REACH, GUESSES = 4, 40, 0.3, 12
+SAMPLES, DRAWS, REACH, GUESSES = 4, 16, 0.3, 12
 ROUGH = 0.2
 """How far a start may be off, rad or m."""
 
@@ -40,24 +39,8 @@ def assembled_start(machine: Machine, assembly: Assembly) -> Position:
         error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.moving) else math.inf
     if not error < CLOSED:
         _refuse_singular_anywhere(machine, assembly)
-        _refuse_open(machine, assembly, rough)
+        raise not_closed(machine, assembly, rough)
     return found
-
-
-def _refuse_open(machine: Machine, assembly: Assembly, rough: Position) -> None:
-    """Raise `InputError` for the loop that is open most: by how much, and what to check."""
-    found, _ = assembly.assembled(rough, machine.dependent)
-    errors, _ = assembly.numbers(found)
-    row = int(np.argmax(np.abs(errors)))
-    worst = assembly.equations[row]
-    unit, cells = ("m", "lengths b, d and r") if worst.row < 3 else ("rad", "angles gamma and alpha")
-    what = f"no position near start: {abs(errors[row]):.2g} {unit} stay open"
-    if all(np.max(np.abs(W[row])) < CLOSED for W in _anywhere(machine, assembly)):
-        what += f" that no joint of the loop changes: check the {cells} around it"
-        raise machine.error(f"loop {worst.loop}", what)
-    started = any(loop.start for loop in machine.loops if loop.name == worst.loop)
-    check = f"check the {cells} around it, or give another start" if started else "write start = { ... }"
-    raise machine.error(f"loop {worst.loop}", f"{what} after {STEPS} steps of Newton's method: {check}")
 
 
 def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
@@ -65,34 +48,45 @@ def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
 
     Where loops close the rank of W is at most what it is elsewhere.
     """
-    columns = independent([W.T for W in _anywhere(machine, assembly)])
+    positions = open_positions(machine)
+    columns = independent([assembly.numbers(position)[1].T for position in positions])
     if len(columns) >= len(machine.dependent):
-        refuse_singular(machine, assembly, range(len(assembly.equations)), _open_positions(machine))
-
-
-def _anywhere(machine: Machine, assembly: Assembly) -> list[Array]:
-    """W at some positions, the loops open."""
-    return [assembly.numbers(position)[1] for position in _open_positions(machine)]
-
-
-def _open_positions(machine: Machine) -> list[Position]:
-    source = random.Random(SEED)
-    return [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
+        refuse_singular(machine, assembly, range(len(assembly.equations)), positions)
 
 
 def positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:
-    """Other assembled positions near the start, by continuation."""
-    source, found = random.Random(SEED), []
-    position = start
+    """Other assembled positions on the branch of the start, nearer to it where others are not reached.
+
+    A parallelogram that holds at the start holds at each of them: where it is flat another branch begins.
+    """
+    source, found, reach = random.Random(SEED), list[Position](), REACH
+    holding = [x for x in _parallelograms(machine, assembly).values() if _hold(assembly, x, start)]
+    mapped_joints = {j for angles in holding for j in angles}
     for _ in range(DRAWS):
-        target = {j: start[j] + source.uniform(-REACH, REACH) for j in machine.moving}
-        moved = assembly.moved(position, target, machine.dependent)
-        if moved is not None:
-            found.append(moved)
-            position = moved
+        target = {j: start[j] + source.uniform(-reach, reach) for j in machine.moving}
+        if mapped_joints.issuperset(machine.dependent):
+            found.append(_mapped(assembly, holding, start | target))
+        elif moved := assembly.moved(start, target):
+            found += [moved] if all(_hold(assembly, x, moved) for x in holding) else []
+        else:
+            reach /= 2
         if len(found) == SAMPLES:
             break
     return found
+
+
+def _hold(assembly: Assembly, angles: Angles, position: Position) -> bool:
+    """Whether a loop is a parallelogram at a position, not crossed."""
+    return all(agrees(assembly.bound, assembly, j, x, [position]) for j, x in angles.items())
+
+
+def _mapped(assembly: Assembly, parallelograms: Sequence[Angles], position: Position) -> Position:
+    """A position with the dependent joints of parallelograms where their angles are, those first that others need."""
+    for angles in parallelograms:
+        offsets = {j: assembly.bound.offset(j) for j in angles}
+        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
+        position = position | {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+    return position
 
 
 def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, parallelograms: Collection[str]) -> None:
@@ -139,9 +133,7 @@ def _mapped_start(machine: Machine, assembly: Assembly, parallelograms: Mapping[
             continue
         if len(unstarted) == len(machine.loops):
             position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.moving) if not position[j]}
-        offsets = {j: assembly.bound.offset(j) for j in angles}
-        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
-        position |= {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+        position = _mapped(assembly, [angles], position)
     return position
 
 
