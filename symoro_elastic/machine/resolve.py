@@ -12,8 +12,9 @@ from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import refuse_locking
-from symoro_elastic.machine.scene import BASE, STEPS, Asked, Offer, Parts, Scene
+from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
 from symoro_elastic.machine.static_springs import Positions, without_spring
+from symoro_elastic.quantities.time_steps import TimeStep
 
 Position = TypeVar("Position", bound=Formula | None)
 Models = Mapping[str, Offer]
@@ -44,7 +45,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     _check_locked(locked, machine, source)
     _check_static(static, locked, machine, source)
     for name in scene.steps:
-        _known(name, STEPS, "time step", source, "steps")
+        _known(name, list(TimeStep), "time step", source, "steps")
         if scene.steps.count(name) > 1:
             raise InputError(source, "scene, steps", f"{name} is named twice: keep one")
     return replace(scene, outputs=outputs, locked=locked, static=static, source=source)

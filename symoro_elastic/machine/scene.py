@@ -14,8 +14,6 @@ BASE = "base"
 SEEN_FROM = " in "
 AT = " at "
 BY = " by "
-STEPS = ("w2", "w3", "rk4", "rodas4", "midpoint")
-"""Time steps that can be generated."""
 
 Point = tuple[Formula, Formula, Formula]
 
@@ -56,7 +54,7 @@ class Scene:
     None where they are held at their neutral position; `condense` makes one of springs in series with massless bodies
     between; `fold` lists parameters that become constants, or is `ALL`. `merge_angles` is the largest angle, rad, up to
     which sums of angles may stand for products of sines and cosines.
-    `steps` are time steps beside the models, of `STEPS`.
+    `steps` are time steps beside the models, of `TimeStep`.
     `source` is the file that the request stands in, where it has one of its own.
     """
 

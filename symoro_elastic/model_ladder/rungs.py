@@ -31,6 +31,7 @@ from symoro_elastic.model_ladder.resolution import resolved_path
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
@@ -236,8 +237,8 @@ class _Climb:
         """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
         reference = self.references[self._worst(rung)]
         names, fine = tuple(self.tolerance), self._fine(reference)
-        whole, _ = self._observed(Rung((), False, {}), reference, "w3", fine)
-        outputs, _ = self._observed(rung, reference, "w3", fine)
+        whole, _ = self._observed(Rung((), False, {}), reference, TimeStep.W3, fine)
+        outputs, _ = self._observed(rung, reference, TimeStep.W3, fine)
         model = np.abs(outputs - whole).max(axis=0)
         steps, seconds = (
             self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
@@ -264,7 +265,7 @@ class _Climb:
         """Return steps that take little of the tolerance, the same for all rungs of a motion."""
         simulating = self.reduced(Rung((), False, {}), reference)
         limits = {name: FINE * limit for name, limit in self.tolerance.items()}
-        return enough_steps(simulating, METHODS["w3"], limits, 1.0)[0]
+        return enough_steps(simulating, METHODS[TimeStep.W3], limits, 1.0)[0]
 
     def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
         reduced = self._reduced_reference(rung, reference)

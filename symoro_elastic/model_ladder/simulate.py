@@ -26,6 +26,7 @@ from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
@@ -45,7 +46,7 @@ MARGIN, MOST_AT_ONCE = 1.1, 16.0
 WHOLE = 1e-9
 """Of a number of steps: rounding of times."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
-CANDIDATES = ("rk4", "w2", "w3")
+CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3)
 SLOW = 1e-6
 """Seconds that a step takes about, to say how long many of them would."""
 

@@ -28,8 +28,9 @@ from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.machine import Floating, Kind, Machine
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.traced import traced
 from tests.benchmarks.instructions import available, counted
 from tests.closed_chains.machines import machine as of_loops
@@ -42,7 +43,7 @@ STRICT = ("-O0", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 STATES, H = 19, 1e-4
 """More states than a batch takes side by side, and no multiple of it."""
 CASES = {
-    "random": STEPS,
+    "random": tuple(TimeStep),
     "planar": ("w3",),
     "ring": ("w2",),
     "delta": ("w2", "rk4"),
@@ -295,4 +296,4 @@ def test_steps_are_known_and_differ(names: tuple[str, ...], says: str) -> None:
 
 
 def test_every_method_is_offered() -> None:
-    assert {*STEPS} == {*METHODS}
+    assert {*TimeStep} == {*METHODS}

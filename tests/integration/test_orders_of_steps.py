@@ -21,8 +21,9 @@ from symoro_elastic.integration.methods import METHODS, times_of
 from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
-from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine as of_loops
 from tests.closed_chains.machines import situations
@@ -34,7 +35,7 @@ DURATION = 0.08
 TOLERANCE = 1e-12
 VARIANTS = ("", "_servo", "_driven")
 CASES = [
-    *(("arm", name, variant) for name in STEPS for variant in VARIANTS),
+    *(("arm", name, variant) for name in TimeStep for variant in VARIANTS),
     *(("ring", name, "") for name in ("w3", "rodas4", "midpoint")),
 ]
 
@@ -56,7 +57,9 @@ def machine(name: str) -> Machine:
 
 @cache
 def generated(name: str) -> tuple[Package, ModuleType]:
-    package = traced(machine(name), Scene(models=("direct_dynamics", "inverse_dynamics"), steps=STEPS)).package
+    package = traced(
+        machine(name), Scene(models=("direct_dynamics", "inverse_dynamics"), steps=tuple(TimeStep))
+    ).package
     with TemporaryDirectory() as folder:
         return package, import_package(render_numpy(package), Path(folder) / "numpy")
 

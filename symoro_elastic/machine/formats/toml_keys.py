@@ -12,7 +12,8 @@ from symoro_elastic.machine.formats.motion_keys import MOTIONS, OF_MOTION, WANTE
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
-from symoro_elastic.machine.scene import ALL, STEPS
+from symoro_elastic.machine.scene import ALL
+from symoro_elastic.quantities.time_steps import TimeStep
 
 
 def key_of(column: Column) -> Key:
@@ -254,7 +255,7 @@ SCENE = Section(
             otherwise="none",
         ),
         Key(
-            *("steps", some_of(STEPS), f"time steps beside the models: {', '.join(STEPS)}"),
+            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"),
             '["w3"]',
             default=(),
             otherwise="none",
