@@ -13,7 +13,7 @@ from symoro_elastic.codegen.c_step_calls import StepCalls
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import Literals, MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import RATES, Literals, MethodText, Terms, Variant, method_text
 from symoro_elastic.integration.methods import METHODS
 
 LANES = 16
@@ -115,9 +115,9 @@ class CSteps:
         """Rows for the nodes, gains, and the rate of the torques."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
         for name in variant.of_nodes:
-            rows = len(method.nodes) * torques
+            rows = len(method.nodes_of(variant)) * torques
             yield Array(state, name, str(rows), rows)
-        for name in (*variant.of_step, *(("taud",) if method.kind == "rosenbrock" else ())):
+        for name in (*variant.of_step, *((variant.of_rate,) if method.kind == "rosenbrock" else ())):
             yield Array(state, name, motors, torques)
 
     def _written(self, with_error: bool) -> Iterator[Array]:
@@ -158,6 +158,7 @@ class CSteps:
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
             "sizes": {suffix: f.results[0].entries for suffix, f in factors.items() if f},
             "zero": literal.number(Fraction(0)),
+            "one": literal.number(Fraction(1)),
             "half": literal.number(Fraction(1, 2)),
             "constants": self.constants,
             "preparing": self.call.preparing(),
@@ -179,9 +180,9 @@ class CSteps:
         name = f"static void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
-    def _last_row(self, method: MethodText) -> str:
+    def _last_row(self, method: MethodText, variant: Variant) -> str:
         """The place of the row of the last node."""
-        offset = (len(method.nodes) - 1) * len(self.package.motor_names)
+        offset = (len(method.nodes_of(variant)) - 1) * len(self.package.motor_names)
         return f"{offset}U{'*count' if self.many else ''} + " if offset else ""
 
 
@@ -196,9 +197,9 @@ def sum_of(terms: Terms, array: str) -> str:
 
 def _comment(method: MethodText, variant: Variant, with_error: bool) -> Iterator[str]:
     yield f"One step h [s] of the {method.title}{variant.words}."
-    yield f"{', '.join(variant.of_nodes)}: a row for each of the times {', '.join(method.times)}"
+    yield f"{', '.join(variant.of_nodes)}: a row for each of the times {', '.join(method.times(variant))}"
     if method.kind == "rosenbrock":
-        yield "taud: derivative of the torques by time at t, that of kp r + kd rd with it"
+        yield f"{variant.of_rate}: {RATES[variant.of_rate]}"
     yield "q, qd: the state, at t when called, at t + h then"
     if with_error:
         yield "-> error: difference of q, then of qd, from the embedded method"

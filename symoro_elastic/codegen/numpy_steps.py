@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from symoro_elastic.codegen.c_lines import with_arguments
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.time_steps import MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import RATES, MethodText, Terms, Variant, method_text
 from symoro_elastic.integration.methods import METHODS
 
 
@@ -63,7 +63,7 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
-    of_rate = ("taud",) if method.kind == "rosenbrock" else ()
+    of_rate = (variant.of_rate,) if method.kind == "rosenbrock" else ()
     arrays = [*variant.of_nodes, *variant.of_step, *of_rate]
     dependent = ["q_dep"] if package.takes_dependent else []
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
@@ -83,19 +83,19 @@ NEEDS = {
     "explicit": "rate",
     "w": "rate, factors, solve",
     "midpoint": "rate, factors, solve",
-    "rosenbrock": "rate, linear, _steps.on_motors(taud, MOTORS, len(JOINTS))",
+    "rosenbrock": "rate, linear",
 }
 """The functions that a step of each kind of method calls."""
 
 
 def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
     motors = len(package.motor_names)
-    rows = ", ".join(variant.of_nodes)
-    yield f"{rows} (..., {len(method.nodes)}, {motors}): a row for each of the times {', '.join(method.times)}."
+    rows, times = ", ".join(variant.of_nodes), ", ".join(method.times(variant))
+    yield f"{rows} (..., {len(method.nodes_of(variant))}, {motors}): a row for each of the times {times}."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":
-        yield f"taud ({motors}): derivative by time of the torques at t, that of kp r + kd rd with it."
+        yield f"{variant.of_rate} ({motors}): {RATES[variant.of_rate]}."
     dependent = ", q_dep" if package.takes_dependent else ""
     error = "; difference of q, then of qd, from the embedded method" if with_error else ""
     yield f"-> q, qd{dependent} at t + h{error}"

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.integration.methods import Method, times_of
+from symoro_elastic.integration.methods import Method, nodes_of, times_of
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Coefficients, Tableau
@@ -20,12 +20,16 @@ Terms = tuple[tuple[str, int], ...]
 
 @dataclass(frozen=True)
 class Variant:
-    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words."""
+    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words.
+
+    `of_rate` is what methods with exact derivatives take beside: what changes by time at t.
+    """
 
     suffix: str
     of_nodes: tuple[str, ...]
     of_step: tuple[str, ...] = ()
     words: str = ""
+    of_rate: str = "taud"
 
     @property
     def right_side(self) -> str:
@@ -35,7 +39,12 @@ class Variant:
 
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
-DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd")
+DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", "yddd")
+RATES = {
+    "taud": "derivative by time of the torques at t, that of kp r + kd rd with it",
+    "yddd": "derivative of ydd by time at t",
+}
+"""Meaning of what changes by time."""
 
 
 @dataclass(frozen=True)
@@ -52,50 +61,57 @@ class Stage:
 
 @dataclass(frozen=True)
 class MethodText:
-    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error."""
+    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
+
+    `end` is the node at t + h of motors that are driven, where stages have none.
+    """
 
     name: str
     title: str
     kind: str
     gamma: str
     nodes: tuple[str, ...]
+    end: tuple[str, ...]
     stages: tuple[Stage, ...]
     b: Terms
     error: Terms
     iterations: int
     variants: tuple[Variant, ...]
 
-    @property
-    def times(self) -> tuple[str, ...]:
-        """The times of the nodes in words."""
-        return tuple(map(_in_words, self.nodes))
+    def nodes_of(self, variant: Variant) -> tuple[str, ...]:
+        """The nodes at which a variant is given the motors."""
+        return (*self.nodes, *self.end) if variant is DRIVEN else self.nodes
+
+    def times(self, variant: Variant) -> tuple[str, ...]:
+        """Their times in words."""
+        return tuple(map(_in_words, self.nodes_of(variant)))
 
 
 def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
     """Return a method with its coefficients as literals of a precision."""
     literal = Literals(precision)
     times = times_of(method)
-    nodes = tuple(dict.fromkeys(times))
+    nodes = nodes_of(method)
     return MethodText(
         name=method.name,
         title=method.title,
         kind=_kind(method),
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
         nodes=tuple(map(literal.number, nodes)),
+        end=tuple(map(literal.number, nodes_of(method, driven=True)[len(nodes) :])),
         stages=_stages(method, times, nodes, literal),
         b=literal.terms(_weights(method)),
         error=literal.terms(_error_weights(method)),
         iterations=method.iterations if isinstance(method, Midpoint) else 0,
-        variants=variants(method, package),
+        variants=variants(package),
     )
 
 
-def variants(method: Method, package: Package) -> tuple[Variant, ...]:
+def variants(package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
     if not package.motors or not package.has_motors_in_q:
         return (TORQUE,)
-    follows = len(package.motors) < len(package.axes) and not isinstance(method, Rosenbrock | Midpoint)
-    return (TORQUE, SERVO, DRIVEN) if follows else (TORQUE, SERVO)
+    return (TORQUE, SERVO, DRIVEN) if len(package.motors) < len(package.axes) else (TORQUE, SERVO)
 
 
 class Literals:

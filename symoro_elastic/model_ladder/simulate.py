@@ -14,7 +14,6 @@ import numpy as np
 from symoro_elastic.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
-from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.machine import Machine
@@ -46,7 +45,7 @@ MARGIN, MOST_AT_ONCE = 1.1, 16.0
 WHOLE = 1e-9
 """Of a number of steps: rounding of times."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
-CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3)
+CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3, TimeStep.RODAS4)
 SLOW = 1e-6
 """Seconds that a step takes about, to say how long many of them would."""
 
@@ -165,8 +164,8 @@ class Simulating:
         return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
 
     def candidates(self) -> list[str]:
-        """Return the methods to choose from: those with exact derivatives need servos."""
-        return list(CANDIDATES if self.reference.servo is None else (*CANDIDATES, RODAS4.name))
+        """Return the methods to choose from."""
+        return list(CANDIDATES)
 
     def error(self, key: str, what: str) -> InputError:
         """Return the error to raise about one key or option."""

@@ -17,10 +17,7 @@ from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS, times_of
-from symoro_elastic.integration.midpoint import Midpoint
-from symoro_elastic.integration.rosenbrock import Rosenbrock
+from symoro_elastic.integration.methods import METHODS, nodes_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.numerics.closed_positions import Followed
@@ -141,9 +138,6 @@ def refuse_motors(reference: Reference, method: str) -> None:
     if reference.frames:
         what = "even steps take no forces on frames: use simulate --adaptive, or leave them out"
         raise reference.prescribed.error("forces", what)
-    if reference.servo is None and isinstance(METHODS[method], Rosenbrock | Midpoint):
-        what = f"{method} needs servos, and motors follow exactly here: take w3, or give every motor a servo"
-        raise InputError(reference.machine.label, "--method", what)
 
 
 def refuse_still(reference: Reference) -> None:
@@ -165,10 +159,10 @@ def prescribed(reference: Reference, steps: int) -> Trajectory:
 
 def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
     """Return what a step is given of the motors, a row for each node of each step."""
-    nodes = np.array([float(x) for x in dict.fromkeys(times_of(METHODS[method]))], dtype=float)
+    nodes = np.array(nodes_of(METHODS[method], driven=reference.servo is None), dtype=float)
     y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at((begins[:, None] + h * nodes).ravel()))
     if reference.servo is None:
-        return {"y": y, "yd": yd, "ydd": ydd}
+        return {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
     tau = reference.start.tau[list(reference.machine.motor_entries)]
     _, rate, change = reference.at(begins)

@@ -54,13 +54,23 @@ class Reference:
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Return y, yd, ydd (N, m) of the variables of the motors at times (N,)."""
+        y, yd, ydd, _ = self._motions(t)
+        return y, yd, ydd
+
+    def jerks(self, t: Array) -> Array:
+        """Return yddd (N, m) at times (N,)."""
+        _, _, _, yddd = self._motions(t)
+        return yddd
+
+    def _motions(self, t: Array) -> tuple[Array, Array, Array, Array]:
+        """Return y, yd, ydd, yddd (N, m) at times (N,)."""
         t = np.asarray(t, dtype=float)
-        motion = np.zeros((3, len(t), len(self.motors)))
+        motion = np.zeros((4, len(t), len(self.motors)))
         motion[0] = self.start.q[list(self.machine.motor_entries)] if self.record is None else 0.0
         for column, motor in enumerate(self.motors):
             motion[:, :, column] += self._moved(motor, t)
-        y, yd, ydd = motion
-        return y, yd, ydd
+        y, yd, ydd, yddd = motion
+        return y, yd, ydd, yddd
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,): motors on their motion, other joints where they start."""
@@ -71,12 +81,12 @@ class Reference:
         return q, v, a
 
     def _moved(self, motor: str, t: Array) -> Array:
-        """Return the sum of the motions of a motor, (3, N)."""
+        """Return the sum of the motions of a motor, (4, N)."""
         given = self.prescribed
         parts = [x.by * risen(t, x.begins, x.lasts) for x in given.moves if x.motor == motor]
         parts += [wobble(t, x.amplitude, x.frequency, given.duration) for x in given.wobbles if x.motor == motor]
         parts += [self.record(motor, t)] if self.record else []
-        return np.sum(parts, axis=0) if parts else np.zeros((3, len(t)))
+        return np.sum(parts, axis=0) if parts else np.zeros((4, len(t)))
 
     def forces_at(self, t: Array) -> Array:
         """Return the wrenches (N, forces, 6) on `frames`, in axes of frame 0, forces first, at times (N,)."""

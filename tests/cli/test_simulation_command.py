@@ -190,8 +190,6 @@ def test_adapted_steps_take_forces() -> None:
         ),
         (MOTION.replace("0.25", "1e9"), (), "steps, some"),
         (MOTION, ("--method", "rk5"), "--method: there is no 'rk5': choose from w3, w2, rk4, rodas4, midpoint"),
-        (MOTION, ("--method", "rodas4"), "rodas4 needs servos, and motors follow exactly here: take w3"),
-        (MOTION, ("--method", "midpoint", "--step", "1e-3"), "midpoint needs servos"),
         (
             MOTION + WANTED + "period = 3e-3",
             (),

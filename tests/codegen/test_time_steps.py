@@ -106,7 +106,9 @@ def given(step: StepText, package: Package, q: Array) -> dict[str, Array]:
     rng = np.random.default_rng(2)
     found = {array.name: rng.normal(size=(STATES, array.entries)) for array in step.read}
     if "y" in found:
-        found["y"] = np.tile(q[:, list(package.motors)], (1, len(step.method.nodes))) + 1e-3 * found["y"]
+        found["y"] = (
+            np.tile(q[:, list(package.motors)], (1, len(step.method.nodes_of(step.variant)))) + 1e-3 * found["y"]
+        )
     return {name: 100 * abs(x) if name in ("kp", "kd") else x for name, x in found.items()}
 
 
