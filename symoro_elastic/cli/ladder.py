@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -97,7 +98,7 @@ def _found(
     from symoro_elastic.model_ladder.rungs import ladder as ladder_of
     from symoro_elastic.simulation.tolerances import tolerances
 
-    machine = restricted(whole, scene_of(whole, scene))
+    machine = replace(restricted(whole, scene_of(whole, scene)), forces=())
     motions, wanted = _tables(scene, machine)
     placed = _from_box(motions, box, starts, machine)
     return ladder_of(machine, placed, tolerances(wanted, machine), wanted.period, announce, progress)
@@ -107,8 +108,6 @@ def _from_box(
     motions: Sequence[PrescribedMotion], box: Mapping[str, tuple[float, float]], count: int, machine: Machine
 ) -> list[PrescribedMotion]:
     """Return each motion from every position of a sample of the box; the same motions where there is none."""
-    from dataclasses import replace
-
     from symoro_elastic.model_ladder.starts import starts
 
     among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import MethodText, Variant
+
+MOTOR_ROWS = ("tau", "r", "rd", "y", "yd", "ydd")
 
 
 class StepCalls:
@@ -40,10 +42,8 @@ class StepCalls:
 
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
-        if variant.right_side == "inverse_dynamics":
-            return self._model("inverse_dynamics", [*position, "qd", "ydd"], ["tau", "qdd"])
-        return self._model("direct_dynamics", [*position, "qd", "torque" if variant.of_step else "tau"], ["qdd"])
+        known = "ydd" if variant.is_driven else "torque" if variant.of_step else "tau"
+        return self._under_forces(variant.right_side, ["qd", known], ["tau", "qdd"] if variant.is_driven else ["qdd"])
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
@@ -57,8 +57,7 @@ class StepCalls:
 
     def linearization(self) -> str:
         """Return the call of the linear model at the start of a step."""
-        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
-        return self._model("linearization", [*position, "qd", "qdd"], ["M", "D", "K"])
+        return self._under_forces("linearization", ["qd", "qdd"], ["M", "D", "K"])
 
     def factors(self, variant: Variant) -> str:
         """Return the call that factors the system of an implicit step."""
@@ -69,15 +68,24 @@ class StepCalls:
         """Return the call that solves it, for the right side `v_s`, `qdd`."""
         return self._model(f"implicit_solve{variant.suffix}", ["factors", "v_s", "qdd"], [z_q, z_v], depth)
 
-    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1) -> str:
-        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`."""
-        offset = node * len(self.package.motor_names)
-        place = f"{offset}U{'*count' if self.many else ''}"
-        rows = [f"&{row}[{place}]" if offset else row for row in variant.of_nodes]
+    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL) -> str:
+        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
+        rows = [self._row(forces if name == EXTERNAL else name, node) for name in variant.of_nodes]
         dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
         arrays = ["q_s", "v_s", *rows, *variant.of_step, *dependent, "p", *(["c"] if self.constants else []), qdd]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
+
+    def _row(self, name: str, node: int) -> str:
+        """The place of the row of a node."""
+        offset = node * (self.package.external if name not in MOTOR_ROWS else len(self.package.motor_names))
+        return f"&{name}[{offset}U{'*count' if self.many else ''}]" if offset else name
+
+    def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
+        """Return the call of a model at the position of a stage, under the wrenches on frames."""
+        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
+        forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
+        return self._model(function, [*position, *inputs, *forces], results)
 
     @property
     def _count(self) -> list[str]:

@@ -10,10 +10,10 @@ from typing import Any
 from symoro_elastic.codegen.c_function import Array, CFunction
 from symoro_elastic.codegen.c_lines import with_arguments
 from symoro_elastic.codegen.c_step_calls import StepCalls
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import RATES, Literals, MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import EXTERNAL_RATE, RATES, Literals, MethodText, Terms, Variant, method_text
 from symoro_elastic.integration.methods import METHODS
 
 LANES = 16
@@ -115,10 +115,15 @@ class CSteps:
         """Rows for the nodes, gains, and the rate of the torques."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
         for name in variant.of_nodes:
-            rows = len(method.nodes_of(variant)) * torques
+            rows = len(method.nodes_of(variant)) * (self.package.external if name == EXTERNAL else torques)
             yield Array(state, name, str(rows), rows)
-        for name in (*variant.of_step, *((variant.of_rate,) if method.kind == "rosenbrock" else ())):
+        for name in variant.of_step:
             yield Array(state, name, motors, torques)
+        for name in variant.of_rate if method.kind == "rosenbrock" else ():
+            if name == EXTERNAL_RATE:
+                yield Array(state, name, str(self.package.external), self.package.external)
+            else:
+                yield Array(state, name, motors, torques)
 
     def _written(self, with_error: bool) -> Iterator[Array]:
         """The state, and the difference from the embedded method."""
@@ -153,6 +158,7 @@ class CSteps:
             "lanes_each": LANES,
             "n": len(package.axes),
             "motors": package.motors,
+            "external": package.external,
             "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
             "steps": self.steps,
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
@@ -199,7 +205,7 @@ def _comment(method: MethodText, variant: Variant, with_error: bool) -> Iterator
     yield f"One step h [s] of the {method.title}{variant.words}."
     yield f"{', '.join(variant.of_nodes)}: a row for each of the times {', '.join(method.times(variant))}"
     if method.kind == "rosenbrock":
-        yield f"{variant.of_rate}: {RATES[variant.of_rate]}"
+        yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
     yield "q, qd: the state, at t when called, at t + h then"
     if with_error:
         yield "-> error: difference of q, then of qd, from the embedded method"

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c_lines import with_arguments
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.time_steps import RATES, MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import EXTERNAL_RATE, RATES, MethodText, Terms, Variant, method_text
 from symoro_elastic.integration.methods import METHODS
 
 
@@ -23,12 +23,23 @@ class NumpyStep:
     described: tuple[str, ...]
     arrays: str
     takes_dependent: bool
+    takes_forces: frozenset[str]
     needs: str
 
     @property
     def position(self) -> str:
         """The arguments for the position at the start of the step."""
         return "q, q_dep" if self.takes_dependent else "q"
+
+    def forces(self, function: str, node: str) -> str:
+        """The wrenches on frames at a node, as a further argument of a model that takes them."""
+        more = self.more if function != "linearization" else ""
+        return f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
+
+    @property
+    def more(self) -> str:
+        """What methods with exact derivatives add to the wrenches on frames."""
+        return " + more" if self.method.kind == "rosenbrock" and EXTERNAL in self.variant.of_nodes else ""
 
     @property
     def stage_position(self) -> str:
@@ -63,7 +74,7 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
-    of_rate = (variant.of_rate,) if method.kind == "rosenbrock" else ()
+    of_rate = variant.of_rate if method.kind == "rosenbrock" else ()
     arrays = [*variant.of_nodes, *variant.of_step, *of_rate]
     dependent = ["q_dep"] if package.takes_dependent else []
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
@@ -75,6 +86,7 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         described=tuple(_described(method, variant, with_error, package)),
         arrays=", ".join(["h", "q", "qd", *arrays]),
         takes_dependent=package.takes_dependent,
+        takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
         needs=NEEDS[method.kind],
     )
 
@@ -89,13 +101,17 @@ NEEDS = {
 
 
 def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
-    motors = len(package.motor_names)
-    rows, times = ", ".join(variant.of_nodes), ", ".join(method.times(variant))
-    yield f"{rows} (..., {len(method.nodes_of(variant))}, {motors}): a row for each of the times {times}."
+    motors, times = len(package.motor_names), ", ".join(method.times(variant))
+    rows = [name for name in variant.of_nodes if name != EXTERNAL]
+    nodes = len(method.nodes_of(variant))
+    yield f"{', '.join(rows)} (..., {nodes}, {motors}): a row for each of the times {times}."
+    if package.external:
+        yield f"{EXTERNAL} (..., {nodes}, {package.external}): wrenches on frames in axes of frame 0, the same rows."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":
-        yield f"{variant.of_rate} ({motors}): {RATES[variant.of_rate]}."
+        for name in variant.of_rate:
+            yield f"{name} ({package.external if name == EXTERNAL_RATE else motors}): {RATES[name]}."
     dependent = ", q_dep" if package.takes_dependent else ""
     error = "; difference of q, then of qd, from the embedded method" if with_error else ""
     yield f"-> q, qd{dependent} at t + h{error}"

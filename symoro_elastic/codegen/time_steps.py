@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.integration.methods import Method, nodes_of, times_of
 from symoro_elastic.integration.midpoint import Midpoint
@@ -22,6 +22,7 @@ Terms = tuple[tuple[str, int], ...]
 class Variant:
     """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words.
 
+    `of_nodes` are those of motors, then that of wrenches on frames.
     `of_rate` is what methods with exact derivatives take beside: what changes by time at t.
     """
 
@@ -29,20 +30,27 @@ class Variant:
     of_nodes: tuple[str, ...]
     of_step: tuple[str, ...] = ()
     words: str = ""
-    of_rate: str = "taud"
+    of_rate: tuple[str, ...] = ("taud",)
 
     @property
     def right_side(self) -> str:
         """The model that gives accelerations."""
-        return "inverse_dynamics" if self is DRIVEN else "direct_dynamics"
+        return "inverse_dynamics" if self.is_driven else "direct_dynamics"
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether motors are on prescribed motions."""
+        return self.suffix == DRIVEN.suffix
 
 
+EXTERNAL_RATE = f"{EXTERNAL}d"
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
-DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", "yddd")
+DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
 RATES = {
     "taud": "derivative by time of the torques at t, that of kp r + kd rd with it",
     "yddd": "derivative of ydd by time at t",
+    EXTERNAL_RATE: "derivative of f_ext by time at t",
 }
 """Meaning of what changes by time."""
 
@@ -80,7 +88,7 @@ class MethodText:
 
     def nodes_of(self, variant: Variant) -> tuple[str, ...]:
         """The nodes at which a variant is given the motors."""
-        return (*self.nodes, *self.end) if variant is DRIVEN else self.nodes
+        return (*self.nodes, *self.end) if variant.is_driven else self.nodes
 
     def times(self, variant: Variant) -> tuple[str, ...]:
         """Their times in words."""
@@ -109,9 +117,15 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 
 def variants(package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
-    if not package.motors or not package.has_motors_in_q:
-        return (TORQUE,)
-    return (TORQUE, SERVO, DRIVEN) if len(package.motors) < len(package.axes) else (TORQUE, SERVO)
+    found = [TORQUE]
+    if package.motors and package.has_motors_in_q:
+        found += [SERVO, *([DRIVEN] if len(package.motors) < len(package.axes) else [])]
+    return tuple(map(_under_forces, found) if package.external else found)
+
+
+def _under_forces(variant: Variant) -> Variant:
+    """The variant with the wrenches on frames, too."""
+    return replace(variant, of_nodes=(*variant.of_nodes, EXTERNAL), of_rate=(*variant.of_rate, EXTERNAL_RATE))
 
 
 class Literals:

@@ -17,7 +17,6 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
-from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -26,13 +25,13 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.model_ladder.arithmetic import single_precision_errors
 from symoro_elastic.model_ladder.greedy import backward_greedy
 from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.recovery import Recovery
+from symoro_elastic.model_ladder.recovery import whole_motion
 from symoro_elastic.model_ladder.resolution import resolved_path
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_still
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
 
@@ -130,7 +129,7 @@ def ladder(
     references = tuple(reference_of(machine, motion) for motion in motions)
     climb = _Climb(machine, references, tolerance, period)
     for reference in references:
-        refuse_motors(reference, W3.name)
+        refuse_still(reference)
         refuse_period(Simulating(reference, climb.request))
     rungs = climb.rungs(progress)
     announce("measure")
@@ -184,7 +183,7 @@ class _Climb:
         return next(k for k, one in enumerate(self.references) if one is reference)
 
     def _reduced_reference(self, rung: Rung, reference: Reference) -> Reference:
-        machine = held(self.machine, reference, rung.left_out)
+        machine = reduced_machine(self.machine, reference, rung)
         kept = [k for k, joint in enumerate(self.machine.moving_joints) if joint.name not in rung.left_out]
         state = reference.start
         start = replace(state, q=state.q[kept], qd=state.qd[kept], qdd=state.qdd[kept], tau=state.tau[kept])
@@ -273,16 +272,14 @@ class _Climb:
             trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
         else:
             trajectory = prescribed(reduced, steps)
-        motion = Observer(reduced.machine, reduced, ()).motion(trajectory)
-        static, locked = ((), rung.left_out) if rung.locked else (rung.left_out, ())
-        whole = Recovery(self.machine, reference.start, static, locked).whole(motion)
-        observer = Observer(self.machine, reference, tuple(self.tolerance))
-        return observer.outputs(whole), trajectory.seconds
+        observer = Observer(reduced.machine, reduced, ())
+        whole = whole_motion(reference, observer, observer.motion(trajectory))
+        return Observer(self.machine, reference, tuple(self.tolerance)).outputs(whole), trajectory.seconds
 
     def _compiled(self, rung: Rung, reference: Reference, method: str) -> CompiledSteps:
         key = rung.left_out, self._number(reference), method
         if key not in self._libraries:
-            machine = held(self.machine, reference, rung.left_out)
+            machine = self._reduced_reference(rung, reference).loaded
             with TemporaryDirectory() as folder:
                 self._libraries[key] = CompiledSteps(machine, [method], Path(folder))
         return self._libraries[key]
@@ -302,11 +299,11 @@ class _Climb:
         return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
 
 
-def held(machine: Machine, reference: Reference, names: Iterable[str]) -> Machine:
-    """Return the machine with springs held where a motion starts."""
+def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
+    """Return the machine with the springs that a rung leaves out held where a motion starts, static or locked."""
     rows = {joint.name: k for k, joint in enumerate(machine.moving_joints)}
-    locked = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in names}
-    return restricted(machine, Scene(locked=locked)) if locked else machine
+    positions = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
+    return restricted(machine, Scene(locked=positions) if rung.locked else Scene(static=dict(positions)))
 
 
 def _agree(predicted: float, measured: float, negligible: float) -> bool:

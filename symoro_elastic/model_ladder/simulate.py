@@ -26,7 +26,7 @@ from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_still
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
 from symoro_elastic.simulation.reference import Reference
@@ -157,7 +157,7 @@ class Simulating:
     @cached_property
     def cost(self) -> StepCost:
         """Operations of steps."""
-        return StepCost(self.machine, Motors.DRIVEN if self.reference.servo is None else Motors.SERVO)
+        return StepCost(self.reference.loaded, Motors.DRIVEN if self.reference.servo is None else Motors.SERVO)
 
     def cheapest(self) -> str:
         """Return the method whose steps suffice with the fewest operations."""
@@ -222,7 +222,7 @@ def simulate(
     steps, predicted = _steps(simulating, METHODS[name])
     announce("compile")
     with TemporaryDirectory() as folder:
-        compiled = CompiledSteps(reference.machine, [name], Path(folder))
+        compiled = CompiledSteps(reference.loaded, [name], Path(folder))
         announce("simulate")
         return _refined(simulating, compiled, name, steps, predicted, progress)
 
@@ -234,9 +234,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
     announce("predict")
-    name = request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
-    refuse_motors(simulating.reference, name)
-    return name
+    return request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
 
 
 def refuse_period(simulating: Simulating) -> None:

@@ -102,10 +102,12 @@ def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
     assert rung.chosen is not None
     rows = {joint.name: k for k, joint in enumerate(found.machine.moving_joints)}
     held = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
-    steps = tuple(dict.fromkeys((*scene.steps, rung.chosen.method)))
+    steps = tuple(dict.fromkeys((*scene.steps, *filter(None, (rung.chosen.method,)))))
+    forces = dict.fromkeys((*scene.forces, *(str(x) for one in found.references for x in one.loaded.forces)))
+    scene = replace(scene, forces=tuple(forces), steps=steps)
     if rung.locked:
-        return replace(scene, locked={**scene.locked, **held}, steps=steps)
-    return replace(scene, static={**held_positions(whole, scene.static), **held}, steps=steps)
+        return replace(scene, locked={**scene.locked, **held})
+    return replace(scene, static={**held_positions(whole, scene.static), **held})
 
 
 def ladder_json(found: Ladder) -> dict[str, Any]:

@@ -26,7 +26,6 @@ from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory, refuse_still, servo_torques
 from symoro_elastic.simulation.events import Crossing, Level, Watch
 from symoro_elastic.simulation.reference import Reference
@@ -53,10 +52,9 @@ class CompiledMotion:
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
         models = (self.dynamics, "linearization", *(("assemble",) if machine.loops else ()))
-        package = traced(machine, Scene(models=models, fold=ALL)).package
+        package = traced(reference.loaded, Scene(models=models, fold=ALL)).package
         self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
         self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
-        self._forces = AppliedForces(reference) if reference.frames else None
         self.motors = list(machine.motor_entries)
         driven = self.motors if reference.servo is None else []
         self.free = [k for k in range(len(machine.moving)) if k not in driven]
@@ -82,9 +80,9 @@ class CompiledMotion:
         return np.concatenate([qd[0, self.free], self._accelerations(t, q, qd)[0, self.free]])
 
     def jacobian(self, t: float, y: Array) -> Array:
-        """Return dy'/dy (2 f, 2 f), without what forces on frames change by position."""
+        """Return dy'/dy (2 f, 2 f)."""
         q, qd = self.placed(np.array([t]), y[None])
-        found = self._call("linearization", q=q, qd=qd, qdd=self._accelerations(t, q, qd))
+        found = self._call("linearization", t, q=q, qd=qd, qdd=self._accelerations(t, q, qd))
         M, D, K = (found[name][0] for name in ("M", "D", "K"))
         if self.reference.servo is not None:
             for matrix, gains in zip((K, D), self.reference.servo, strict=True):
@@ -106,14 +104,12 @@ class CompiledMotion:
         """Return qdd (1, n)."""
         at = np.array([t])
         if self.reference.servo is None:
-            qdd = self._call(self.dynamics, q=q, qd=qd, qdd_motor=self.reference.at(at)[2])["qdd"]
-        else:
-            qdd = self._call(self.dynamics, q=q, qd=qd, tau=servo_torques(self.reference, at, q, qd))["qdd"]
-        if self._forces:
-            qdd = qdd + self._forces.answer(at, q, None if self._q_dep is None else self._assembled(q))[0]
-        return qdd
+            return self._call(self.dynamics, t, q=q, qd=qd, qdd_motor=self.reference.at(at)[2])["qdd"]
+        return self._call(self.dynamics, t, q=q, qd=qd, tau=servo_torques(self.reference, at, q, qd))["qdd"]
 
-    def _call(self, function: str, **arrays: Array) -> dict[str, Array]:
+    def _call(self, function: str, t: float, **arrays: Array) -> dict[str, Array]:
+        if "f_ext" in self._arguments[function]:
+            arrays["f_ext"], _ = self.reference.wrenches(np.array([t]))
         if "q_dep" in self._arguments[function]:
             arrays["q_dep"] = self._assembled(arrays["q"])
         return self._compiled.call(function, **arrays)

@@ -56,7 +56,8 @@ class Trajectory:
 class CompiledSteps:
     """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be.
 
-    Numbers of the machine are folded; where a subclass leaves parameters, `p` holds their numbers at a run.
+    The machine is that of references, or `loaded` where forces act on frames. Numbers of the machine are
+    folded; where a subclass leaves parameters, `p` holds their numbers at a run.
     """
 
     fold: str | tuple[str, ...] = ALL
@@ -77,7 +78,9 @@ class CompiledSteps:
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
-        refuse_motors(reference, method)
+        refuse_still(reference)
+        if reference.loaded.forces != self.machine.forces:
+            raise reference.prescribed.error("forces", "the steps are those of a machine under other forces")
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
         state = self._state(reference, run)
@@ -132,14 +135,6 @@ def servo_torques(reference: Reference, t: Array, q: Array, qd: Array) -> Array:
     return found
 
 
-def refuse_motors(reference: Reference, method: str) -> None:
-    """Raise `InputError` where steps of a method cannot take what moves the machine: its motors, or applied forces."""
-    refuse_still(reference)
-    if reference.frames:
-        what = "even steps take no forces on frames: use simulate --adaptive, or leave them out"
-        raise reference.prescribed.error("forces", what)
-
-
 def refuse_still(reference: Reference) -> None:
     """Raise `InputError` where no equations are left to integrate."""
     machine, given = reference.machine, reference.prescribed
@@ -158,15 +153,17 @@ def prescribed(reference: Reference, steps: int) -> Trajectory:
 
 
 def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
-    """Return what a step is given of the motors, a row for each node of each step."""
+    """Return what a step is given of the motors and of forces, a row for each node of each step."""
     nodes = np.array(nodes_of(METHODS[method], driven=reference.servo is None), dtype=float)
-    y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at((begins[:, None] + h * nodes).ravel()))
+    times = (begins[:, None] + h * nodes).ravel()
+    y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at(times))
+    forces = {"f_ext": reference.wrenches(times)[0].reshape(len(begins), -1), "f_extd": reference.wrenches(begins)[1]}
     if reference.servo is None:
-        return {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
+        return forces | {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
     tau = reference.start.tau[list(reference.machine.motor_entries)]
     _, rate, change = reference.at(begins)
-    return {
+    return forces | {
         "tau": np.tile(tau, (len(begins), len(nodes))),
         "r": y,
         "rd": yd,

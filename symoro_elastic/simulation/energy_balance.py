@@ -11,7 +11,6 @@ from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Friction, Machine, Wrench
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.packages import for_vibrations
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.observed import Motion
 from symoro_elastic.simulation.reference import Reference
 
@@ -57,10 +56,7 @@ def _power(reference: Reference, motion: Motion) -> Array:
     machine = reference.machine
     found: Array = (motion.tau * motion.qd[:, list(machine.motor_entries)]).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
-    found = found + _power_of(machine, unloaded, motion)
-    if reference.frames:
-        found = found + (AppliedForces(reference).on_joints(motion.t, motion.q, motion.q_dep) * motion.qd).sum(axis=1)
-    return found
+    return found + _power_of(reference.loaded, unloaded, motion)
 
 
 def _without_losses(machine: Machine) -> Machine:

@@ -12,6 +12,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
+from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.simulation.motor_motion import Record, risen, wobble
 from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium
@@ -47,10 +48,10 @@ class Reference:
         """Names of the motors."""
         return tuple(joint.name for joint in self.machine.motor_joints)
 
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """Names of the frames on which the forces act."""
-        return tuple(force.at for force in self.prescribed.forces)
+    @cached_property
+    def loaded(self) -> Machine:
+        """The machine whose models take the wrenches on frames as arguments; itself where no forces act."""
+        return under_forces(self.machine, (force.at for force in self.prescribed.forces))
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Return y, yd, ydd (N, m) of the variables of the motors at times (N,)."""
@@ -88,13 +89,18 @@ class Reference:
         parts += [self.record(motor, t)] if self.record else []
         return np.sum(parts, axis=0) if parts else np.zeros((4, len(t)))
 
-    def forces_at(self, t: Array) -> Array:
-        """Return the wrenches (N, forces, 6) on `frames`, in axes of frame 0, forces first, at times (N,)."""
-        t, forces = np.asarray(t, dtype=float), self.prescribed.forces
-        wrenches = np.zeros((len(t), len(forces), 6))
-        for k, force in enumerate(forces):
-            wrenches[:, k] = risen(t, force.begins, force.lasts)[0][:, None] * np.array(force.wrench)
-        return wrenches
+    def wrenches(self, t: Array) -> tuple[Array, Array]:
+        """Return the wrenches (N, 6 w) on the frames of `loaded` at times (N,), and their derivatives by time.
+
+        Forces first, in axes of frame 0.
+        """
+        t, frames = np.asarray(t, dtype=float), list(dict.fromkeys(force.at for force in self.prescribed.forces))
+        found = np.zeros((2, len(t), len(frames), 6))
+        for force in self.prescribed.forces:
+            grown = risen(t, force.begins, force.lasts)[:2]
+            found[:, :, frames.index(force.at)] += grown[..., None] * np.array(force.wrench)
+        wrenches, rates = found.reshape(2, len(t), 6 * len(frames))
+        return wrenches, rates
 
     @cached_property
     def extent(self) -> float:
@@ -108,9 +114,11 @@ def reference_of(
 ) -> Reference:
     """Return the reference of a motion, with joints locked as `machine` has them, for these values of parameters.
 
-    Raises `InputError` for a floating base, motors on dependent joints, motors that the scene locks, servos of some
-    motors only, records that are no motion of all motors, and joints that nothing supports.
+    Wrenches that act are those of the motion alone. Raises `InputError` for a floating base, motors on dependent
+    joints, motors that the scene locks, servos of some motors only, records that are no motion of all motors, and
+    joints that nothing supports.
     """
+    machine = replace(machine, forces=())
     refuse_floating(machine, prescribed.place)
     refuse_dependent_motors(machine)
     _refuse_locked(machine, prescribed)

@@ -90,15 +90,10 @@ def compared(name: str, make: Callable[[], Scene]) -> Compared:
 
 
 def step_ratios(scene: Scene, path: LinearPath, truth: Truth) -> Iterator[float]:
-    """Errors of generated steps with all springs, of methods that are stable, over predicted ones.
-
-    None in scenes with applied forces, which are no argument of a step.
-    """
+    """Errors of generated steps with all springs, of methods that are stable, over predicted ones."""
     reference, errors = scene.reference, StepErrors(path)
-    if reference.frames:
-        return
     names = DRIVEN if reference.servo is None else SERVED
-    module = with_steps(reference.machine, *names)
+    module = with_steps(reference.loaded, *names)
     exact = truth.outputs(scene.outputs, truth.q)[:, 0]
     limit = largest_stable_step(METHODS["rk4"], poles(path))
     for name in names:

@@ -200,7 +200,6 @@ def test_adapted_steps_take_forces() -> None:
             ("--step", "3e-3"),
             "--step: 0.003 s is no whole part of the period of 0.01 s: give 0.0025 s",
         ),
-        (MOTION + FORCES, (), "motion, forces: even steps take no forces on frames: use simulate --adaptive"),
         (MOTION, ("--event", "motor.q=0.1"), "--event: even steps find no events: add --adaptive"),
         (MOTION, ("--adaptive", "--stop"), "--stop: there is no event to stop at"),
         (MOTION, ("--adaptive", "--step", "1e-3"), "--adaptive: choose even steps (--method, --step) or adapted ones"),
@@ -220,7 +219,6 @@ def test_refused_in_one_line(text: str, options: tuple[str, ...], said: str) -> 
     ("text", "said"),
     [
         (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is no whole part of the motion of 0.25 s"),
-        (MOTION + FORCES + WANTED, "motion, forces: even steps take no forces on frames"),
         (MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n", "every joint is a motor that follows exactly"),
     ],
 )

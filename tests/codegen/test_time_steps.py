@@ -28,6 +28,7 @@ from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.machine import Floating, Kind, Machine
 from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.quantities.time_steps import TimeStep
@@ -45,6 +46,7 @@ STATES, H = 19, 1e-4
 CASES = {
     "random": tuple(TimeStep),
     "planar": ("w3",),
+    "pushed": ("w2", "rodas4", "midpoint"),
     "ring": ("w2",),
     "delta": ("w2", "rk4"),
     "ball_screw": ("w2",),
@@ -59,6 +61,8 @@ def machine(name: str) -> Machine:
         return creeping(random_machine(3, joints=4, kinds=kinds, symbolic=True, massless=0))
     if name == "planar":
         return planar_2r(elastic=[2])
+    if name == "pushed":
+        return under_forces(planar_2r(elastic=[2]), [planar_2r().joints[-1].name])
     return creeping(of_loops(name))
 
 
@@ -141,7 +145,11 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     """Results for all states at once."""
     motors = len(of.package.motor_names)
     read = given(step, of.package, of.state["q"])
-    rows = [x.reshape(STATES, -1, motors) if name in step.variant.of_nodes else x for name, x in read.items()]
+    entries = {"f_ext": of.package.external}
+    rows = [
+        x.reshape(STATES, -1, entries.get(name, motors)) if name in step.variant.of_nodes else x
+        for name, x in read.items()
+    ]
     function = getattr(of.module, step.name.removeprefix(f"{of.package.name}_"))
     found: tuple[Array, ...] = function(*rows, H, *of.state.values(), parameters(of.package)[:-1])
     return found

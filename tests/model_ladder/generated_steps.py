@@ -35,14 +35,17 @@ def stepped_motion(module: ModuleType, method: Method, reference: Reference, ste
     for k in range(steps):
         t = (k + times) * h
         y, yd, ydd = reference.at(t)
+        pushed, rates = reference.wrenches(t)
+        forces = (pushed,) if reference.loaded.forces else ()
+        change = (rates[0],) if reference.loaded.forces and method.name == "rodas4" else ()
         if reference.servo is None:
             jerk = (reference.jerks(t)[0],) if method.name == "rodas4" else ()
-            q, qd = getattr(module, f"step_{method.name}_driven")(y, yd, ydd, *jerk, h, q, qd)
+            q, qd = getattr(module, f"step_{method.name}_driven")(y, yd, ydd, *forces, *jerk, *change, h, q, qd)
         else:
             kp, kd = reference.servo
             held = np.tile(reference.start.tau[motors], (len(t), 1))
             exact = (kp * yd[0] + kd * ydd[0],) if method.name == "rodas4" else ()
             step = getattr(module, f"step_{method.name}_servo")
-            q, qd = step(held, y, yd, kp, kd, *exact, h, q, qd)
+            q, qd = step(held, y, yd, *forces, kp, kd, *exact, *change, h, q, qd)
         found.append(q)
     return np.array(found)

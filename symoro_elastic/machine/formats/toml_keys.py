@@ -250,6 +250,13 @@ SCENE = Section(
             otherwise="false",
         ),
         Key(
+            *("forces", keys.TEXTS),
+            "frames on which wrenches act that models and steps take as arguments, in axes of frame 0",
+            '["tool"]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
             *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
             default=(),
             otherwise="none",
