@@ -78,9 +78,13 @@ def ladder(
 
 def _print(found: Ladder, scene: str) -> None:
     from symoro_elastic.machine.formats import read_wanted
-    from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, period_of
+    from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, period_of, springs_table
 
+    for note in found.condensed:
+        click.echo(f"note: {note}", err=True)
     print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
+    if found.springs:
+        print_table(springs_table(found), "each spring by itself, which does not tell what it costs with others")
     wanted = read_wanted(scene)
     lines = [advice(found), period_of(found, wanted) if wanted else "", arithmetic_line(found)]
     click.echo("\n".join(line for line in lines if line))
@@ -102,6 +106,24 @@ def _found(
     motions, wanted = _tables(scene, machine)
     placed = _from_box(motions, box, starts, machine)
     return ladder_of(machine, placed, tolerances(wanted, machine), wanted.period, announce, progress)
+
+
+def quoted_ladder(whole: Machine, scene: str) -> str:
+    """Return a line on what the motion of a scene requires, by prediction; empty where it has no motion or tolerance.
+
+    Raises `InputError` for machines and motions that the ladder cannot treat.
+    """
+    from symoro_elastic.machine.formats import read_motions, read_wanted
+    from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.model_ladder.rungs import predicted_ladder
+    from symoro_elastic.model_ladder.tables import predicted_line
+    from symoro_elastic.simulation.tolerances import tolerances
+
+    machine = replace(restricted(whole, scene_of(whole, scene)), forces=())
+    motions, wanted = read_motions(scene, machine), read_wanted(scene)
+    if not motions or wanted is None or wanted.tolerance is None:
+        return ""
+    return predicted_line(predicted_ladder(machine, motions, tolerances(wanted, machine), wanted.period))
 
 
 def _from_box(

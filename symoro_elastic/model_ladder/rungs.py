@@ -23,10 +23,11 @@ from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.model_ladder.arithmetic import single_precision_errors
-from symoro_elastic.model_ladder.greedy import backward_greedy
+from symoro_elastic.model_ladder.greedy import SpringFigures, backward_greedy, spring_figures
 from symoro_elastic.model_ladder.path import LinearPath
 from symoro_elastic.model_ladder.recovery import whole_motion
 from symoro_elastic.model_ladder.resolution import resolved_path
+from symoro_elastic.model_ladder.series import with_springs_joined
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
@@ -98,6 +99,7 @@ class Ladder:
 
     `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
     errors by output that the chosen one has more where accelerations are in single precision; empty without one.
+    `springs` are what is usually asked of each, `condensed` lines on springs in series that the machine has as one.
     """
 
     machine: Machine
@@ -108,6 +110,8 @@ class Ladder:
     full: Steps
     distrusted: tuple[int, ...] = ()
     arithmetic: Mapping[str, float] = field(default_factory=dict)
+    springs: tuple[SpringFigures, ...] = ()
+    condensed: tuple[str, ...] = ()
 
     @property
     def saving(self) -> float:
@@ -125,24 +129,52 @@ def ladder(
     progress: Progress = no_progress,
 ) -> Ladder:
     """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
+    climb, rungs = _predicted(machine, motions, tolerance, period, announce, progress)
+    announce("measure")
+    return climb.measured(rungs, progress)
+
+
+def predicted_ladder(
+    machine: Machine, motions: Sequence[PrescribedMotion], tolerance: Mapping[str, float], period: float | None = None
+) -> Ladder:
+    """Return the ladder with the rung chosen that is cheapest by prediction, nothing measured; raises `InputError`."""
+    climb, rungs = _predicted(machine, motions, tolerance, period, announce_nothing, no_progress)
+    return climb.by_prediction(rungs)
+
+
+def _predicted(
+    machine: Machine,
+    motions: Sequence[PrescribedMotion],
+    tolerance: Mapping[str, float],
+    period: float | None,
+    announce: Announce,
+    progress: Progress,
+) -> tuple[_Climb, tuple[Rung, ...]]:
+    """Return the rungs of a machine, springs in series condensed, with predicted errors and steps."""
     announce("predict")
-    references = tuple(reference_of(machine, motion) for motion in motions)
-    climb = _Climb(machine, references, tolerance, period)
+    series = with_springs_joined(machine, motions, tolerance)
+    references = tuple(reference_of(series.machine, motion) for motion in motions)
+    climb = _Climb(series.machine, references, tolerance, period, series.notes)
     for reference in references:
         refuse_still(reference)
         refuse_period(Simulating(reference, climb.request))
-    rungs = climb.rungs(progress)
-    announce("measure")
-    return climb.measured(rungs, progress)
+    return climb, climb.rungs(progress)
 
 
 class _Climb:
     """Rungs of a machine for its motions."""
 
     def __init__(
-        self, machine: Machine, references: tuple[Reference, ...], tolerance: Mapping[str, float], period: float | None
+        self,
+        machine: Machine,
+        references: tuple[Reference, ...],
+        tolerance: Mapping[str, float],
+        period: float | None,
+        condensed: tuple[str, ...] = (),
     ) -> None:
+        """`condensed` are lines on springs in series that the machine has as one."""
         self.machine, self.references, self.tolerance = machine, references, dict(tolerance)
+        self.condensed = condensed
         self.request = Request(tuple(tolerance), tolerance, period=period)
 
     @cached_property
@@ -215,11 +247,8 @@ class _Climb:
 
     def measured(self, rungs: tuple[Rung, ...], progress: Progress) -> Ladder:
         """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
-        full = self.steps_of(rungs[0], (RK4.name,))
-        costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
-        order = sorted(costs, key=lambda k: costs[k])
-        found, distrusted, chosen = list(rungs), [], None
-        for k in order:
+        found, distrusted, chosen = list(rungs), list[int](), None
+        for k in _by_cost(rungs):
             found[k] = replace(found[k], measured=self._measured(found[k]))
             if found[k].is_trusted(self.tolerance):
                 chosen = k
@@ -227,9 +256,24 @@ class _Climb:
             distrusted.append(k)
         if chosen is not None and chosen + 1 < len(found) and not found[chosen + 1].locked:
             found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1]))
-        arithmetic = {} if chosen is None else self._arithmetic(found[chosen])
+        return self._ladder(found, chosen, distrusted)
+
+    def by_prediction(self, rungs: tuple[Rung, ...]) -> Ladder:
+        """Return the ladder with the cheapest rung chosen."""
+        return self._ladder(rungs, next(iter(_by_cost(rungs)), None))
+
+    def _ladder(self, rungs: Sequence[Rung], chosen: int | None, distrusted: Sequence[int] = ()) -> Ladder:
         return Ladder(
-            self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted), arithmetic
+            self.machine,
+            self.references,
+            self.tolerance,
+            tuple(rungs),
+            chosen,
+            self.steps_of(rungs[0], (RK4.name,)),
+            tuple(distrusted),
+            {} if chosen is None else self._arithmetic(rungs[chosen]),
+            spring_figures(self.paths, self.tolerance),
+            self.condensed,
         )
 
     def _measured(self, rung: Rung) -> Measured:
@@ -304,6 +348,12 @@ def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machi
     rows = {joint.name: k for k, joint in enumerate(machine.moving_joints)}
     positions = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
     return restricted(machine, Scene(locked=positions) if rung.locked else Scene(static=dict(positions)))
+
+
+def _by_cost(rungs: Sequence[Rung]) -> list[int]:
+    """Return the numbers of the rungs that fit, the cheapest first."""
+    costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
+    return sorted(costs, key=lambda k: costs[k])
 
 
 def _agree(predicted: float, measured: float, negligible: float) -> bool:
