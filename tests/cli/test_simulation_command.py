@@ -226,6 +226,33 @@ def test_the_ladder_refuses_the_same_before_it_predicts(text: str, said: str) ->
     assert said in refused("ladder", *scene(text))
 
 
+QUICKLY = ("--quick", "--model", "inertia_matrix", "--states", "500", "--rounds", "1")
+
+
+def test_trade_quotes_the_ladder_of_its_scene() -> None:
+    """One line: the sentence of `ladder`, which measures it, and the error by prediction."""
+    text = run("trade", *scene(MOTION + SERVO + WANTED), *QUICKLY).stdout
+    (line,) = (line for line in text.splitlines() if line.startswith("ladder of scene.toml: "))
+    measured = json.loads(run("ladder", *scene(MOTION + SERVO + WANTED), "--json").stdout)
+    assert line.removeprefix("ladder of scene.toml: ").startswith(measured["advice"])
+    assert "error of tool.z by prediction" in line and len(measured["springs"]) == 1
+
+
+def test_trade_goes_on_where_there_is_no_ladder() -> None:
+    locked = MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n"
+    found = run("trade", *scene(locked), *QUICKLY, "--json")
+    assert "note: no ladder: " in found.stderr and json.loads(found.stdout)["ladder"] is None
+
+
+def test_forces_on_frames_in_even_steps() -> None:
+    """100 N bend the spring of 2e4 N/m by 5 mm, and by twice that at most while it swings."""
+    (found,) = simulated(
+        MOTION.replace("0.25", "0.6").replace("by = 0.05", "by = 1e-6") + FORCES + WANTED, "--method", "w3"
+    )
+    assert found["within_tolerance"] and found["method"] == "w3"
+    assert 5e-3 < found["largest_deviation"]["tool.z"] < 1e-2  # type: ignore[index]
+
+
 def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> None:
     """|1 + z + z^2/2 + z^3/6 + z^4/24| = 1 for z = pole h; the limit is printed with three digits."""
     said = refused("simulate", *scene(), "--method", "rk4", "--step", "0.1")
