@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,6 +14,7 @@ from symoro_elastic.cli.reading import read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
+    from symoro_elastic.machine.machine import Machine
     from symoro_elastic.models.joint_axes import PlacedMachine
     from symoro_elastic.reports.closed_chains import ClosedChain
 
@@ -30,8 +31,19 @@ if TYPE_CHECKING:
     help="Position at which origins and axes are printed, rad or m (default 0, springs neutral); may be repeated.",
 )
 @VALUE
+@click.option(
+    "--picture", metavar="FILE", type=OutputFile(), help="Draw the machine at that position: .svg, .png or .pdf."
+)
+@writes
 @JSON
-def show(machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool) -> None:
+def show(
+    machine: str,
+    scene: str | None,
+    positions: dict[str, float],
+    values: dict[str, float],
+    picture: str | None,
+    as_json: bool,
+) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
     Prints where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
@@ -49,6 +61,8 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
         found = with_values(found, values)
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
+    if picture:
+        _draw(kept, positions, picture, as_json)
     placed = placed_machine(kept, positions)
     chain = closed_chain(kept, placed)
     for warning in chain.warnings:
@@ -59,6 +73,22 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
         print_json(_as_json(chain, placed, base, degenerate))
     else:
         _print(chain, placed, base, degenerate)
+
+
+def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: bool) -> None:
+    """Write the picture of a machine at a position, and name it; on stderr beside JSON."""
+    from symoro_elastic.drawing.figure import figure_of
+    from symoro_elastic.drawing.files import refuse_picture, write_picture
+    from symoro_elastic.drawing.placements import placements_of
+    from symoro_elastic.drawing.svg import picture_of
+
+    refuse_picture(path, "--picture")
+    placements = placements_of(machine)
+    figure = figure_of(placements, placements.position(positions))
+    for remark in figure.remarks:
+        click.echo(f"note: {remark}", err=True)
+    write_picture(picture_of(figure), path, "--picture")
+    click.echo(f"wrote {path}", err=as_json)
 
 
 def _as_json(
@@ -89,8 +119,9 @@ def _as_json(
 
 
 def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.machine.table import machine_table
     from symoro_elastic.reports.closed_chains import closed_chain_lines
-    from symoro_elastic.reports.tables import axes_table, machine_table
+    from symoro_elastic.reports.tables import axes_table
 
     machine = chain.machine
     print_table(machine_table(machine), machine.name, keys=2)

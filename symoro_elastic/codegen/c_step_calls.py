@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import EXTERNAL, Package
-from symoro_elastic.codegen.time_steps import MethodText, Variant
-
-MOTOR_ROWS = ("tau", "r", "rd", "y", "yd", "ydd")
+from symoro_elastic.codegen.time_steps import WRENCH, MethodText, Variant, entries_of_state, rows_of_nodes
 
 
 class StepCalls:
@@ -43,7 +41,18 @@ class StepCalls:
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
         known = "ydd" if variant.is_driven else "torque" if variant.of_step else "tau"
-        return self._under_forces(variant.right_side, ["qd", known], ["tau", "qdd"] if variant.is_driven else ["qdd"])
+        on_base = ["turned", "qd", WRENCH] if self.package.base else []
+        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
+        return self._under_forces(variant.right_side, [self._joints("qd"), known, *on_base], found)
+
+    def displacement(self, x: str) -> str:
+        """Return the call that finds how far a floating base is from its pose at the start of the step."""
+        orientation = self.package.base[0].name
+        return self._model("base_displacement", [orientation, x], [f"{orientation}_change", "P0_change"])
+
+    def base_rates(self) -> str:
+        """Return the call that finds the rates of the coordinates and of the velocity of a floating base."""
+        return self._model("base_rates", ["q", "qd", "V0d"], ["x0d", "qdd"])
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
@@ -70,22 +79,28 @@ class StepCalls:
 
     def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL) -> str:
         """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
-        rows = [self._row(forces if name == EXTERNAL else name, node) for name in variant.of_nodes]
+        given = rows_of_nodes(variant, self.package)
+        rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in given.items()]
         dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
-        arrays = ["q_s", "v_s", *rows, *variant.of_step, *dependent, "p", *(["c"] if self.constants else []), qdd]
+        turned = [self.package.base[0].name] if self.package.base else []
+        others = [*variant.of_step, *dependent, *turned, "p", *(["c"] if self.constants else [])]
+        arrays = ["q_s", "v_s", *rows, *others, qdd]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
 
-    def _row(self, name: str, node: int) -> str:
-        """The place of the row of a node."""
-        offset = node * (self.package.external if name not in MOTOR_ROWS else len(self.package.motor_names))
-        return f"&{name}[{offset}U{'*count' if self.many else ''}]" if offset else name
-
     def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
         """Return the call of a model at the position of a stage, under the wrenches on frames."""
-        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
+        position = [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
         forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
         return self._model(function, [*position, *inputs, *forces], results)
+
+    def _joints(self, array: str) -> str:
+        """Return the place of the joints in an array of the whole state, after a floating base."""
+        return self._from(array, entries_of_state(self.package) - len(self.package.axes))
+
+    def _from(self, array: str, offset: int) -> str:
+        """Return the place of an entry in an array."""
+        return f"&{array}[{offset}U{'*count' if self.many else ''}]" if offset else array
 
     @property
     def _count(self) -> list[str]:
@@ -110,4 +125,4 @@ def functions_of(methods: Sequence[MethodText]) -> list[str]:
     implicit = [method for method in methods if method.kind in ("w", "midpoint")]
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
         found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
-    return [*found, "assemble"]
+    return [*found, "assemble", "base_displacement", "base_rates"]

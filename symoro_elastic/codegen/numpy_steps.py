@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from symoro_elastic.codegen.c_lines import with_arguments
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.time_steps import EXTERNAL_RATE, RATES, MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import (
+    EXTERNAL_RATE,
+    RATES,
+    WRENCH,
+    MethodText,
+    Terms,
+    Variant,
+    error_meaning,
+    method_text,
+    rows_of_nodes,
+)
 from symoro_elastic.integration.methods import METHODS
 
 
@@ -24,6 +34,7 @@ class NumpyStep:
     arrays: str
     takes_dependent: bool
     takes_forces: frozenset[str]
+    base: tuple[str, ...]
     needs: str
 
     @property
@@ -45,6 +56,21 @@ class NumpyStep:
     def stage_position(self) -> str:
         """The arguments for the position of a stage."""
         return "q, dependent" if self.takes_dependent else "q"
+
+    @property
+    def on_base(self) -> str:
+        """The arguments of a dynamic model for a floating base."""
+        return f", turned, V0, {WRENCH}[..., node, :]" if self.base else ""
+
+    @property
+    def found(self) -> str:
+        """The accelerations that a dynamic model finds."""
+        return "qdd, V0d" if self.base else "qdd"
+
+    @property
+    def carried(self) -> str:
+        """The positions and velocities that the method carries."""
+        return "x, v" if self.base else "q, qd"
 
     @property
     def gains(self) -> str:
@@ -75,18 +101,20 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
     of_rate = variant.of_rate if method.kind == "rosenbrock" else ()
-    arrays = [*variant.of_nodes, *variant.of_step, *of_rate]
+    arrays = [*rows_of_nodes(variant, package), *variant.of_step, *of_rate]
     dependent = ["q_dep"] if package.takes_dependent else []
+    base = tuple(one.name for one in package.base)
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
     return NumpyStep(
         method=method,
         variant=variant,
         with_error=with_error,
-        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, "p=DEFAULTS"], "):"),
+        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, *base, "p=DEFAULTS"], "):"),
         described=tuple(_described(method, variant, with_error, package)),
-        arrays=", ".join(["h", "q", "qd", *arrays]),
+        arrays=", ".join(["h", "q", "qd", *arrays, *base]),
         takes_dependent=package.takes_dependent,
         takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
+        base=base,
         needs=NEEDS[method.kind],
     )
 
@@ -107,14 +135,17 @@ def _described(method: MethodText, variant: Variant, with_error: bool, package: 
     yield f"{', '.join(rows)} (..., {nodes}, {motors}): a row for each of the times {times}."
     if package.external:
         yield f"{EXTERNAL} (..., {nodes}, {package.external}): wrenches on frames in axes of frame 0, the same rows."
+    if package.base:
+        yield f"f0 (..., {nodes}, 6): the wrench on the base at these times, in its axes."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":
         for name in variant.of_rate:
             yield f"{name} ({package.external if name == EXTERNAL_RATE else motors}): {RATES[name]}."
     dependent = ", q_dep" if package.takes_dependent else ""
-    error = "; difference of q, then of qd, from the embedded method" if with_error else ""
-    yield f"-> q, qd{dependent} at t + h{error}"
+    base = "".join(f", {one.name}" for one in package.base)
+    error = f"; {error_meaning(package)}" if with_error else ""
+    yield f"-> q, qd{dependent}{base} at t + h{error}"
 
 
 def _tables(method: MethodText) -> dict[str, str]:

@@ -44,6 +44,8 @@ class Variant:
 
 
 EXTERNAL_RATE = f"{EXTERNAL}d"
+WRENCH, DEGREES = "f0", 6
+"""The wrench on a floating base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
@@ -119,13 +121,33 @@ def variants(package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
     found = [TORQUE]
     if package.motors and package.has_motors_in_q:
-        found += [SERVO, *([DRIVEN] if len(package.motors) < len(package.axes) else [])]
+        moves = bool(package.base) or len(package.motors) < len(package.axes)
+        found += [SERVO, *([DRIVEN] if moves else [])]
     return tuple(map(_under_forces, found) if package.external else found)
 
 
 def _under_forces(variant: Variant) -> Variant:
     """The variant with the wrenches on frames, too."""
     return replace(variant, of_nodes=(*variant.of_nodes, EXTERNAL), of_rate=(*variant.of_rate, EXTERNAL_RATE))
+
+
+def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
+    """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on a floating base."""
+    given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
+    given |= {EXTERNAL: package.external} if package.external else {}
+    return given | ({WRENCH: DEGREES} if package.base else {})
+
+
+def entries_of_state(package: Package) -> int:
+    """Return the positions that a method carries: the coordinates of a floating base, then the joints."""
+    return (DEGREES if package.base else 0) + len(package.axes)
+
+
+def error_meaning(package: Package) -> str:
+    """Return what the error of a step holds, in words."""
+    if package.base:
+        return "difference of the base's pose in its axes, q, V0, then of qd, from the embedded method"
+    return "difference of q, then of qd, from the embedded method"
 
 
 class Literals:

@@ -11,12 +11,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -32,6 +34,7 @@ from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_ste
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.quantities.time_steps import TimeStep
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_still
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
@@ -44,6 +47,7 @@ NEGLIGIBLE = 0.01
 """Of the tolerance: errors that need not be predicted well."""
 FINE = 0.01
 """Of the tolerance that steps take where a model is measured."""
+EACH_SPRING = "each spring by itself, which does not tell what it costs with others"
 
 
 @dataclass(frozen=True)
@@ -93,8 +97,8 @@ class Rung:
         )
 
 
-@dataclass(frozen=True)
-class Ladder:
+@dataclass(frozen=True, repr=False)
+class Ladder(Result):
     """All rungs of a machine for its motions, the rung that is chosen, and the whole machine with RK4 to compare with.
 
     `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
@@ -118,6 +122,31 @@ class Ladder:
         """Operations of the whole machine with RK4 over those of the chosen rung."""
         rung = self.rungs[self.chosen or 0]
         return self.full.cost / rung.chosen.cost if rung.chosen else 1.0
+
+    @property
+    def headline(self) -> str:
+        """Machine, rungs and the chosen one."""
+        choice = "none fits" if self.chosen is None else f"{self.chosen} chosen, {self.saving:.3g} times less work"
+        return f"Ladder of {self.machine.name}: {len(self.rungs)} rungs, {choice}"
+
+    def parts(self) -> list[Part]:
+        """Return the tables of rungs and springs, the advice, and what single precision costs."""
+        from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, springs_table
+
+        lines = [*self.condensed, advice(self), arithmetic_line(self)]
+        springs = [Titled(springs_table(self), EACH_SPRING)] if self.springs else []
+        return [Titled(ladder_table(self), self.headline), *springs, *(line for line in lines if line)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all rungs as plain data."""
+        from symoro_elastic.model_ladder.tables import ladder_json
+
+        return ladder_json(self)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each rung, as in `as_json`."""
+        rungs = self.as_json()["rungs"]
+        return {key: [rung[key] for rung in rungs] for key in rungs[0]}
 
 
 def ladder(
@@ -151,6 +180,7 @@ def _predicted(
     progress: Progress,
 ) -> tuple[_Climb, tuple[Rung, ...]]:
     """Return the rungs of a machine, springs in series condensed, with predicted errors and steps."""
+    refuse_floating(machine, "ladder")
     announce("predict")
     series = with_springs_joined(machine, motions, tolerance)
     references = tuple(reference_of(series.machine, motion) for motion in motions)
