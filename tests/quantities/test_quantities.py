@@ -171,7 +171,7 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
             except (InputError, SingularPivot):
                 continue
         if machine.moving and not machine.floating:
-            yield machine, trace(under_forces(machine, [machine.joint(machine.moving[-1]).name]), "direct_dynamics")
+            yield machine, trace(under_forces(machine, [machine.joint(machine.moving[-1]).name]), "external_forces")
         if machine.moving and not machine.floating and len(machine.moving) < 8:
             for motors in ways_to_give_motors(machine):
                 yield from ((machine, one) for one in implicit_system(machine, motors))
