@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 from symoro_elastic import pipeline
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.machine.formats.format import Conversion
 from symoro_elastic.machine.formats.starting import STARTS, starting_text
 from symoro_elastic.machine.formats.tables import table_of
 from symoro_elastic.machine.formats.toml import machine_of
@@ -35,10 +36,12 @@ def warn(line: str) -> None:
 
 
 def read(
-    machine: str | Path | Mapping[str, Any],
+    machine: str | Path | Mapping[str, Any] | Any,
     *,
     base: bool = False,
     free: Sequence[str] = (),
+    snap: float | None = None,
+    elastic: Mapping[str, float | Sequence[float]] | None = None,
     warn: Callable[[str], None] = warn,
 ) -> Machine:
     """Return the machine in a file, checked, with its inertial parameters grouped if `base`.
@@ -46,11 +49,17 @@ def read(
     Parameters
     ----------
     machine
-        A .toml or .par file, or the tables of a .toml file as dictionaries and lists (`name` must be among them).
+        A .toml, .par or .urdf file, or the tables of a .toml file as dictionaries and lists (`name` must be among
+        them), or a robot of the Robotics Toolbox: an object with `links`.
     base
         Group the inertial parameters: fewer operations, the same motion.
     free
         Tables whose numbers stay parameters of generated code: "bodies", "springs", "motors", "friction", "wrenches".
+    snap
+        Tolerance, rad and m, within which angles of a robot in URDF become multiples of pi/12 and lengths 0.
+    elastic
+        Springs behind the motors of joints of a robot in URDF, by joint: stiffness, N m/rad or N/m, and inertia of the
+        rotor as the joint feels it, kg m2 or kg.
     warn
         Called with each line about what is allowed, and rarely meant; by default a `MachineWarning`.
 
@@ -62,7 +71,10 @@ def read(
     chosen(free, SECTIONS, "--free")
     if isinstance(machine, Mapping):
         return pipeline.prepared(machine_of(table_of(machine, "machine")), warn, base=base, free=free)
-    return pipeline.prepare(machine, warn, base=base, free=free)
+    if hasattr(machine, "links"):
+        return pipeline.prepared(pipeline.read_robot(machine), warn, base=base, free=free)
+    conversion = Conversion.of(snap, elastic or {})
+    return pipeline.prepare(machine, warn, base=base, free=free, conversion=conversion)
 
 
 def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> Machine:

@@ -20,6 +20,7 @@ from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
+from symoro_elastic.cli.report import report
 from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.simulation import simulate
 from symoro_elastic.cli.trade import trade
@@ -32,13 +33,13 @@ from symoro_elastic.errors import InputError
 def cli() -> None:
     """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
 
-    MACHINE is a .toml file or a SYMORO .par file.
+    MACHINE is a .toml file, a SYMORO .par or a .urdf.
     """
 
 
 SECTIONS = {
     "Files": (new, formats, schema),
-    "Models and code": (show, view, convert, models, equations, generate),
+    "Models and code": (show, view, convert, models, equations, generate, report),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),

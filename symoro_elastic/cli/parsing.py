@@ -131,6 +131,15 @@ def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     return ranges(given, option)
 
 
+def springs_on_joints(given: Sequence[str], option: str) -> dict[str, tuple[float, ...]]:
+    """Stiffness, and inertia of the rotor where it is given, by joint, from `JOINT=K[:IA]`."""
+    form = " is not JOINT=K or JOINT=K:IA, in N m/rad and kg m2 or N/m and kg"
+    for text in given:
+        if "=" not in text or text.count(":") > 1:
+            raise InputError("symoro-elastic", option, f"{text!r}{form}")
+    return named(given, option, lambda written: tuple(map(number, written.split(":"))), form)
+
+
 def grid(given: Sequence[str], option: str) -> dict[str, list[float]]:
     """Equally spaced positions by joint, from `JOINT=LOW:HIGH:COUNT`; raise `InputError` for too many."""
     ranges = named(given, option, _low_high_count, LOW_HIGH_COUNT)

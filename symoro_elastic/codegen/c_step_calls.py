@@ -7,7 +7,14 @@ from collections.abc import Mapping, Sequence
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import EXTERNAL, Package
-from symoro_elastic.codegen.time_steps import WRENCH, MethodText, Variant, entries_of_state, rows_of_nodes
+from symoro_elastic.codegen.time_steps import (
+    MOTOR_COORDINATES,
+    WRENCH,
+    MethodText,
+    Variant,
+    entries_of_state,
+    rows_of_nodes,
+)
 
 
 class StepCalls:
@@ -28,7 +35,7 @@ class StepCalls:
         self.package, self.prefix, self.functions, self.many = package, prefix, functions, many
         self.offsets: dict[str, int] = {}
         self.constants = 0
-        for name in functions_of(methods):
+        for name in functions_of(methods, package):
             size = len(functions[name].constants) if name in functions and not many else 0
             if size:
                 self.offsets[name] = self.constants
@@ -45,6 +52,14 @@ class StepCalls:
         found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
         return self._under_forces(variant.right_side, [self._joints("qd"), known, *on_base], found)
 
+    def motors(self) -> str:
+        """Return the call that gives positions and velocities of motors on dependent joints."""
+        return self._model(MOTOR_COORDINATES, [*self._stage_position, "qd"], ["q_motor", "qd_motor"])
+
+    @property
+    def _stage_position(self) -> list[str]:
+        return [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
+
     def displacement(self, x: str) -> str:
         """Return the call that finds how far a floating base is from its pose at the start of the step."""
         orientation = self.package.base[0].name
@@ -56,9 +71,9 @@ class StepCalls:
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
-        return not {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}.isdisjoint(
-            self.offsets
-        )
+        needed = {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}
+        needed |= {MOTOR_COORDINATES} if variant.of_step and not self.package.has_motors_in_q else set()
+        return not needed.isdisjoint(self.offsets)
 
     def assemble(self) -> str:
         """Return the call that closes the loops, from the last position."""
@@ -90,9 +105,8 @@ class StepCalls:
 
     def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
         """Return the call of a model at the position of a stage, under the wrenches on frames."""
-        position = [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
         forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
-        return self._model(function, [*position, *inputs, *forces], results)
+        return self._model(function, [*self._stage_position, *inputs, *forces], results)
 
     def _joints(self, array: str) -> str:
         """Return the place of the joints in an array of the whole state, after a floating base."""
@@ -117,7 +131,7 @@ class StepCalls:
         return f"&c[{self.offsets[function]}U]" if self.offsets[function] else "c"
 
 
-def functions_of(methods: Sequence[MethodText]) -> list[str]:
+def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
     """Return the names of the models that steps call."""
     found = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
     if any(method.kind == "rosenbrock" for method in methods):
@@ -125,4 +139,5 @@ def functions_of(methods: Sequence[MethodText]) -> list[str]:
     implicit = [method for method in methods if method.kind in ("w", "midpoint")]
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
         found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
-    return [*found, "assemble", "base_displacement", "base_rates"]
+    of_motors = [] if package.has_motors_in_q else [MOTOR_COORDINATES]
+    return [*found, "assemble", *of_motors, "base_displacement", "base_rates"]

@@ -17,6 +17,9 @@ from symoro_elastic.integration.w_methods import WMethod
 Terms = tuple[tuple[str, int], ...]
 """Coefficients as literals, with their signs, and the stages they belong to."""
 
+MOTOR_COORDINATES = "motor_coordinates"
+"""The model that gives positions and velocities of motors on dependent joints."""
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -118,11 +121,10 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 
 
 def variants(package: Package) -> tuple[Variant, ...]:
-    """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
-    found = [TORQUE]
-    if package.motors and package.has_motors_in_q:
-        moves = bool(package.base) or len(package.motors) < len(package.axes)
-        found += [SERVO, *([DRIVEN] if moves else [])]
+    """Return the ways in which motors can be given: prescribed motions where they own entries of q."""
+    moves = bool(package.base) or len(package.motors) < len(package.axes)
+    found = [TORQUE, *([SERVO] if package.motor_names else [])]
+    found += [DRIVEN] if package.motor_names and package.has_motors_in_q and moves else []
     return tuple(map(_under_forces, found) if package.external else found)
 
 

@@ -43,7 +43,8 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     if machine.scene is not None:
         resolve(machine.scene, machine, models)
     of_units = [f"{place}: {doubt.what}" for place, doubt in doubts]
-    return [*warnings(machine, values), *of_units, *share_warnings(machine), *loop_warnings(machine)]
+    lines = [*machine.remarks, *warnings(machine, values), *of_units]
+    return [*lines, *share_warnings(machine), *loop_warnings(machine)]
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:

@@ -136,6 +136,7 @@ class Machine(Shown):
     `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
     `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect;
     `forces` the frames, and points of them, on which wrenches act that its models take as arguments.
+    `remarks` say, a line each, what its file holds and the machine does not: `checks.check` warns of them.
     """
 
     name: str
@@ -153,6 +154,7 @@ class Machine(Shown):
     wanted: Wanted | None = None
     static: dict[int, Joint] = field(default_factory=dict)
     forces: tuple[Asked, ...] = ()
+    remarks: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def headline(self) -> str:

@@ -20,6 +20,7 @@ from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.dynamics import SingularPivot
 from symoro_elastic.mechanics.lagrange import inertia_matrix
+from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.models.implicit_steps import implicit_system
@@ -172,9 +173,14 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
                 continue
         if machine.moving and not machine.floating:
             yield machine, trace(under_forces(machine, [machine.joint(machine.moving[-1]).name]), "external_forces")
-        if machine.moving and not machine.floating and len(machine.moving) < 8:
+        if machine.moving and len(machine.moving) < 8 and _takes_steps(machine):
             for motors in ways_to_give_motors(machine):
                 yield from ((machine, one) for one in implicit_system(machine, motors))
+            yield from ((machine, one) for one in (base_models(machine) if machine.floating else ()))
+
+
+def _takes_steps(machine: Machine) -> bool:
+    return machine.floating is None or machine.floating.known is Given.WRENCH
 
 
 @cache

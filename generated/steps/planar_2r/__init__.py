@@ -145,7 +145,8 @@ def step_w3(tau, h, q, qd, p=DEFAULTS):
     h, q, qd, tau = _steps.arrays(h, q, qd, tau)
 
     def rate(q, qd, node):
-        return qd, direct_dynamics(q, qd, tau[..., node, :], p)
+        qdd = direct_dynamics(q, qd, tau[..., node, :], p)
+        return qd, qdd
 
     def factors(g):
         return implicit_factors(q, qd, g, p)
@@ -166,7 +167,8 @@ def step_w3_error(tau, h, q, qd, p=DEFAULTS):
     h, q, qd, tau = _steps.arrays(h, q, qd, tau)
 
     def rate(q, qd, node):
-        return qd, direct_dynamics(q, qd, tau[..., node, :], p)
+        qdd = direct_dynamics(q, qd, tau[..., node, :], p)
+        return qd, qdd
 
     def factors(g):
         return implicit_factors(q, qd, g, p)
@@ -189,7 +191,8 @@ def step_w3_servo(tau, r, rd, kp, kd, h, q, qd, p=DEFAULTS):
 
     def rate(q, qd, node):
         torque = tau[..., node, :] + kp * (r[..., node, :] - q[..., MOTORS]) + kd * (rd[..., node, :] - qd[..., MOTORS])
-        return qd, direct_dynamics(q, qd, torque, p)
+        qdd = direct_dynamics(q, qd, torque, p)
+        return qd, qdd
 
     def factors(g):
         return implicit_factors_servo(q, qd, g, kp, kd, p)
@@ -212,7 +215,8 @@ def step_w3_servo_error(tau, r, rd, kp, kd, h, q, qd, p=DEFAULTS):
 
     def rate(q, qd, node):
         torque = tau[..., node, :] + kp * (r[..., node, :] - q[..., MOTORS]) + kd * (rd[..., node, :] - qd[..., MOTORS])
-        return qd, direct_dynamics(q, qd, torque, p)
+        qdd = direct_dynamics(q, qd, torque, p)
+        return qd, qdd
 
     def factors(g):
         return implicit_factors_servo(q, qd, g, kp, kd, p)

@@ -1,0 +1,302 @@
+"""A robot's links and joints as the table of geometric parameters.
+
+Frames are chosen on the axes of the joints at position 0; each row is the displacement between two of them, so any
+robot has a table, and the table has the same positions, torques and frames. Links on fixed joints are merged; those
+that carry nothing keep their frames, as fixed rows at the end. Frame 0 is that of the root link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.robots.axis_frames import Axis, frame_on
+from symoro_elastic.machine.formats.robots.bodies import body_of
+from symoro_elastic.machine.formats.robots.description import (
+    Connection,
+    Description,
+    JointType,
+    LinkJoint,
+    Placement,
+)
+from symoro_elastic.machine.formats.robots.followed import Followers
+from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, placement_of, rows_of
+from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
+from symoro_elastic.machine.machine import (
+    Base,
+    Body,
+    Closing,
+    Floating,
+    Friction,
+    Joint,
+    Kind,
+    Loop,
+    Machine,
+    Spring,
+    Vector3,
+)
+from symoro_elastic.machine.names import did_you_mean, listed, quoted
+
+SEAT, CUT, END = "_seat", "_cut", "_end"
+"""Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
+LEAST_SIZE = 1e-9
+"""Of a robot, m."""
+MOST_ERROR = 1e-12
+"""Of an exact table: displacements that it leaves between its frames and those of the robot, rad, and m by its size."""
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """The largest rotation, rad, and displacement, m, between a frame of the table and the same of the robot."""
+
+    rotation: float
+    translation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The table of a robot and what it leaves of it: `machine`, and the `deviation` of its frames at position 0."""
+
+    machine: Machine
+    deviation: Deviation
+
+
+def machine_of(description: Description, source: str) -> Machine:
+    """The machine with the exact table of a robot; raises `InputError` that names the joint or the link."""
+    return table_of(description, source).machine
+
+
+def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
+    """The table of a robot, exact but for rounding, or with angles and lengths within `snap` (rad, m) of simple ones.
+
+    Angles are then multiples of pi/12 and lengths zero. Raises `InputError` that names the joint or the link.
+    """
+    tree = tree_of(description, source)
+    builder = _Builder(tree, source, snap)
+    table = Table(builder.machine, builder.deviation)
+    spread, size = 100 * snap * len(table.machine.joints), builder.size
+    far = table.deviation.translation > MOST_ERROR * size + spread * max(size, 1.0)
+    if far or table.deviation.rotation > MOST_ERROR + spread:
+        what = f"its table would be {table.deviation.translation:.1e} m off: an axis cannot be placed; please report it"
+        raise InputError(source, "robot", what)
+    return table
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A frame that gets a row: the joint that carries it, None on frame 0, and its placement in that joint's frame.
+
+    `joint` is the joint that moves it there; a leaf and the ends of a loop have none.
+    """
+
+    name: str
+    carrier: LinkJoint | None
+    target: Placement
+    joint: LinkJoint | None = None
+    is_cut: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Builder:
+    """A robot on the way to its table."""
+
+    tree: Tree
+    source: str
+    snap: float
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine with the table."""
+        description = self.tree.description
+        return Machine(
+            name=description.name,
+            joints=tuple(self._following(row) for row in self.rows),
+            loops=tuple(self._loops()),
+            base=Base(gravity=_vector(description.gravity)),
+            floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
+            remarks=(*description.remarks, *self._remarks()),
+            source=self.source,
+        )
+
+    def _remarks(self) -> Iterator[str]:
+        """What the table holds that the user of the robot may not expect."""
+        followers = [joint.name for joint in self.tree.moving if joint.follows]
+        if followers:
+            yield f"joints that mimic others are coupled rows, without a variable: {listed(followers)}"
+        moving = [row for row in self.rows if row.kind is not Kind.FIXED]
+        empty = [row.name for row in moving if row.body == Body() and row.rotor_inertia.is_zero]
+        if empty:
+            yield f"no mass is given for the links on these joints, none is taken: {listed(empty)}"
+        on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]
+        held = sum(link.mass for link, _ in self.tree.links_on(None))
+        if held and len(on_base) > 1 and not self.tree.floating:
+            yield (
+                f"link {quoted(self.tree.root)} is held, its mass of {held:g} kg is at rest: a base that floats is the "
+                "child of a floating joint"
+            )
+
+    @cached_property
+    def deviation(self) -> Deviation:
+        """Between the frames of the rows and those of the robot, at position 0."""
+        realized = [Placement()]
+        for row in self.rows:
+            realized.append(realized[row.antecedent] * placement_of(row))
+        wanted: dict[str, Placement] = {}
+        largest = [0.0, 0.0]
+        for placed, number in zip(self.placed, self.numbers, strict=True):
+            before = wanted[placed.carrier.name] if placed.carrier else Placement()
+            target = before * self._displacement(placed)
+            if placed.joint:
+                wanted[placed.joint.name] = target
+            between = target.inverse * realized[number]
+            errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
+            largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
+        return Deviation(*largest)
+
+    @cached_property
+    def size(self) -> float:
+        """Largest distance of a joint, or of a centre of mass, from the joint before, m."""
+        places = [joint.placement.translation for joint in self.tree.joints]
+        centers = [link.center for link in self.tree.description.links]
+        return max(LEAST_SIZE, *(float(np.abs(x).max()) for x in (*places, *centers)))
+
+    @cached_property
+    def tolerance(self) -> Tolerance:
+        """What is taken for zero."""
+        return Tolerance.of(self.snap, self.size) if self.snap else Tolerance.rounding(self.size)
+
+    @cached_property
+    def placed(self) -> tuple[Placed, ...]:
+        """What gets a row: joints that move, then leaves and the ends of connections."""
+        tree = self.tree
+        moving = [Placed(j.name, tree.carrier(j), tree.seat(j) * self._frame_of(j), j) for j in tree.moving]
+        leaves = [Placed(joint.child, tree.carrier(joint), tree.seat(joint)) for joint in tree.leaves]
+        ends = [end for connection in tree.description.connections for end in self._ends(connection)]
+        return (*moving, *leaves, *ends)
+
+    def _ends(self, connection: Connection) -> Iterator[Placed]:
+        """The cut joint of a loop, and the frame that it meets."""
+        on = ((CUT, connection.first, connection.on_first), (END, connection.second, connection.on_second))
+        for suffix, link, place in on:
+            if link not in self.tree.carried:
+                what = f"{quoted(link)} is no link that the robot moves{did_you_mean(link, self.tree.carried)}"
+                raise InputError(self.source, f"connection {quoted(connection.name)}", what)
+            carried = self.tree.carried[link]
+            yield Placed(connection.name + suffix, carried.joint, carried.placement * place, is_cut=suffix == CUT)
+
+    def _loops(self) -> Iterator[Loop]:
+        """The loops that the connections close: the last rows are their ends."""
+        connections = self.tree.description.connections
+        ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
+        for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
+            yield Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+
+    @cached_property
+    def frames(self) -> dict[str, Placement]:
+        """The frame of each moving joint in the table, in the frame of the joint in the description."""
+        found: dict[str, Placement] = {}
+        for joint in self.tree.moving:
+            carrier = self.tree.carrier(joint)
+            before = self.tree.seat(joint).inverse * (found[carrier.name] if carrier else Placement())
+            found[joint.name] = frame_on(Axis(np.zeros(3), joint.axis), before, self._axis_after(joint))
+        return found
+
+    def _axis_after(self, joint: LinkJoint) -> Axis | None:
+        """The axis of the joint that follows, the one that carries most."""
+        for after in self.tree.carried_joints[joint.name]:
+            seat = self.tree.seat(after)
+            return Axis(seat.translation, seat.rotation @ after.axis)
+        return None
+
+    def _frame_of(self, joint: LinkJoint | None) -> Placement:
+        """The frame of a joint that moves, else that of its link."""
+        return self.frames.get(joint.name, Placement()) if joint else Placement()
+
+    def _displacement(self, placed: Placed) -> Placement:
+        """Placement of the frame of a row in that of the row that carries it."""
+        return self._frame_of(placed.carrier).inverse * placed.target
+
+    @property
+    def rows(self) -> list[Joint]:
+        """The rows of the table; coupled ones without what they follow."""
+        return self._rows_and_numbers[0]
+
+    @property
+    def numbers(self) -> list[int]:
+        """The number of the row of each placed frame."""
+        return self._rows_and_numbers[1]
+
+    @cached_property
+    def _rows_and_numbers(self) -> tuple[list[Joint], list[int]]:
+        rows: list[Joint] = []
+        numbers: list[int] = []
+        of_joints: dict[str, int] = {}
+        for placed in self.placed:
+            antecedent = of_joints[placed.carrier.name] if placed.carrier else 0
+            *seats, last = rows_of(self._displacement(placed), self.tolerance)
+            for seat in seats:
+                rows.append(seat.put_into(Joint(placed.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
+                antecedent = len(rows)
+            numbers.append(len(rows) + 1)
+            if placed.joint:
+                of_joints[placed.joint.name] = numbers[-1]
+            rows.append(last.put_into(self._row(placed, antecedent, numbers[-1]), self.tolerance))
+        return rows, numbers
+
+    def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
+        """The row of a joint, without its geometric parameters."""
+        joint = placed.joint
+        if joint is None:
+            return Joint(placed.name, antecedent, Kind.CUT if placed.is_cut else Kind.FIXED, 2)
+        kind, sigma = kind_of(joint, self.source), int(joint.type is JointType.PRISMATIC)
+        variable = None if kind is Kind.COUPLED else f"q{number}"
+        row = Joint(joint.name, antecedent, kind, sigma, variable, body=self._body_on(joint))
+        return with_forces(row, joint)
+
+    def _body_on(self, joint: LinkJoint | None) -> Body:
+        """The body that moves with a joint, or with frame 0, in the frame of the table."""
+        into = self._frame_of(joint).inverse
+        links = [(link, into * place) for link, place in self.tree.links_on(joint)]
+        return body_of(links, self.tolerance.length, self.snap)
+
+    def _following(self, row: Joint) -> Joint:
+        """The row, a coupled one with the formula of the variable that it follows."""
+        if row.kind is not Kind.COUPLED:
+            return row
+        joint = next(one for one in self.tree.moving if one.name == row.name)
+        variables = {one.name: one.variable for one in self.rows if one.variable}
+        return row.with_selected(Followers(self.tree, self.source).cell(joint, row.selected, variables))
+
+
+def kind_of(joint: LinkJoint, source: str) -> Kind:
+    """The kind of a joint that moves; raises `InputError` for a spring beside a motor."""
+    if joint.follows or joint.stiffness:
+        if joint.stiffness and (joint.follows or joint.driven):
+            what = "it has a spring and a motor, or follows another joint: a row of the table has one of these"
+            raise InputError(source, f"joint {quoted(joint.name)}", what)
+        return Kind.COUPLED if joint.follows else Kind.ELASTIC
+    return Kind.MOTOR if joint.driven else Kind.PASSIVE
+
+
+def with_forces(row: Joint, joint: LinkJoint) -> Joint:
+    """The row with the forces on the joint: spring, friction, and the inertia of the rotor."""
+    stiffness, neutral, damping, dry, rotor = (
+        length_cell(x, 0.0)
+        for x in (joint.stiffness, joint.neutral, joint.damping, joint.friction, joint.rotor_inertia)
+    )
+    elastic = row.kind is Kind.ELASTIC
+    return replace(
+        row,
+        spring=Spring(stiffness, damping, neutral) if elastic else Spring(),
+        friction=Friction(coulomb=dry) if elastic else Friction(damping, dry),
+        rotor_inertia=rotor,
+    )
+
+
+def _vector(values: Iterable[float]) -> Vector3:
+    x, y, z = (length_cell(value, 0.0) for value in values)
+    return x, y, z
