@@ -24,12 +24,13 @@ FIVE = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "bias_forces", 
 
 
 class Golden(NamedTuple):
-    """An example, the folder under generated/ that its machine goes to, the models (none: as the example says)."""
+    """An example, the folder under generated/ that its machine goes to, models (none: as it says), time steps."""
 
     example: str
     folder: str
     models: tuple[str, ...] = ()
     targets: tuple[str, ...] = DEFAULT_TARGETS
+    steps: tuple[str, ...] = ()
 
 
 # Directly under generated/ stands what `symoro-elastic generate examples/...` writes without an option.
@@ -42,13 +43,14 @@ GOLDEN = (
     Golden("ball_screw.toml", "."),
     Golden("sr400.par", "."),
     Golden("planar_2r.toml", "all_models", FIVE, ("numpy", "c-batch")),
+    Golden("planar_2r.toml", "steps", FIVE[:2], steps=("w3",)),
 )
 
 
 def make(golden: Golden, out: Path) -> list[Path]:
     """Write what an example generates to `out` in place of generated/; the files, relative to it."""
     machine, _ = read_machine(ROOT / "examples" / golden.example)
-    scene = Scene(golden.models) if golden.models else machine.scene or Scene()
+    scene = Scene(golden.models, steps=golden.steps) if golden.models else machine.scene or Scene()
     with permission(force=True):
         written = generate(machine, scene, golden.targets, out / golden.folder).written
     return sorted(path.relative_to(out) for path in written)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, chosen, the_machine
-from symoro_elastic.api.scenes import Asked, Prescribed, SceneLike, prescribed
+from symoro_elastic.api.scenes import Asked, Prescribed, SceneLike, prescribed, top_of
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.machine.formats.motions import motions_of, wanted_of
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 
@@ -157,11 +159,27 @@ def ladder(
     from symoro_elastic.simulation.tolerances import tolerances
 
     whole = the_machine(machine)
-    found = restricted(whole, Asked().of(whole, scene))
+    found = replace(restricted(whole, Asked().of(whole, scene)), forces=())
     asked = prescribed(found, scene)
     wanted = _tolerated(asked)
     motions = _from_box(asked.motions, box or {}, starts, found)
     return ladder_of(found, motions, tolerances(wanted, found), wanted.period, announce, progress)
+
+
+def predicted_ladder(machine: MachineLike, scene: str | Path | Mapping[str, Any]) -> Ladder | None:
+    """Return the ladder of the motions of a scene by prediction alone; None without a motion or a tolerance.
+
+    Raises `InputError`.
+    """
+    from symoro_elastic.model_ladder.rungs import predicted_ladder as ladder_of
+    from symoro_elastic.simulation.tolerances import tolerances
+
+    whole = the_machine(machine)
+    found = replace(restricted(whole, Asked().of(whole, scene)), forces=())
+    motions, wanted = motions_of(top_of(scene), found), wanted_of(top_of(scene))
+    if not motions or wanted is None or wanted.tolerance is None:
+        return None
+    return ladder_of(found, motions, tolerances(wanted, found), wanted.period)
 
 
 def _tolerated(asked: Prescribed) -> Wanted:

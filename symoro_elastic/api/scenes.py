@@ -87,7 +87,7 @@ def given_scene(machine: Machine, scene: SceneLike) -> Scene:
 def kept_machine(machine: MachineLike, scene: SceneLike) -> Machine:
     """Return a machine with the joints locked that the scene locks."""
     found = the_machine(machine)
-    return restricted(found, Asked().of(found, scene))
+    return replace(restricted(found, Asked().of(found, scene)), forces=())
 
 
 @dataclass(frozen=True)

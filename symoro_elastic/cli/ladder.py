@@ -74,9 +74,14 @@ def ladder(
 
 def _print(found: Ladder, scene: str) -> None:
     from symoro_elastic.machine.formats import read_wanted
-    from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, period_of
+    from symoro_elastic.model_ladder.rungs import EACH_SPRING
+    from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, period_of, springs_table
 
+    for note in found.condensed:
+        click.echo(f"note: {note}", err=True)
     print_table(ladder_table(found), f"{found.machine.name}: what {scene} requires")
+    if found.springs:
+        print_table(springs_table(found), EACH_SPRING)
     wanted = read_wanted(scene)
     lines = [advice(found), period_of(found, wanted) if wanted else "", arithmetic_line(found)]
     click.echo("\n".join(line for line in lines if line))

@@ -75,11 +75,11 @@ def _warn(warning: str) -> None:
 
 
 def read_restricted(path: str, scene: str | None = None) -> Machine:
-    """Return the machine of a file with the joints locked that the scene locks."""
+    """Return the machine of a file with the joints locked that the scene locks, without wrenches as arguments."""
     from symoro_elastic.machine.restrict import restricted
 
     machine = read(path)
-    return restricted(machine, scene_of(machine, scene))
+    return replace(restricted(machine, scene_of(machine, scene)), forces=())
 
 
 def scene_of(

@@ -113,7 +113,8 @@ def trade(
     Precisions, compilers and flags, batches, base parameters, constants: each point on this computer. An error is
     relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand; inputs are in
     double, rounding them counts. What is recommended keeps the tolerance at 100 000 states that were not tried, with
-    95 % confidence: a bound from the tail of the errors measured.
+    95 % confidence: a bound from the tail of the errors measured. Where the scene has a motion and tolerances, a
+    line says what the ladder predicts for it.
     """
     from symoro_elastic.trade_off.plots import plot
     from symoro_elastic.trade_off.tables import trade_json
@@ -127,12 +128,28 @@ def trade(
         advised = found.advice(verdict.tolerance, fast_math=verdict.fast_math)
     except InputError as error:
         failed = error
+    quoted = _quoted_ladder(given, selection.scene)
     if as_json:
-        print_json(trade_json(found, advised, words, verdict.fast_math))
+        print_json(trade_json(found, advised, words, verdict.fast_math) | {"ladder": quoted or None})
     else:
         _print(found, advised, words, verdict)
+        if quoted:
+            click.echo(f"ladder of {selection.scene}: {quoted}")
     if failed:
         raise failed
+
+
+def _quoted_ladder(machine: Machine, scene: str | None) -> str:
+    """Return a line of the ladder of the motion in a scene file; empty where it has none, or none that can be made."""
+    from symoro_elastic.api import motions as api
+    from symoro_elastic.model_ladder.tables import predicted_line
+
+    try:
+        found = api.predicted_ladder(machine, scene) if scene else None
+    except InputError as error:
+        click.echo(f"note: no ladder: {error}", err=True)
+        return ""
+    return predicted_line(found) if found else ""
 
 
 def _found(machine: Machine, scene: Scene, effort: Effort) -> Trade:

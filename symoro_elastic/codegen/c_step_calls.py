@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import (
     MOTOR_COORDINATES,
     WRENCH,
@@ -47,11 +47,10 @@ class StepCalls:
 
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        driven = variant.right_side == "inverse_dynamics"
-        given = "ydd" if driven else "torque" if variant.of_step else "tau"
+        known = "ydd" if variant.is_driven else "torque" if variant.of_step else "tau"
         on_base = ["turned", "qd", WRENCH] if self.package.base else []
-        found = [*(["tau"] if driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
-        return self._model(variant.right_side, [*self._stage_position, self._joints("qd"), given, *on_base], found)
+        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
+        return self._under_forces(variant.right_side, [self._joints("qd"), known, *on_base], found)
 
     def motors(self) -> str:
         """Return the call that gives positions and velocities of motors on dependent joints."""
@@ -82,7 +81,7 @@ class StepCalls:
 
     def linearization(self) -> str:
         """Return the call of the linear model at the start of a step."""
-        return self._model("linearization", [*self._stage_position, "qd", "qdd"], ["M", "D", "K"])
+        return self._under_forces("linearization", ["qd", "qdd"], ["M", "D", "K"])
 
     def factors(self, variant: Variant) -> str:
         """Return the call that factors the system of an implicit step."""
@@ -93,15 +92,21 @@ class StepCalls:
         """Return the call that solves it, for the right side `v_s`, `qdd`."""
         return self._model(f"implicit_solve{variant.suffix}", ["factors", "v_s", "qdd"], [z_q, z_v], depth)
 
-    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1) -> str:
-        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`."""
-        rows = [self._from(row, node * size) for row, size in rows_of_nodes(variant, self.package).items()]
+    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL) -> str:
+        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
+        given = rows_of_nodes(variant, self.package)
+        rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in given.items()]
         dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
         turned = [self.package.base[0].name] if self.package.base else []
         others = [*variant.of_step, *dependent, *turned, "p", *(["c"] if self.constants else [])]
         arrays = ["q_s", "v_s", *rows, *others, qdd]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
+
+    def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
+        """Return the call of a model at the position of a stage, under the wrenches on frames."""
+        forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
+        return self._model(function, [*self._stage_position, *inputs, *forces], results)
 
     def _joints(self, array: str) -> str:
         """Return the place of the joints in an array of the whole state, after a floating base."""

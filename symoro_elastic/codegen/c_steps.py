@@ -14,6 +14,8 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
+    EXTERNAL_RATE,
+    RATES,
     Literals,
     MethodText,
     Terms,
@@ -124,10 +126,15 @@ class CSteps:
         """Rows for the nodes, gains, and the rate of the torques."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
         for name, entries in rows_of_nodes(variant, self.package).items():
-            rows = len(method.nodes) * entries
+            rows = len(method.nodes_of(variant)) * entries
             yield Array(state, name, str(rows), rows)
-        for name in (*variant.of_step, *(("taud",) if method.kind == "rosenbrock" else ())):
+        for name in variant.of_step:
             yield Array(state, name, motors, torques)
+        for name in variant.of_rate if method.kind == "rosenbrock" else ():
+            if name == EXTERNAL_RATE:
+                yield Array(state, name, str(self.package.external), self.package.external)
+            else:
+                yield Array(state, name, motors, torques)
 
     def _written(self, with_error: bool) -> Iterator[Array]:
         """The state, and the difference from the embedded method."""
@@ -169,11 +176,13 @@ class CSteps:
             "at_v": "v" if package.base else "qd",
             "motors": self._motors_in_q(),
             "driven": len(package.motor_names),
+            "external": package.external,
             "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
             "steps": self.steps,
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
             "sizes": {suffix: f.results[0].entries for suffix, f in factors.items() if f},
             "zero": literal.number(Fraction(0)),
+            "one": literal.number(Fraction(1)),
             "half": literal.number(Fraction(1, 2)),
             "constants": self.constants,
             "preparing": self.call.preparing(),
@@ -202,9 +211,9 @@ class CSteps:
         name = f"static void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
-    def _last_row(self, method: MethodText) -> str:
+    def _last_row(self, method: MethodText, variant: Variant) -> str:
         """The place of the row of the last node."""
-        offset = (len(method.nodes) - 1) * len(self.package.motor_names)
+        offset = (len(method.nodes_of(variant)) - 1) * len(self.package.motor_names)
         return f"{offset}U{'*count' if self.many else ''} + " if offset else ""
 
 
@@ -219,9 +228,10 @@ def sum_of(terms: Terms, array: str) -> str:
 
 def _comment(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
     yield f"One step h [s] of the {method.title}{variant.words}."
-    yield f"{', '.join(rows_of_nodes(variant, package))}: a row for each of the times {', '.join(method.times)}"
+    rows, times = ", ".join(rows_of_nodes(variant, package)), ", ".join(method.times(variant))
+    yield f"{rows}: a row for each of the times {times}"
     if method.kind == "rosenbrock":
-        yield "taud: derivative of the torques by time at t, that of kp r + kd rd with it"
+        yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
     yield f"{', '.join(('q', 'qd', *(one.name for one in package.base)))}: the state, at t when called, at t + h then"
     if with_error:
         yield f"-> error: {error_meaning(package)}"

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c_lines import with_arguments
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
+    EXTERNAL_RATE,
+    RATES,
     WRENCH,
     MethodText,
     Terms,
@@ -31,6 +33,7 @@ class NumpyStep:
     described: tuple[str, ...]
     arrays: str
     takes_dependent: bool
+    takes_forces: frozenset[str]
     base: tuple[str, ...]
     needs: str
 
@@ -38,6 +41,16 @@ class NumpyStep:
     def position(self) -> str:
         """The arguments for the position at the start of the step."""
         return "q, q_dep" if self.takes_dependent else "q"
+
+    def forces(self, function: str, node: str) -> str:
+        """The wrenches on frames at a node, as a further argument of a model that takes them."""
+        more = self.more if function != "linearization" else ""
+        return f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
+
+    @property
+    def more(self) -> str:
+        """What methods with exact derivatives add to the wrenches on frames."""
+        return " + more" if self.method.kind == "rosenbrock" and EXTERNAL in self.variant.of_nodes else ""
 
     @property
     def stage_position(self) -> str:
@@ -47,7 +60,7 @@ class NumpyStep:
     @property
     def on_base(self) -> str:
         """The arguments of a dynamic model for a floating base."""
-        return f"turned, V0, {WRENCH}[..., node, :], " if self.base else ""
+        return f", turned, V0, {WRENCH}[..., node, :]" if self.base else ""
 
     @property
     def found(self) -> str:
@@ -94,7 +107,7 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
-    of_rate = ("taud",) if method.kind == "rosenbrock" else ()
+    of_rate = variant.of_rate if method.kind == "rosenbrock" else ()
     arrays = [*rows_of_nodes(variant, package), *variant.of_step, *of_rate]
     dependent = ["q_dep"] if package.takes_dependent else []
     base = tuple(one.name for one in package.base)
@@ -107,6 +120,7 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         described=tuple(_described(method, variant, with_error, package)),
         arrays=", ".join(["h", "q", "qd", *arrays, *base]),
         takes_dependent=package.takes_dependent,
+        takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
         base=base,
         needs=NEEDS[method.kind],
     )
@@ -116,21 +130,25 @@ NEEDS = {
     "explicit": "rate",
     "w": "rate, factors, solve",
     "midpoint": "rate, factors, solve",
-    "rosenbrock": "rate, linear, _steps.on_motors(taud, MOTORS, len(JOINTS))",
+    "rosenbrock": "rate, linear",
 }
 """The functions that a step of each kind of method calls."""
 
 
 def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
-    motors = len(package.motor_names)
-    rows, times = ", ".join(variant.of_nodes), ", ".join(method.times)
-    yield f"{rows} (..., {len(method.nodes)}, {motors}): a row for each of the times {times}."
+    motors, times = len(package.motor_names), ", ".join(method.times(variant))
+    rows = [name for name in variant.of_nodes if name != EXTERNAL]
+    nodes = len(method.nodes_of(variant))
+    yield f"{', '.join(rows)} (..., {nodes}, {motors}): a row for each of the times {times}."
+    if package.external:
+        yield f"{EXTERNAL} (..., {nodes}, {package.external}): wrenches on frames in axes of frame 0, the same rows."
     if package.base:
-        yield f"f0 (..., {len(method.nodes)}, 6): the wrench on the base at these times, in its axes."
+        yield f"f0 (..., {nodes}, 6): the wrench on the base at these times, in its axes."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":
-        yield f"taud ({motors}): derivative by time of the torques at t, that of kp r + kd rd with it."
+        for name in variant.of_rate:
+            yield f"{name} ({package.external if name == EXTERNAL_RATE else motors}): {RATES[name]}."
     dependent = ", q_dep" if package.takes_dependent else ""
     base = "".join(f", {one.name}" for one in package.base)
     error = f"; {error_meaning(package)}" if with_error else ""

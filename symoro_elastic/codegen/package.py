@@ -10,6 +10,8 @@ from symoro_elastic.symbolic.program import Program
 
 BASE = "base"
 """Name of the six rows of a floating base."""
+EXTERNAL = "f_ext"
+"""Name of the wrenches on frames."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,12 @@ class Package:
     def takes_dependent(self) -> bool:
         """Whether functions take dependent variables, which have no closed form."""
         return any(argument.name == "q_dep" for function in self.functions for argument in function.arguments)
+
+    @property
+    def external(self) -> int:
+        """Entries of the wrenches on frames that functions take; 0 where there are none."""
+        sizes = (a.size for function in self.functions for a in function.arguments if a.name == EXTERNAL)
+        return next(sizes, 0)
 
     @property
     def motor_names(self) -> tuple[str, ...]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.integration.methods import Method, times_of
+from symoro_elastic.integration.methods import Method, nodes_of, times_of
 from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Coefficients, Tableau
@@ -23,24 +23,41 @@ MOTOR_COORDINATES = "motor_coordinates"
 
 @dataclass(frozen=True)
 class Variant:
-    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words."""
+    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words.
+
+    `of_nodes` are those of motors, then that of wrenches on frames.
+    `of_rate` is what methods with exact derivatives take beside: what changes by time at t.
+    """
 
     suffix: str
     of_nodes: tuple[str, ...]
     of_step: tuple[str, ...] = ()
     words: str = ""
+    of_rate: tuple[str, ...] = ("taud",)
 
     @property
     def right_side(self) -> str:
         """The model that gives accelerations."""
-        return "inverse_dynamics" if self is DRIVEN else "direct_dynamics"
+        return "inverse_dynamics" if self.is_driven else "direct_dynamics"
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether motors are on prescribed motions."""
+        return self.suffix == DRIVEN.suffix
 
 
+EXTERNAL_RATE = f"{EXTERNAL}d"
 WRENCH, DEGREES = "f0", 6
 """The wrench on a floating base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
-DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd")
+DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
+RATES = {
+    "taud": "derivative by time of the torques at t, that of kp r + kd rd with it",
+    "yddd": "derivative of ydd by time at t",
+    EXTERNAL_RATE: "derivative of f_ext by time at t",
+}
+"""Meaning of what changes by time."""
 
 
 @dataclass(frozen=True)
@@ -57,57 +74,70 @@ class Stage:
 
 @dataclass(frozen=True)
 class MethodText:
-    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error."""
+    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
+
+    `end` is the node at t + h of motors that are driven, where stages have none.
+    """
 
     name: str
     title: str
     kind: str
     gamma: str
     nodes: tuple[str, ...]
+    end: tuple[str, ...]
     stages: tuple[Stage, ...]
     b: Terms
     error: Terms
     iterations: int
     variants: tuple[Variant, ...]
 
-    @property
-    def times(self) -> tuple[str, ...]:
-        """The times of the nodes in words."""
-        return tuple(map(_in_words, self.nodes))
+    def nodes_of(self, variant: Variant) -> tuple[str, ...]:
+        """The nodes at which a variant is given the motors."""
+        return (*self.nodes, *self.end) if variant.is_driven else self.nodes
+
+    def times(self, variant: Variant) -> tuple[str, ...]:
+        """Their times in words."""
+        return tuple(map(_in_words, self.nodes_of(variant)))
 
 
 def method_text(method: Method, package: Package, precision: Precision) -> MethodText:
     """Return a method with its coefficients as literals of a precision."""
     literal = Literals(precision)
     times = times_of(method)
-    nodes = tuple(dict.fromkeys(times))
+    nodes = nodes_of(method)
     return MethodText(
         name=method.name,
         title=method.title,
         kind=_kind(method),
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
         nodes=tuple(map(literal.number, nodes)),
+        end=tuple(map(literal.number, nodes_of(method, driven=True)[len(nodes) :])),
         stages=_stages(method, times, nodes, literal),
         b=literal.terms(_weights(method)),
         error=literal.terms(_error_weights(method)),
         iterations=method.iterations if isinstance(method, Midpoint) else 0,
-        variants=variants(method, package),
+        variants=variants(package),
     )
 
 
-def variants(method: Method, package: Package) -> tuple[Variant, ...]:
+def variants(package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: prescribed motions where they own entries of q."""
-    if not package.motor_names:
-        return (TORQUE,)
     moves = bool(package.base) or len(package.motors) < len(package.axes)
-    follows = moves and package.has_motors_in_q and not isinstance(method, Rosenbrock | Midpoint)
-    return (TORQUE, SERVO, DRIVEN) if follows else (TORQUE, SERVO)
+    found = [TORQUE, *([SERVO] if package.motor_names else [])]
+    found += [DRIVEN] if package.motor_names and package.has_motors_in_q and moves else []
+    return tuple(map(_under_forces, found) if package.external else found)
+
+
+def _under_forces(variant: Variant) -> Variant:
+    """The variant with the wrenches on frames, too."""
+    return replace(variant, of_nodes=(*variant.of_nodes, EXTERNAL), of_rate=(*variant.of_rate, EXTERNAL_RATE))
 
 
 def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
     """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on a floating base."""
-    of_motors = dict.fromkeys(variant.of_nodes, len(package.motor_names))
-    return of_motors | ({WRENCH: DEGREES} if package.base else {})
+    given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
+    given |= {EXTERNAL: package.external} if package.external else {}
+    return given | ({WRENCH: DEGREES} if package.base else {})
 
 
 def entries_of_state(package: Package) -> int:

@@ -21,6 +21,11 @@ def times_of(method: Method) -> Coefficients:
     return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c
 
 
+def nodes_of(method: Method, driven: bool = False) -> Coefficients:
+    """Return the times, in steps, at which motors are given: those of stages, and the end where they are `driven`."""
+    return tuple(dict.fromkeys((*times_of(method), *([Fraction(1)] if driven else []))))
+
+
 def share_of_halving(method: Method) -> float:
     """Return the error of a step over what halving it changes, 2^p / (2^p - 1) for order p."""
     return float(2**method.order / (2**method.order - 1))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symoro_elastic.quantities.time_steps import TimeStep
+
 
 @dataclass(frozen=True)
 class Midpoint:
@@ -15,6 +17,6 @@ class Midpoint:
     iterations: int
 
 
-MIDPOINT = Midpoint("midpoint", "implicit midpoint rule, order 2", 2, 4)
+MIDPOINT = Midpoint(TimeStep.MIDPOINT, "implicit midpoint rule, order 2", 2, 4)
 """Hairer, Lubich and Wanner, Geometric Numerical Integration, section II.1.1, Gauss method of one stage: it keeps the
 energy of linear vibrations."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symoro_elastic.integration.tableaus import Coefficients, row
+from symoro_elastic.quantities.time_steps import TimeStep
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Rosenbrock:
 
 
 RODAS4 = Rosenbrock.printed(
-    "rodas4",
+    TimeStep.RODAS4,
     "Rosenbrock method RODAS, order 4",
     4,
     "0.25",

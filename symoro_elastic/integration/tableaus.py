@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from symoro_elastic.quantities.time_steps import TimeStep
+
 Coefficients = tuple[Fraction, ...]
 
 
@@ -44,7 +46,7 @@ def row(text: str) -> Coefficients:
 
 
 RK4 = Tableau.printed(
-    "rk4",
+    TimeStep.RK4,
     "classical Runge-Kutta method, order 4",
     4,
     """

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symoro_elastic.integration.tableaus import Coefficients, row
+from symoro_elastic.quantities.time_steps import TimeStep
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class WMethod:
 
 
 W2 = WMethod.printed(
-    "w2",
+    TimeStep.W2,
     "W-method ROS2, order 2",
     2,
     "0.29289321881345247560",
@@ -60,7 +61,7 @@ W2 = WMethod.printed(
 """ROS2 with gamma = 1 - 1/sqrt(2): Verwer, Spee, Blom and Hundsdorfer, A second-order Rosenbrock method applied to
 photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999), equation 4 and gamma_21 = -2 gamma."""
 W3 = WMethod.printed(
-    "w3",
+    TimeStep.W3,
     "W-method ROS34PW2, order 3",
     3,
     "0.43586652150845900",
@@ -74,4 +75,3 @@ W3 = WMethod.printed(
 )
 """ROS34PW2: Rang and Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of
 index 1, BIT 45 (2005), table 5."""
-W_METHODS = {method.name: method for method in (W2, W3)}

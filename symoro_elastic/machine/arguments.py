@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symoro_elastic.machine.machine import Given, Joint, Machine
+from symoro_elastic.machine.machine import Given, Machine
 from symoro_elastic.quantities import QUANTITIES, Quantity, Role
 
 PARAMETERS = "p"
@@ -14,18 +14,19 @@ PARAMETERS = "p"
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument."""
     numbers = {"n": machine.moving, "m": machine.motors, "d": machine.dependent, "": ()}
-    of = {letter: {j: machine.joint(j) for j in joints} for letter, joints in numbers.items()} | {"s": machine.static}
+    of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
+    of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
+    of["w"] = {k: str(asked) for k, asked in enumerate(machine.forces, start=1)}
     inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
     rows = [row for row in inputs if row.entries or row.follows]
     return {row.name: _entries(row, of[row.follows]) for row in rows}
 
 
-def _entries(row: Quantity, joints: Mapping[int, Joint]) -> tuple[str, ...]:
-    if isinstance(row.entries, tuple):
-        return row.entries
+def _entries(row: Quantity, variables: Mapping[int, str]) -> tuple[str, ...]:
     if not row.entries:
-        return tuple(str(joint.variable) for joint in joints.values())
-    return tuple(row.entries.replace("@", str(j)) for j in joints)
+        return tuple(variables.values())
+    entries = row.entries if isinstance(row.entries, tuple) else (row.entries,)
+    return tuple(entry.replace("@", str(j)) for j in variables for entry in entries) if row.follows else entries
 
 
 def column_names(machine: Machine, columns: Sequence[str]) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ from symoro_elastic.machine.joints import (
 )
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import Asked, Scene
 from symoro_elastic.machine.wanted import Wanted
 from symoro_elastic.results import Part, Shown, Titled
 
@@ -134,7 +134,8 @@ class Machine(Shown):
     entries of a file format that no model uses, kept so that reading then writing loses nothing.
     `motions` are to be simulated, `wanted` is what is wanted of them: no model uses them either.
     `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
-    `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect.
+    `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect;
+    `forces` the frames, and points of them, on which wrenches act that its models take as arguments.
     `remarks` say, a line each, what its file holds and the machine does not: `checks.check` warns of them.
     """
 
@@ -152,6 +153,7 @@ class Machine(Shown):
     motions: tuple[PrescribedMotion, ...] = ()
     wanted: Wanted | None = None
     static: dict[int, Joint] = field(default_factory=dict)
+    forces: tuple[Asked, ...] = ()
     remarks: tuple[str, ...] = field(default=(), compare=False)
 
     @property

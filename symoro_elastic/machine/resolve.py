@@ -12,8 +12,9 @@ from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.restrict import refuse_locking
-from symoro_elastic.machine.scene import BASE, STEPS, Asked, Offer, Parts, Scene
+from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
 from symoro_elastic.machine.static_springs import Positions, without_spring
+from symoro_elastic.quantities.time_steps import TimeStep
 
 Position = TypeVar("Position", bound=Formula | None)
 Models = Mapping[str, Offer]
@@ -43,11 +44,39 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     static = _by_name(scene.static, joints, source, "static")
     _check_locked(locked, machine, source)
     _check_static(static, locked, machine, source)
+    forces = _frames(scene.forces, joints, machine, source)
     for name in scene.steps:
-        _known(name, STEPS, "time step", source, "steps")
+        _known(name, list(TimeStep), "time step", source, "steps")
         if scene.steps.count(name) > 1:
             raise InputError(source, "scene, steps", f"{name} is named twice: keep one")
-    return replace(scene, outputs=outputs, locked=locked, static=static, source=source)
+    return replace(scene, outputs=outputs, locked=locked, static=static, forces=forces, source=source)
+
+
+def _frames(texts: Iterable[str], joints: Mapping[str, str], machine: Machine, source: str) -> tuple[str, ...]:
+    """Frames, and points of them, on which wrenches act, with names of the machine."""
+    found = [_frame(text, joints, machine, source) for text in texts]
+    for text in found:
+        if found.count(text) > 1:
+            raise InputError(source, "scene, forces", f"{text} is named twice: its wrench is the sum, keep one")
+    return tuple(found)
+
+
+def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) -> str:
+    try:
+        asked = Asked.parse(text)
+    except FormulaError as error:
+        raise InputError(source, "scene, forces", f"{quoted(text)}: {error}") from None
+    if asked.seen_from or asked.by:
+        what = f"{quoted(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
+        raise InputError(source, "scene, forces", what)
+    name = joints[_known(asked.name, joints, "frame", source, "forces")]
+    for loop in machine.loops:
+        if name == machine.joint(loop.cut).name:
+            what = f"{name} is the cut joint of loop {loop.name}: name the frame that it meets, "
+            raise InputError(source, "scene, forces", what + machine.joint(loop.meets).name)
+    for coordinate in asked.at or ():
+        _check_value(coordinate, machine, source, "forces")
+    return str(Asked(name, asked.at))
 
 
 def _by_name(

@@ -11,7 +11,7 @@ from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.scene import ALL, Asked, Scene
 from symoro_elastic.machine.series_springs import condensed
 from symoro_elastic.machine.static_springs import held_positions, refuse_static, static_rows
 
@@ -21,18 +21,26 @@ def restricted(machine: Machine, scene: Scene) -> Machine:
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
     coupled where its cell holds the variables of others. Static joints are held likewise; `static` of the machine
-    has their rows. Raises `InputError` for joints that cannot be locked or static.
+    has their rows, `forces` those of the frames of the scene. Raises `InputError` for joints that cannot be locked or
+    static.
     """
     base = machine.base if scene.gravity else replace(machine.base, gravity=NO_VECTOR)
     machine = replace(machine, base=base)
     if scene.condense:
         machine = condensed(machine).machine
     machine = held(machine, scene.locked, "locked")
+    if scene.forces:
+        machine = under_forces(machine, scene.forces)
     if not scene.static:
         return machine
     refuse_static(machine, scene)
     rows = static_rows(machine, scene.static)
     return replace(held(machine, held_positions(machine, scene.static), "static"), static=rows)
+
+
+def under_forces(machine: Machine, frames: Iterable[str]) -> Machine:
+    """The machine whose models take the wrenches on these frames, as `Asked` writes them, as arguments."""
+    return replace(machine, forces=tuple(map(Asked.parse, dict.fromkeys(frames))))
 
 
 def held(machine: Machine, positions: Mapping[str, Formula], key: str) -> Machine:

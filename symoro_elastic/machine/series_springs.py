@@ -29,10 +29,15 @@ SEED = 20261
 
 @dataclass(frozen=True)
 class Condensed:
-    """A machine with springs in series made one, and a line on each."""
+    """A machine with springs in series made one, and a line on each.
+
+    `variables` are the joints whose variables are gone or other ones, `between` those whose frames are at other places.
+    """
 
     machine: Machine
     notes: tuple[str, ...] = ()
+    variables: frozenset[str] = frozenset()
+    between: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -50,11 +55,18 @@ class Series:
 
 def condensed(machine: Machine) -> Condensed:
     """The machine with one spring in place of those in series wherever that is exact."""
-    notes: list[str] = []
-    while exact := [pair for pair in springs_in_series(machine) if not pair.obstacle]:
-        notes.append(_note(machine, exact[0]))
-        machine = _joined(machine, exact[0])
-    return Condensed(machine, tuple(notes))
+    found = Condensed(machine)
+    while exact := [pair for pair in springs_in_series(found.machine) if not pair.obstacle]:
+        machine, pair = found.machine, exact[0]
+        ends = {machine.joint(j).name for j in (pair.first, pair.last)}
+        inner = {machine.joint(j).name for j in (pair.first, *(_massless_rows_beyond(machine, pair.first) or ())[:-1])}
+        found = Condensed(
+            _joined(machine, pair),
+            (*found.notes, _note(machine, pair)),
+            found.variables | ends,
+            found.between | inner,
+        )
+    return found
 
 
 def springs_in_series(machine: Machine) -> Iterator[Series]:

@@ -4,18 +4,21 @@
 
 d is the small motion about the reference q_r, v_r, a_r. M, D, K are those of the model `linearization`; where motors
 have servos, their gains are in D and K. R is what drives d: the forces on the machine less those that the reference
-takes, R = tau_r - ID(q_r, v_r, a_r). This is a step of Newton's method on the equations of motion, so d is wrong by
-O(d^2). The next step is about q_r + d, v_r + d', a_r + d'': there M, D, K are taken, and R holds M d'' + D d' + K d of
-the step before. What springs cost then is wrong by the square of the difference that they make.
+takes, R = tau_r - ID(q_r, v_r, a_r), those on frames among them. This is a step of Newton's method on the equations of
+motion, so d is wrong by O(d^2). The next step is about q_r + d, v_r + d', a_r + d'': there M, D, K are taken, and R
+holds M d'' + D d' + K d of the step before. What springs cost then is wrong by the square of the difference that they
+make.
 
 Motors without servo follow exactly: their rows are no equations then, but give their torques.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from inspect import signature
+from typing import Any
 
 import numpy as np
 
@@ -23,10 +26,9 @@ from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.model_ladder.outputs import Outputs, outputs_along
 from symoro_elastic.model_ladder.refusals import refuse_machine
-from symoro_elastic.model_ladder.samples import between, slopes
+from symoro_elastic.model_ladder.samples import between
 from symoro_elastic.model_ladder.small_motion import LinearMotion, SmallMotion, small_motion
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
@@ -130,7 +132,8 @@ class _Along:
         self.motion = EquationsOfMotion(self.machine)
         refuse_machine(self.motion, reference.start)
         self.motors = list(self.machine.motor_entries)
-        self.model = numpy_model(self.machine, ("linearization", "inverse_dynamics"))
+        self.model = numpy_model(reference.loaded, ("linearization", "inverse_dynamics"))
+        self.wrenches, _ = reference.wrenches(t)
         self.states = reference.states(t)
 
     def about(self, deviation: SmallMotion | None, outputs: Sequence[str]) -> LinearPath:
@@ -139,15 +142,13 @@ class _Along:
         if deviation is not None:
             d, dd, ddd = (x[:, 0] for x in (deviation.d, deviation.dd, deviation.ddd))
             states = states[0] + d, states[1] + dd, states[2] + ddd
-        M, D, K = self.model.linearization(*states)
+        M, D, K = self._given_to(self.model.linearization, *states)
         taken = self._forces_taken(M, states)
         self._refuse_infinite(taken, M, D, K)
-        pushed, softened = self._applied(states[0])
-        K = K - softened
         if deviation is not None:
             terms = ((K, d), (D, dd), (M, ddd))
             driven = sum(np.einsum("tij,tj->ti", matrix, x) for matrix, x in terms)
-        R = self.reference.start.tau + pushed - taken + driven
+        R = self.reference.start.tau - taken + driven
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
         rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques)
         return self._served(M, D, K, R, rows)
@@ -164,32 +165,25 @@ class _Along:
             for diagonal, matrix, gains in zip((stiffness, damping), (K, D), reference.servo, strict=True):
                 diagonal[motors] += gains
                 matrix[:, motors, motors] += gains
-        springs = tuple(k for k in self.machine.elastic_entries if k in moved)
+        springs = tuple(k for k in self.machine.elastic_entries if k in moved and stiffness[k])
         return LinearPath(
             reference, tuple(names), self.t, M, D, K, R, outputs, tuple(moved), springs, stiffness, damping, preload
         )
 
     def _forces_taken(self, M: Array, states: Three) -> Array:
-        """Return ID(q, v, a) (N, n), springs and friction included.
+        """Return ID(q, v, a) (N, n), springs and friction included, less what forces on frames do.
 
         The hybrid inverse model gives tau and a' with M a' + ... = tau at the same q, v; M (a - a') is what remains.
         """
         q, v, a = states
-        tau, found = self.model.inverse_dynamics(q, v, a[:, self.motors])
+        tau, found = self._given_to(self.model.inverse_dynamics, q, v, a[:, self.motors])
         taken: Array = (M @ (a - found)[..., None])[..., 0]
         taken[:, self.motors] += tau
         return taken
 
-    def _applied(self, q: Array) -> tuple[Array, Array]:
-        """Return J^T w of the applied wrenches (N, n) and its derivatives by q (N, n, n)."""
-        if not self.reference.frames:
-            return np.zeros_like(q), np.zeros((*q.shape, q.shape[1]))
-        forces = AppliedForces(self.reference)
-
-        def force(q: Array) -> Array:
-            return forces.on_joints(self.t, q)
-
-        return force(q), slopes(force, q)
+    def _given_to(self, model: Callable[..., Any], *states: Array) -> Any:
+        """Return the results of a generated function, under the forces on frames where it takes them."""
+        return model(*states, self.wrenches) if "f_ext" in signature(model).parameters else model(*states)
 
     def _refuse_infinite(self, *arrays: Array) -> None:
         finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)

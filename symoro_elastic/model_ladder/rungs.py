@@ -18,7 +18,6 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
-from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
@@ -26,15 +25,17 @@ from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.model_ladder.arithmetic import single_precision_errors
-from symoro_elastic.model_ladder.greedy import backward_greedy
+from symoro_elastic.model_ladder.greedy import SpringFigures, backward_greedy, spring_figures
 from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.recovery import Recovery
+from symoro_elastic.model_ladder.recovery import whole_motion
 from symoro_elastic.model_ladder.resolution import resolved_path
+from symoro_elastic.model_ladder.series import with_springs_joined
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_still
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
 
@@ -46,6 +47,7 @@ NEGLIGIBLE = 0.01
 """Of the tolerance: errors that need not be predicted well."""
 FINE = 0.01
 """Of the tolerance that steps take where a model is measured."""
+EACH_SPRING = "each spring by itself, which does not tell what it costs with others"
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,7 @@ class Ladder(Result):
 
     `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
     errors by output that the chosen one has more where accelerations are in single precision; empty without one.
+    `springs` are what is usually asked of each, `condensed` lines on springs in series that the machine has as one.
     """
 
     machine: Machine
@@ -111,6 +114,8 @@ class Ladder(Result):
     full: Steps
     distrusted: tuple[int, ...] = ()
     arithmetic: Mapping[str, float] = field(default_factory=dict)
+    springs: tuple[SpringFigures, ...] = ()
+    condensed: tuple[str, ...] = ()
 
     @property
     def saving(self) -> float:
@@ -125,11 +130,12 @@ class Ladder(Result):
         return f"Ladder of {self.machine.name}: {len(self.rungs)} rungs, {choice}"
 
     def parts(self) -> list[Part]:
-        """Return the table of rungs, the advice, and what single precision costs."""
-        from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table
+        """Return the tables of rungs and springs, the advice, and what single precision costs."""
+        from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table, springs_table
 
-        lines = [advice(self), arithmetic_line(self)]
-        return [Titled(ladder_table(self), self.headline), *(line for line in lines if line)]
+        lines = [*self.condensed, advice(self), arithmetic_line(self)]
+        springs = [Titled(springs_table(self), EACH_SPRING)] if self.springs else []
+        return [Titled(ladder_table(self), self.headline), *springs, *(line for line in lines if line)]
 
     def as_json(self) -> dict[str, Any]:
         """Return all rungs as plain data."""
@@ -152,25 +158,53 @@ def ladder(
     progress: Progress = no_progress,
 ) -> Ladder:
     """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
-    refuse_floating(machine, "ladder")
-    announce("predict")
-    references = tuple(reference_of(machine, motion) for motion in motions)
-    climb = _Climb(machine, references, tolerance, period)
-    for reference in references:
-        refuse_motors(reference, W3.name)
-        refuse_period(Simulating(reference, climb.request))
-    rungs = climb.rungs(progress)
+    climb, rungs = _predicted(machine, motions, tolerance, period, announce, progress)
     announce("measure")
     return climb.measured(rungs, progress)
+
+
+def predicted_ladder(
+    machine: Machine, motions: Sequence[PrescribedMotion], tolerance: Mapping[str, float], period: float | None = None
+) -> Ladder:
+    """Return the ladder with the rung chosen that is cheapest by prediction, nothing measured; raises `InputError`."""
+    climb, rungs = _predicted(machine, motions, tolerance, period, announce_nothing, no_progress)
+    return climb.by_prediction(rungs)
+
+
+def _predicted(
+    machine: Machine,
+    motions: Sequence[PrescribedMotion],
+    tolerance: Mapping[str, float],
+    period: float | None,
+    announce: Announce,
+    progress: Progress,
+) -> tuple[_Climb, tuple[Rung, ...]]:
+    """Return the rungs of a machine, springs in series condensed, with predicted errors and steps."""
+    refuse_floating(machine, "ladder")
+    announce("predict")
+    series = with_springs_joined(machine, motions, tolerance)
+    references = tuple(reference_of(series.machine, motion) for motion in motions)
+    climb = _Climb(series.machine, references, tolerance, period, series.notes)
+    for reference in references:
+        refuse_still(reference)
+        refuse_period(Simulating(reference, climb.request))
+    return climb, climb.rungs(progress)
 
 
 class _Climb:
     """Rungs of a machine for its motions."""
 
     def __init__(
-        self, machine: Machine, references: tuple[Reference, ...], tolerance: Mapping[str, float], period: float | None
+        self,
+        machine: Machine,
+        references: tuple[Reference, ...],
+        tolerance: Mapping[str, float],
+        period: float | None,
+        condensed: tuple[str, ...] = (),
     ) -> None:
+        """`condensed` are lines on springs in series that the machine has as one."""
         self.machine, self.references, self.tolerance = machine, references, dict(tolerance)
+        self.condensed = condensed
         self.request = Request(tuple(tolerance), tolerance, period=period)
 
     @cached_property
@@ -211,7 +245,7 @@ class _Climb:
         return next(k for k, one in enumerate(self.references) if one is reference)
 
     def _reduced_reference(self, rung: Rung, reference: Reference) -> Reference:
-        machine = held(self.machine, reference, rung.left_out)
+        machine = reduced_machine(self.machine, reference, rung)
         kept = [k for k, joint in enumerate(self.machine.moving_joints) if joint.name not in rung.left_out]
         state = reference.start
         start = replace(state, q=state.q[kept], qd=state.qd[kept], qdd=state.qdd[kept], tau=state.tau[kept])
@@ -243,11 +277,8 @@ class _Climb:
 
     def measured(self, rungs: tuple[Rung, ...], progress: Progress) -> Ladder:
         """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
-        full = self.steps_of(rungs[0], (RK4.name,))
-        costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
-        order = sorted(costs, key=lambda k: costs[k])
-        found, distrusted, chosen = list(rungs), [], None
-        for k in order:
+        found, distrusted, chosen = list(rungs), list[int](), None
+        for k in _by_cost(rungs):
             found[k] = replace(found[k], measured=self._measured(found[k]))
             if found[k].is_trusted(self.tolerance):
                 chosen = k
@@ -255,17 +286,32 @@ class _Climb:
             distrusted.append(k)
         if chosen is not None and chosen + 1 < len(found) and not found[chosen + 1].locked:
             found[chosen + 1] = replace(found[chosen + 1], measured=self._measured(found[chosen + 1]))
-        arithmetic = {} if chosen is None else self._arithmetic(found[chosen])
+        return self._ladder(found, chosen, distrusted)
+
+    def by_prediction(self, rungs: tuple[Rung, ...]) -> Ladder:
+        """Return the ladder with the cheapest rung chosen."""
+        return self._ladder(rungs, next(iter(_by_cost(rungs)), None))
+
+    def _ladder(self, rungs: Sequence[Rung], chosen: int | None, distrusted: Sequence[int] = ()) -> Ladder:
         return Ladder(
-            self.machine, self.references, self.tolerance, tuple(found), chosen, full, tuple(distrusted), arithmetic
+            self.machine,
+            self.references,
+            self.tolerance,
+            tuple(rungs),
+            chosen,
+            self.steps_of(rungs[0], (RK4.name,)),
+            tuple(distrusted),
+            {} if chosen is None else self._arithmetic(rungs[chosen]),
+            spring_figures(self.paths, self.tolerance),
+            self.condensed,
         )
 
     def _measured(self, rung: Rung) -> Measured:
         """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
         reference = self.references[self._worst(rung)]
         names, fine = tuple(self.tolerance), self._fine(reference)
-        whole, _ = self._observed(Rung((), False, {}), reference, "w3", fine)
-        outputs, _ = self._observed(rung, reference, "w3", fine)
+        whole, _ = self._observed(Rung((), False, {}), reference, TimeStep.W3, fine)
+        outputs, _ = self._observed(rung, reference, TimeStep.W3, fine)
         model = np.abs(outputs - whole).max(axis=0)
         steps, seconds = (
             self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
@@ -292,7 +338,7 @@ class _Climb:
         """Return steps that take little of the tolerance, the same for all rungs of a motion."""
         simulating = self.reduced(Rung((), False, {}), reference)
         limits = {name: FINE * limit for name, limit in self.tolerance.items()}
-        return enough_steps(simulating, METHODS["w3"], limits, 1.0)[0]
+        return enough_steps(simulating, METHODS[TimeStep.W3], limits, 1.0)[0]
 
     def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
         reduced = self._reduced_reference(rung, reference)
@@ -300,16 +346,14 @@ class _Climb:
             trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
         else:
             trajectory = prescribed(reduced, steps)
-        motion = Observer(reduced.machine, reduced, ()).motion(trajectory)
-        static, locked = ((), rung.left_out) if rung.locked else (rung.left_out, ())
-        whole = Recovery(self.machine, reference.start, static, locked).whole(motion)
-        observer = Observer(self.machine, reference, tuple(self.tolerance))
-        return observer.outputs(whole), trajectory.seconds
+        observer = Observer(reduced.machine, reduced, ())
+        whole = whole_motion(reference, observer, observer.motion(trajectory))
+        return Observer(self.machine, reference, tuple(self.tolerance)).outputs(whole), trajectory.seconds
 
     def _compiled(self, rung: Rung, reference: Reference, method: str) -> CompiledSteps:
         key = rung.left_out, self._number(reference), method
         if key not in self._libraries:
-            machine = held(self.machine, reference, rung.left_out)
+            machine = self._reduced_reference(rung, reference).loaded
             with TemporaryDirectory() as folder:
                 self._libraries[key] = CompiledSteps(machine, [method], Path(folder))
         return self._libraries[key]
@@ -329,11 +373,17 @@ class _Climb:
         return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
 
 
-def held(machine: Machine, reference: Reference, names: Iterable[str]) -> Machine:
-    """Return the machine with springs held where a motion starts."""
+def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
+    """Return the machine with the springs that a rung leaves out held where a motion starts, static or locked."""
     rows = {joint.name: k for k, joint in enumerate(machine.moving_joints)}
-    locked = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in names}
-    return restricted(machine, Scene(locked=locked)) if locked else machine
+    positions = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
+    return restricted(machine, Scene(locked=positions) if rung.locked else Scene(static=dict(positions)))
+
+
+def _by_cost(rungs: Sequence[Rung]) -> list[int]:
+    """Return the numbers of the rungs that fit, the cheapest first."""
+    costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
+    return sorted(costs, key=lambda k: costs[k])
 
 
 def _agree(predicted: float, measured: float, negligible: float) -> bool:

@@ -14,7 +14,6 @@ import numpy as np
 from symoro_elastic.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
-from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.free_base import COORDINATES
@@ -26,10 +25,10 @@ from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
-    refuse_motors,
     refuse_still,
     refuse_turned,
     ways_of,
@@ -52,7 +51,7 @@ MARGIN, MOST_AT_ONCE = 1.1, 16.0
 WHOLE = 1e-9
 """Of a number of steps: rounding of times."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
-CANDIDATES = ("rk4", "w2", "w3")
+CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3, TimeStep.RODAS4)
 SLOW = 1e-6
 """Seconds that a step takes about, to say how long many of them would."""
 
@@ -167,15 +166,15 @@ class Simulating:
     @cached_property
     def cost(self) -> StepCost:
         """Operations of steps."""
-        return StepCost(self.machine, ways_of(self.reference))
+        return StepCost(self.reference.loaded, ways_of(self.reference))
 
     def cheapest(self) -> str:
         """Return the method whose steps suffice with the fewest operations."""
         return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
 
     def candidates(self) -> list[str]:
-        """Return the methods to choose from: those with exact derivatives need servos."""
-        return list(CANDIDATES if self.reference.servo is None else (*CANDIDATES, RODAS4.name))
+        """Return the methods to choose from."""
+        return list(CANDIDATES)
 
     def error(self, key: str, what: str) -> InputError:
         """Return the error to raise about one key or option."""
@@ -232,7 +231,7 @@ def simulate(
     steps, predicted = _steps(simulating, METHODS[name])
     announce("compile")
     with TemporaryDirectory() as folder:
-        compiled = CompiledSteps(reference.machine, [name], Path(folder))
+        compiled = CompiledSteps(reference.loaded, [name], Path(folder))
         announce("simulate")
         return _refined(simulating, compiled, name, steps, predicted, progress)
 
@@ -244,9 +243,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
     announce("predict")
-    name = request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
-    refuse_motors(simulating.reference, name)
-    return name
+    return request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
 
 
 def refuse_period(simulating: Simulating) -> None:

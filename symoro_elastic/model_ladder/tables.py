@@ -43,6 +43,16 @@ def ladder_table(found: Ladder) -> Any:
     return table
 
 
+def springs_table(found: Ladder) -> Any:
+    """Return a row for each spring: what it costs alone, its activity and its frequency."""
+    from rich.table import Table
+
+    table = Table("spring", "static alone, of the tolerance", "activity", "alone it vibrates at")
+    for one in found.springs:
+        table.add_row(one.name, f"{one.alone:.2g}", quantity(one.activity, "J"), quantity(one.frequency, "Hz"))
+    return table
+
+
 def advice(found: Ladder) -> str:
     """Return one sentence: what to keep, what may follow statically, and with which steps."""
     within = ", ".join(
@@ -62,6 +72,16 @@ def advice(found: Ladder) -> str:
         return f"{what}; nothing is left to integrate, for motors follow exactly"
     steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {quantity(_step(found, rung), 's')}"
     return f"{what}; {steps}, {found.saving:.3g} times fewer operations than the whole machine with RK4"
+
+
+def predicted_line(found: Ladder) -> str:
+    """Return the advice on one line with the error that is predicted of the output that is worst."""
+    if found.chosen is None:
+        return advice(found)
+    predicted = found.rungs[found.chosen].predicted
+    worst = max(found.tolerance, key=lambda name: predicted[name] / found.tolerance[name])
+    error = quantity(predicted[worst], unit_of(found.machine, worst))
+    return f"{advice(found)}; error of {worst} by prediction {error}"
 
 
 def arithmetic_line(found: Ladder) -> str:
@@ -102,10 +122,12 @@ def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
     assert rung.chosen is not None
     rows = {joint.name: k for k, joint in enumerate(found.machine.moving_joints)}
     held = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
-    steps = tuple(dict.fromkeys((*scene.steps, rung.chosen.method)))
+    steps = tuple(dict.fromkeys((*scene.steps, *filter(None, (rung.chosen.method,)))))
+    forces = dict.fromkeys((*scene.forces, *(str(x) for one in found.references for x in one.loaded.forces)))
+    scene = replace(scene, forces=tuple(forces), steps=steps, condense=scene.condense or bool(found.condensed))
     if rung.locked:
-        return replace(scene, locked={**scene.locked, **held}, steps=steps)
-    return replace(scene, static={**held_positions(whole, scene.static), **held}, steps=steps)
+        return replace(scene, locked={**scene.locked, **held})
+    return replace(scene, static={**held_positions(whole, scene.static), **held})
 
 
 def ladder_json(found: Ladder) -> dict[str, Any]:
@@ -117,6 +139,10 @@ def ladder_json(found: Ladder) -> dict[str, Any]:
         "distrusted": list(found.distrusted),
         "full": {"method": found.full.method, "steps": found.full.steps, "operations": found.full.operations},
         "arithmetic": dict(found.arithmetic),
+        "springs": [
+            {"name": x.name, "alone": x.alone, "activity": x.activity, "frequency": x.frequency} for x in found.springs
+        ],
+        "condensed": list(found.condensed),
         "advice": advice(found),
     }
 

@@ -33,6 +33,7 @@ from symoro_elastic.mechanics.spatial import (
 )
 from symoro_elastic.models.cells import Cells, Points
 from symoro_elastic.models.coordinates import Coordinates, Coupling
+from symoro_elastic.models.external_wrenches import with_external_wrenches
 from symoro_elastic.models.loops.closed_forms import in_space, mapped, own_variable, planar
 from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, plan_of
@@ -83,6 +84,8 @@ class Bound(Cells):
             self.mechanism = with_parallel_links(self, self.mechanism)
         for loop in self.loops:
             name_turns(self.names, loop, {j: self.mechanism.link(j).transform.steps[2] for j in loop.dependent})
+        if self.machine.forces:
+            self.mechanism = with_external_wrenches(self, self.mechanism)
         self.coordinates = Coordinates(self, self.loops)
 
     def _rows_on_base(self) -> Iterable[Quantity]:

@@ -16,6 +16,7 @@ from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
+from symoro_elastic.models.external_wrenches import under_wrenches
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
@@ -86,6 +87,8 @@ def expressions(
         model = replace(model, arguments=tuple(entries))
     if machine.is_coupled:
         model = of_closed_chain(model, bound, results)
+    if machine.forces:
+        model = under_wrenches(model, bound, results)
     inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
     return Trace(model, inputs, results, bound.graph, bound.names, not asked, bound.points, merge_angles)
 

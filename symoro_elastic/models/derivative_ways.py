@@ -57,7 +57,9 @@ class Derivatives:
 
 
 def has_recursion(bound: Bound) -> bool:
-    """Whether composite bodies give the derivatives: no joint follows another, no stiffness depends on positions."""
+    """Whether composite bodies give the derivatives: no joint follows another, no stiffness or wrench on positions."""
+    if bound.machine.forces:
+        return False
     varying = (bound.machine.joint(j).spring.stiffness.names for j in bound.machine.elastic)
     return not bound.machine.is_coupled and all(map(bound.machine.variables.keys().isdisjoint, varying))
 

@@ -10,8 +10,9 @@ from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
+from symoro_elastic.quantities.time_steps import TimeStep
 
-EXPLICIT, ROSENBROCK = ("rk4",), ("rodas4",)
+EXPLICIT, ROSENBROCK = (TimeStep.RK4,), (TimeStep.RODAS4,)
 
 
 def models_of_steps(

@@ -24,13 +24,14 @@ MOTIONS = tuple(row.name for row in MOTION)
 
 def depends_on_state(arguments: Sequence[str]) -> bool:
     """Whether arguments are those of a state of joints and motors, or wanted motions."""
-    return {*arguments} <= {*ARGUMENTS, *MOTIONS, "q_static"}
+    return {*arguments} <= {*ARGUMENTS, *MOTIONS, "q_static", "f_ext"}
 
 
 def _none() -> Array:
     return np.empty((0, 0))
 
 
+ZERO = "everything zero"
 WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 
@@ -39,8 +40,8 @@ class States:
     """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
 
     SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base, q_dep to
-    loops, q_static to static springs, and are empty where there is none. `motion` (N, 13, m) holds reference
-    motions: y, yd ... by their names.
+    loops, q_static to static springs, f_ext to frames under wrenches, and are empty where there is none. `motion`
+    (N, 13, m) holds reference motions: y, yd ... by their names.
     """
 
     q: Array
@@ -58,6 +59,7 @@ class States:
     motion: Array = field(default_factory=_none)
     q_dep: Array = field(default_factory=_none)
     q_static: Array = field(default_factory=_none)
+    f_ext: Array = field(default_factory=_none)
 
     def __getattr__(self, name: str) -> Array:
         """y or one of its derivatives (N, m)."""
@@ -70,7 +72,7 @@ class States:
     def arguments(self) -> tuple[str, ...]:
         """Names of the arrays that have values."""
         on_base = tuple(row.name for row in ON_BASE) if self.V0.shape[1] else ()
-        more = tuple(name for name in ("q_dep", "q_static") if getattr(self, name).shape[1])
+        more = tuple(name for name in ("q_dep", "q_static", "f_ext") if getattr(self, name).shape[1])
         return (*ARGUMENTS, *more, *on_base, *(("motion",) if self.motion.size else ()))
 
     def __len__(self) -> int:
@@ -123,6 +125,7 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     states = _assembled(machine, _stacked(drawn, len(variables), motors), values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 5]))
     states = _with_deflections(machine, states, values, np.random.default_rng([seed, 7]))
+    states = _with_wrenches(machine, states, np.random.default_rng([seed, 9]))
     return _with_base(machine, states, np.random.default_rng([seed, 3]))
 
 
@@ -145,6 +148,7 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
     states = _assembled(machine, _stacked(found, len(variables), motors), values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 6]))
     states = _with_deflections(machine, states, values, np.random.default_rng([seed, 8]))
+    states = _with_wrenches(machine, states, np.random.default_rng([seed, 10]))
     return _with_base(machine, states, np.random.default_rng([seed, 4]))
 
 
@@ -172,6 +176,13 @@ def _with_deflections(machine: Machine, states: States, values: ParameterValues,
         for variable in (_variable(joint, values) for joint in machine.static.values())
     ]
     return replace(states, q_static=np.array(drawn).reshape(len(drawn), len(states)).T)
+
+
+def _with_wrenches(machine: Machine, states: States, rng: Rng) -> States:
+    """The states, moderate wrenches on frames too; where everything is zero, none."""
+    drawn = [_uniform(QUANTITIES["f_ext"], rng, 6 * len(machine.forces)) for _ in states.titles]
+    acting = np.array([title != ZERO for title in states.titles], dtype=float)
+    return replace(states, f_ext=acting[:, None] * np.array(drawn).reshape(len(states), 6 * len(machine.forces)))
 
 
 def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> States:
@@ -284,5 +295,5 @@ EXTREMES: tuple[tuple[str, Callable[[_State, Sequence[_Variable], Rng], None]], 
     ("very fast and very slow", _velocities),
     ("large torques", _torques),
     ("everything extreme", _everything),
-    ("everything zero", _zero),
+    (ZERO, _zero),
 )

@@ -56,6 +56,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.MOTION,
         signatures.OF_FRAMES,
         signatures.ON_BASE,
+        signatures.EXTERNAL,
         signatures.COLUMNS,
         closed_chains.OF_CLOSED_CHAINS,
         signatures.OF_STATIC_SPRINGS,

@@ -52,6 +52,7 @@ ROWS = (
     Intermediate("T", "entry", "T", "", "@,#", "{}^{0}T_{j}", (1, 2), PLACEMENT,
                  "entry of the placement of a frame, in frame 0"),
     Intermediate("F", "six", "f", r"\mathrm{e}", "@,#", "", (), FORCE, "wrench of the surroundings on body j"),
+    Intermediate("fe", "six", "f", r"\mathrm{ext}", "@,#", "", (12,), FORCE, "wrench j among the arguments"),
     Intermediate("Lb", "entry", r"\mathit{LD}", "", "@,#", r"\mathbf{LD}", (), INERTIA,
                  "factors of the articulated inertia of a floating base, L D L^T"),
     Intermediate("Db", "six", "D", "-1", "@,#", r"\mathbf{D}^{-1}", (), INVERSE_MASS,

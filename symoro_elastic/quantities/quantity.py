@@ -39,7 +39,8 @@ class Quantity:
     unit: Unit | PairUnit | None
     """None where it depends on more than the joints that an entry belongs to."""
     shape: str
-    """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent, `s` static, numbers."""
+    """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent, `s` static, `w` frames
+    under wrenches, numbers."""
     roles: tuple[Role, ...]
     frame: str = ""
     """Frame of the components, in words."""
@@ -47,7 +48,7 @@ class Quantity:
     """What else the sentence says, at its end."""
     equations: tuple[int, ...] = ()
     entries: str | tuple[str, ...] = ""
-    """Names of single entries, or one name in which `@` is the joint's number; empty: as joint variables are called."""
+    """Names of single entries, in which `@` is a number of a joint or wrench; empty: as joint variables are called."""
     index: str = ""
     """First index of all entries."""
     frame0: bool = False
@@ -95,8 +96,8 @@ class Quantity:
 
     @property
     def follows(self) -> str:
-        """What entries of an argument belong to: "n" joints, "m" motors, "d" dependent, "s" static ones, or none."""
-        return self.shape if self.shape in ("n", "m", "d", "s") else ""
+        """What entries of an argument belong to: the letter of joints or frames that a shape begins with, or none."""
+        return self.axes[0] if self.axes[0] in ("n", "m", "d", "s", "w") else ""
 
 
 @dataclass(frozen=True)

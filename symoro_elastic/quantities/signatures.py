@@ -164,6 +164,21 @@ ON_BASE = (
         samples=FORCES,
     ),
 )
+EXTERNAL = (
+    Quantity(
+        name="f_ext",
+        meaning="force, then moment about the origin, that the surroundings exert on frames that a scene names",
+        frame="in axes of frame 0",
+        symbol="f",
+        index=r"\mathrm{ext}",
+        unit=FORCE,
+        shape="w x 6",
+        roles=ARGUMENT,
+        equations=(12,),
+        entries=tuple(f"fe@_{k}" for k in range(1, 7)),
+        samples=FORCES,
+    ),
+)
 COLUMNS = (
     Quantity(
         name="pose",

@@ -1,10 +1,23 @@
-"""Arguments and results of the linear systems that implicit time steps solve: a row each."""
+"""Time steps that can be generated; arguments and results of the linear systems that implicit ones solve."""
 
 from __future__ import annotations
+
+from enum import StrEnum
 
 from symoro_elastic.quantities.quantity import Quantity
 from symoro_elastic.quantities.signatures import ARGUMENT, BOTH, RESULT
 from symoro_elastic.quantities.units import ACCELERATION, NUMBER, POSITION, VELOCITY, Unit, same
+
+
+class TimeStep(StrEnum):
+    """The time steps that can be generated, by the name of their method."""
+
+    W2 = "w2"
+    W3 = "w3"
+    RK4 = "rk4"
+    RODAS4 = "rodas4"
+    MIDPOINT = "midpoint"
+
 
 OF_TIME_STEPS = (
     Quantity(

@@ -30,7 +30,6 @@ from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory, law_of_servos, refuse_still, servo_torques
 from symoro_elastic.simulation.events import Crossing, Level, Watch
 from symoro_elastic.simulation.moving_base import BaseStates
@@ -60,10 +59,10 @@ class CompiledMotion:
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
         assembled = ("assemble",) if machine.loops and Bound(machine).takes_dependent else ()
-        package = _package(machine, Scene(models=(self.dynamics, *self.linear_models, *assembled), fold=ALL))
+        models = (self.dynamics, *self.linear_models, *assembled)
+        package = _package(reference.loaded, Scene(models=models, fold=ALL))
         self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
         self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
-        self._forces = AppliedForces(reference) if reference.frames else None
         self.motors = list(machine.motor_entries)
         driven = self.motors if reference.servo is None else []
         self.free = [k for k in range(len(machine.moving)) if k not in driven]
@@ -92,16 +91,16 @@ class CompiledMotion:
         return np.concatenate([qd[0, self.free], self._accelerations(t, q, qd)[0, self.free]])
 
     def jacobian(self, t: float, y: Array) -> Array:
-        """Return dy'/dy (2 f, 2 f), without what forces on frames change by position.
+        """Return dy'/dy (2 f, 2 f).
 
         Of a servo on a dependent joint kd dS_m/dt is left out, by which the rate of the motor changes with positions.
         """
         q, qd = self.placed(np.array([t]), y[None])
         given = {"tau": self._torques(t, q, qd)} if "tau" in self._arguments["linearization"] else {}
-        found = self._call("linearization", q=q, qd=qd, qdd=self._accelerations(t, q, qd), **given)
+        found = self._call("linearization", t, q=q, qd=qd, qdd=self._accelerations(t, q, qd), **given)
         M, D, K = (found[name][0] for name in ("M", "D", "K"))
         if self.reference.servo is not None:
-            S_m = self._slopes(q)
+            S_m = self._slopes(t, q)
             K, D = (matrix + S_m.T * x @ S_m for matrix, x in zip((K, D), self.reference.servo, strict=True))
         rows, f = np.ix_(self.free, self.free), len(self.free)
         J = np.zeros((2 * f, 2 * f))
@@ -129,28 +128,26 @@ class CompiledMotion:
 
     def _accelerations(self, t: float, q: Array, qd: Array) -> Array:
         """Return qdd (1, n)."""
-        qdd = self._call(self.dynamics, q=q, qd=qd, **self._given(t, q, qd))["qdd"]
-        if self._forces:
-            at = np.array([t])
-            qdd = qdd + self._forces.answer(at, q, None if self._q_dep is None else self._assembled(q))[0]
-        return qdd
+        return self._call(self.dynamics, t, q=q, qd=qd, **self._given(t, q, qd))["qdd"]
 
     def _torques(self, t: float, q: Array, qd: Array) -> Array:
         """Return the torques (1, m) of servos."""
         if MOTOR_COORDINATES not in self._arguments:
             return servo_torques(self.reference, np.array([t]), q, qd)
-        of_motors = self._call(MOTOR_COORDINATES, q=q, qd=qd)
+        of_motors = self._call(MOTOR_COORDINATES, t, q=q, qd=qd)
         return law_of_servos(self.reference, np.array([t]), of_motors["q_motor"], of_motors["qd_motor"])
 
-    def _slopes(self, q: Array) -> Array:
+    def _slopes(self, t: float, q: Array) -> Array:
         """Return S_m (m, n) at a position (1, n): the rates of motors by those of the coordinates."""
         n = q.shape[1]
         if MOTOR_COORDINATES not in self._arguments:
             return np.eye(n)[self.motors]
-        rates = [self._call(MOTOR_COORDINATES, q=q, qd=row[None])["qd_motor"][0] for row in np.eye(n)]
+        rates = [self._call(MOTOR_COORDINATES, t, q=q, qd=row[None])["qd_motor"][0] for row in np.eye(n)]
         return np.stack(rates, axis=1)
 
-    def _call(self, function: str, **arrays: Array) -> dict[str, Array]:
+    def _call(self, function: str, t: float, **arrays: Array) -> dict[str, Array]:
+        if "f_ext" in self._arguments[function]:
+            arrays["f_ext"], _ = self.reference.wrenches(np.array([t]))
         if "q_dep" in self._arguments[function]:
             arrays["q_dep"] = self._assembled(arrays["q"])
         return self._compiled.call(function, **arrays)

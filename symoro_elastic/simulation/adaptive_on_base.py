@@ -59,7 +59,7 @@ class CompiledMotionOnBase(CompiledMotion):
         q, qd = self.placed(np.array([t]), y[None])
         base = self.base(y[None])
         of_base = {name: x for name, x in base.items() if name in self._arguments[self.dynamics]}
-        found = self._call(self.dynamics, q=q, qd=qd, **self._given(t, q, qd), **of_base)
+        found = self._call(self.dynamics, t, q=q, qd=qd, **self._given(t, q, qd), **of_base)
         f, (v, w), (a, wd) = len(self.free), np.split(base["V0"][0], 2), np.split(found["V0d"][0], 2)
         speed, turned = rotation_at(base)[0] @ v, turning(y[f + 3 : f + 7], w)
         return np.concatenate([qd[0, self.free], speed, turned, found["qdd"][0, self.free], a - np.cross(w, v), wd])

@@ -17,10 +17,7 @@ from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS, times_of
-from symoro_elastic.integration.midpoint import Midpoint
-from symoro_elastic.integration.rosenbrock import Rosenbrock
+from symoro_elastic.integration.methods import METHODS, nodes_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.implicit_steps import Motors
@@ -63,7 +60,8 @@ class Trajectory:
 class CompiledSteps:
     """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be.
 
-    Numbers of the machine are folded; where a subclass leaves parameters, `p` holds their numbers at a run.
+    The machine is that of references, or `loaded` where forces act on frames. Numbers of the machine are
+    folded; where a subclass leaves parameters, `p` holds their numbers at a run.
     """
 
     fold: str | tuple[str, ...] = ALL
@@ -82,7 +80,9 @@ class CompiledSteps:
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
-        refuse_motors(reference, method)
+        refuse_still(reference)
+        if reference.loaded.forces != self.machine.forces:
+            raise reference.prescribed.error("forces", "the steps are those of a machine under other forces")
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{ways_of(reference).suffix}"]
         state = self._state(reference, run)
@@ -151,17 +151,6 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
     return found
 
 
-def refuse_motors(reference: Reference, method: str) -> None:
-    """Raise `InputError` where steps of a method cannot take what moves the machine: its motors, or applied forces."""
-    refuse_still(reference)
-    if reference.frames:
-        what = "even steps take no forces on frames: use simulate --adaptive, or leave them out"
-        raise reference.prescribed.error("forces", what)
-    if reference.servo is None and isinstance(METHODS[method], Rosenbrock | Midpoint):
-        what = f"{method} needs servos, and motors follow exactly here: take w3, or give every motor a servo"
-        raise InputError(reference.machine.label, "--method", what)
-
-
 def refuse_still(reference: Reference) -> None:
     """Raise `InputError` where no equations are left to integrate."""
     machine, given = reference.machine, reference.prescribed
@@ -195,25 +184,27 @@ def prescribed(reference: Reference, steps: int) -> Trajectory:
 
 
 def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
-    """Return what a step is given of the motors, a row for each node of each step."""
-    nodes = np.array([float(x) for x in dict.fromkeys(times_of(METHODS[method]))], dtype=float)
-    y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at((begins[:, None] + h * nodes).ravel()))
-    base = {"f0": np.tile(reference.base["f0"], (len(begins), len(nodes)))} if reference.base else {}
+    """Return what a step is given of the motors and of forces, a row for each node of each step."""
+    nodes = np.array(nodes_of(METHODS[method], driven=reference.servo is None), dtype=float)
+    times = (begins[:, None] + h * nodes).ravel()
+    y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at(times))
+    forces = {"f_ext": reference.wrenches(times)[0].reshape(len(begins), -1), "f_extd": reference.wrenches(begins)[1]}
+    if reference.base:
+        forces["f0"] = np.tile(reference.base["f0"], (len(begins), len(nodes)))
     if not reference.motors:
-        return {"tau": np.zeros((len(begins), 0)), **base}
+        return forces | {"tau": np.zeros((len(begins), 0))}
     if reference.servo is None:
-        return {"y": y, "yd": yd, "ydd": ydd, **base}
+        return forces | {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
     tau = reference.start.torques
     _, rate, change = reference.at(begins)
-    return {
+    return forces | {
         "tau": np.tile(tau, (len(begins), len(nodes))),
         "r": y,
         "rd": yd,
         "kp": kp,
         "kd": kd,
         "taud": kp * rate + kd * change,
-        **base,
     }
 
 

@@ -13,7 +13,6 @@ from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Friction, Machine, Wrench
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.packages import for_vibrations
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.observed import Motion
 from symoro_elastic.simulation.reference import Reference
 
@@ -60,11 +59,9 @@ def _power(reference: Reference, motion: Motion) -> Array:
     _, rates = reference.of_motors(motion.q, motion.qd, motion.q_dep)
     found: Array = (motion.tau * rates).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
-    found = found + _power_of(machine, unloaded, motion)
+    found = found + _power_of(reference.loaded, unloaded, motion)
     if reference.base:
         found = found + (motion.base["f0"] * motion.base["V0"]).sum(axis=1)
-    if reference.frames:
-        found = found + (AppliedForces(reference).on_joints(motion.t, motion.q, motion.q_dep) * motion.qd).sum(axis=1)
     return found
 
 

@@ -1,7 +1,8 @@
-"""Motions of a motor in closed form: each is y, y', y'' as an array (3, N) at times (N,)."""
+"""Motions of a motor in closed form: each is y, y', y'', y''' as an array (4, N) at times (N,)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from symoro_elastic.vibration.course import COEFFICIENTS, SPLINE_DEGREE
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory, read_samples
 
 RISE = Polynomial([0.0] * 4 + list(COEFFICIENTS))
-RATES = (RISE, RISE.deriv(), RISE.deriv(2))
+RATES = (RISE, RISE.deriv(), RISE.deriv(2), RISE.deriv(3))
 Curve = Callable[[Array], Array]
 REACHED = 1e-9
 """Of a duration: how far a record may end before it."""
@@ -34,14 +35,14 @@ def wobble(t: Array, amplitude: float, frequency: float, duration: float) -> Arr
     """Return amplitude sin(2 pi frequency t), faded in over the first period and out over the last of the duration."""
     omega, period = 2 * np.pi * frequency, 1 / frequency
     sine, cosine = np.sin(omega * t), np.cos(omega * t)
-    swing = amplitude * np.array([sine, omega * cosine, -(omega**2) * sine])
-    falling = risen(duration - t, 0.0, period) * np.array([[1.0], [-1.0], [1.0]])
+    swing = amplitude * np.array([sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine])
+    falling = risen(duration - t, 0.0, period) * np.array([[1.0], [-1.0], [1.0], [-1.0]])
     return _product(_product(risen(t, 0.0, period), falling), swing)
 
 
 def _product(f: Array, g: Array) -> Array:
     """Return f g and its derivatives."""
-    return np.array([f[0] * g[0], f[1] * g[0] + f[0] * g[1], f[2] * g[0] + 2 * f[1] * g[1] + f[0] * g[2]])
+    return np.array([sum(math.comb(n, k) * f[n - k] * g[k] for k in range(n + 1)) for n in range(len(f))])
 
 
 class Record:
@@ -79,7 +80,7 @@ def _refuse_parts(samples: ReferenceTrajectory, duration: float) -> None:
 
 
 def _curves(samples: ReferenceTrajectory, motor: str) -> list[Curve]:
-    """Return piecewise polynomials y, y', y'' through the samples of a motor. Raises `InputError`."""
+    """Return piecewise polynomials y, y', y'', y''' through the samples of a motor. Raises `InputError`."""
     if motor in samples.doubts and samples.order(motor) < 2:
         what = f"{samples.doubts[motor][1]}; give positions alone, and a spline goes through them"
         raise InputError(samples.source, f"{samples.columns}_{motor}", what)
@@ -88,7 +89,7 @@ def _curves(samples: ReferenceTrajectory, motor: str) -> list[Curve]:
         y = interpolate.make_interp_spline(samples.t, samples.y[motor][0], k=SPLINE_DEGREE)
     else:
         y = interpolate.BPoly(_between(samples.t, samples.y[motor]), samples.t)
-    return [y, y.derivative(), y.derivative(2)]
+    return [y, *(y.derivative(order) for order in (1, 2, 3))]
 
 
 def _between(t: Array, rows: Array) -> Array:

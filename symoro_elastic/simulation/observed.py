@@ -20,7 +20,6 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.own_motion import OwnMotion
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
-from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory
 from symoro_elastic.simulation.moving_base import BaseStates, in_world, placed_in_world, rows
 from symoro_elastic.simulation.reference import Reference
@@ -35,7 +34,7 @@ class Motion:
     """q, qd, qdd (N, n) of the independent joints and the torques tau (N, m) at times t (N,), SI units, radians.
 
     `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none; `base` are the
-    states of a floating base, the wrench on it, and its accelerations V0d.
+    states of a floating base, the wrench on it, and its accelerations V0d. `f_ext` (N, 6 w) are the wrenches on frames.
     """
 
     t: Array
@@ -43,12 +42,13 @@ class Motion:
     qd: Array
     qdd: Array
     tau: Array
+    f_ext: Array
     q_dep: Array | None = None
     base: BaseStates = field(default_factory=dict)
 
     def given_to(self, model: Callable[..., Any], **others: Array) -> Any:
         """Return the results of a generated function at the states of the motion, with further arguments."""
-        known = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "q_dep": self.q_dep}
+        known = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "q_dep": self.q_dep, "f_ext": self.f_ext}
         known |= {**self.base, **others}
         return model(**{name: known[name] for name in signature(model).parameters if name in known})
 
@@ -57,15 +57,15 @@ class Observer:
     """Accelerations, torques and outputs of motions along a reference."""
 
     def __init__(self, machine: Machine, reference: Reference, names: Sequence[str]) -> None:
-        """Raises `InputError` for signals that do not exist, and for forces that static springs do not feel."""
-        if reference.frames and machine.static:
-            raise reference.prescribed.error("forces", "static springs do not feel them: leave one of both out")
+        """Raises `InputError` for signals that do not exist."""
         self.machine, self.reference, self.names = machine, reference, tuple(names)
         self.signals = tuple(_signal(machine, name) for name in names)
 
     def motion(self, found: Trajectory) -> Motion:
         """Return accelerations and torques with the states."""
-        states = Motion(found.t, found.q, found.qd, np.zeros_like(found.q), found.tau, found.q_dep, found.base)
+        wrenches, _ = self.reference.wrenches(found.t)
+        q, qd, still = found.q, found.qd, np.zeros_like(found.q)
+        states = Motion(found.t, q, qd, still, found.tau, wrenches, found.q_dep, found.base)
         if self.reference.servo is None:
             _, _, ydd = self.reference.at(found.t)
             tau, *accelerations = states.given_to(self._dynamics.inverse_dynamics, qdd_motor=ydd)
@@ -74,9 +74,6 @@ class Observer:
             tau, accelerations = found.tau, list(results) if found.base else [results]
         qdd, *of_base = accelerations
         base = {**found.base, **({"V0d": of_base[0]} if of_base else {})}
-        if self._forces:
-            by_forces, held = self._forces.answer(found.t, found.q, found.q_dep)
-            qdd, tau = qdd + by_forces, tau + held
         return replace(states, qdd=qdd, tau=tau, base=base)
 
     def along_reference(self, t: Array) -> Array:
@@ -84,8 +81,8 @@ class Observer:
         q, v, a = self.reference.states(t)
         takes = "q_dep" in signature(getattr(self._dynamics, self._model)).parameters
         q_dep = Followed(self.machine, given_values(self.machine)).at(q) if takes else None
-        torques = np.full((len(t), len(self.reference.motors)), np.nan)
-        return self.outputs(Motion(t, q, v, a, torques, q_dep, rows(self.reference.base, len(t))))
+        torques, (wrenches, _) = np.full((len(t), len(self.reference.motors)), np.nan), self.reference.wrenches(t)
+        return self.outputs(Motion(t, q, v, a, torques, wrenches, q_dep, rows(self.reference.base, len(t))))
 
     def outputs(self, motion: Motion) -> Array:
         """Return the outputs (N, names); rotations are vectors from the attitude at the start.
@@ -136,9 +133,13 @@ class Observer:
         if not self.machine.static:
             found: Array = motion.given_to(models.geometric_model)
             return found
-        q_static = motion.given_to(models.static_deflections)
-        placed: Array = motion.given_to(models.geometric_model_with_deflections, q_static=q_static)
+        placed: Array = motion.given_to(models.geometric_model_with_deflections, q_static=self.deflections(motion))
         return placed
+
+    def deflections(self, motion: Motion) -> Array:
+        """Return the variables (N, s) of static springs, in table order, from the reactions there."""
+        found: Array = motion.given_to(self._reactions.static_deflections)
+        return found
 
     @cached_property
     def _frames(self) -> tuple[str, ...]:
@@ -149,21 +150,20 @@ class Observer:
     @cached_property
     def _frame_models(self) -> ModuleType:
         placing = (PLACED,) if self.machine.static else ()
-        deflecting = (DEFLECTIONS,) if self.machine.static else ()
         parts = dict.fromkeys((*FRAME_MODELS, *placing), self._frames)
-        return numpy_model(self.machine, (*parts, *deflecting), parts)
+        return numpy_model(self.reference.loaded, tuple(parts), parts)
+
+    @cached_property
+    def _reactions(self) -> ModuleType:
+        return numpy_model(self.reference.loaded, (DEFLECTIONS,))
 
     @cached_property
     def _dynamics(self) -> ModuleType:
-        return numpy_model(self.machine, (self._model,))
+        return numpy_model(self.reference.loaded, (self._model,))
 
     @property
     def _model(self) -> str:
         return "inverse_dynamics" if self.reference.servo is None else "direct_dynamics"
-
-    @cached_property
-    def _forces(self) -> AppliedForces | None:
-        return AppliedForces(self.reference) if self.reference.frames else None
 
 
 def _signal(machine: Machine, name: str) -> Signal:

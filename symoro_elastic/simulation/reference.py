@@ -11,6 +11,7 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
+from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.models.motor_coordinates import dependent_motors
 from symoro_elastic.numerics.own_motion import OwnMotion
 from symoro_elastic.simulation.motor_motion import Record, risen, wobble
@@ -54,20 +55,30 @@ class Reference:
         """Names of the motors."""
         return tuple(joint.name for joint in self.machine.motor_joints)
 
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """Names of the frames on which the forces act."""
-        return tuple(force.at for force in self.prescribed.forces)
+    @cached_property
+    def loaded(self) -> Machine:
+        """The machine whose models take the wrenches on frames as arguments; itself where no forces act."""
+        return under_forces(self.machine, (force.at for force in self.prescribed.forces))
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Return y, yd, ydd (N, m) of the variables of the motors at times (N,)."""
+        y, yd, ydd, _ = self._motions(t)
+        return y, yd, ydd
+
+    def jerks(self, t: Array) -> Array:
+        """Return yddd (N, m) at times (N,)."""
+        _, _, _, yddd = self._motions(t)
+        return yddd
+
+    def _motions(self, t: Array) -> tuple[Array, Array, Array, Array]:
+        """Return y, yd, ydd, yddd (N, m) at times (N,)."""
         t = np.asarray(t, dtype=float)
-        motion = np.zeros((3, len(t), len(self.motors)))
+        motion = np.zeros((4, len(t), len(self.motors)))
         motion[0] = self._motors_at_start if self.record is None else 0.0
         for column, motor in enumerate(self.motors):
             motion[:, :, column] += self._moved(motor, t)
-        y, yd, ydd = motion
-        return y, yd, ydd
+        y, yd, ydd, yddd = motion
+        return y, yd, ydd, yddd
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,): motors on their motion, other joints where they start."""
@@ -104,20 +115,25 @@ class Reference:
         return q, v, a
 
     def _moved(self, motor: str, t: Array) -> Array:
-        """Return the sum of the motions of a motor, (3, N)."""
+        """Return the sum of the motions of a motor, (4, N)."""
         given = self.prescribed
         parts = [x.by * risen(t, x.begins, x.lasts) for x in given.moves if x.motor == motor]
         parts += [wobble(t, x.amplitude, x.frequency, given.duration) for x in given.wobbles if x.motor == motor]
         parts += [self.record(motor, t)] if self.record else []
-        return np.sum(parts, axis=0) if parts else np.zeros((3, len(t)))
+        return np.sum(parts, axis=0) if parts else np.zeros((4, len(t)))
 
-    def forces_at(self, t: Array) -> Array:
-        """Return the wrenches (N, forces, 6) on `frames`, in axes of frame 0, forces first, at times (N,)."""
-        t, forces = np.asarray(t, dtype=float), self.prescribed.forces
-        wrenches = np.zeros((len(t), len(forces), 6))
-        for k, force in enumerate(forces):
-            wrenches[:, k] = risen(t, force.begins, force.lasts)[0][:, None] * np.array(force.wrench)
-        return wrenches
+    def wrenches(self, t: Array) -> tuple[Array, Array]:
+        """Return the wrenches (N, 6 w) on the frames of `loaded` at times (N,), and their derivatives by time.
+
+        Forces first, in axes of frame 0.
+        """
+        t, frames = np.asarray(t, dtype=float), list(dict.fromkeys(force.at for force in self.prescribed.forces))
+        found = np.zeros((2, len(t), len(frames), 6))
+        for force in self.prescribed.forces:
+            grown = risen(t, force.begins, force.lasts)[:2]
+            found[:, :, frames.index(force.at)] += grown[..., None] * np.array(force.wrench)
+        wrenches, rates = found.reshape(2, len(t), 6 * len(frames))
+        return wrenches, rates
 
     @cached_property
     def extent(self) -> float:
@@ -131,10 +147,11 @@ def reference_of(
 ) -> Reference:
     """Return the reference of a motion, with joints locked as `machine` has them, for these values of parameters.
 
-    Springs on a floating base start at the equilibrium of a base held there. Raises `InputError` for a base of known
-    acceleration, motors that cannot all follow exactly, motors that the scene locks, servos of some motors only,
-    records that are no motion of all motors, and joints that nothing supports.
+    Springs on a floating base start at the equilibrium of a base held there. Wrenches that act are those of the motion
+    alone. Raises `InputError` for a base of known acceleration, motors that cannot all follow exactly, motors that the
+    scene locks, servos of some motors only, records that are no motion of all motors, and joints that nothing supports.
     """
+    machine = replace(machine, forces=())
     base = start_of_base(machine, prescribed)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None

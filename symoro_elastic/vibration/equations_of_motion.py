@@ -70,8 +70,9 @@ class EquationsOfMotion:
     """The equations of motion of a machine with values for all its parameters; rows follow the moving joints."""
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
-        """Raises `InputError` for parameters without a value, or with one and unknown."""
+        """Wrenches that models take as arguments are zero. Raises `InputError` for parameters without a value."""
         refuse_floating(machine, "linear models")
+        machine = replace(machine, forces=())
         machine = with_independent_motors(machine)
         self.given, self.points = machine, points
         self.followers = followers(machine)

@@ -4,7 +4,8 @@
 linear model along the motion predicts them, against the nonlinear machine: Pinocchio's A and H, integrated by DOP853;
 generated steps. Errors below those that integration leaves are not compared.
 `steps`: time of a step by method. `stiffness`: cost of an error at any stiffness. `ladder`: what the chosen rung saves,
-and the time of the command. `libraries`: scipy, CVODE and MuJoCo on the same motion; `--picture` draws them.
+and the time of the command. `energy`: what free motions lose or make of it. `libraries`: scipy, CVODE and MuJoCo on
+the same motion; `--picture` draws them.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ SMALLEST_MODEL, SMALLEST_STEP = 1e-11, 2e-9
 """Errors that are compared, m."""
 LARGEST = 0.25
 """Deviation up to which predictions are asked for, m."""
-SECTIONS = ("steps", "stiffness", "ladder", "libraries")
+SECTIONS = ("steps", "stiffness", "ladder", "energy", "libraries")
 STEPS = (60, 120, 240)
-DRIVEN, SERVED = ("w2", "w3", "rk4"), ("w2", "w3", "rk4", "rodas4", "midpoint")
+NAMES = ("w2", "w3", "rk4", "rodas4", "midpoint")
 EXCEPT_FAR, CLOSE = 2.0, 1.1
 
 
@@ -90,18 +91,12 @@ def compared(name: str, make: Callable[[], Scene]) -> Compared:
 
 
 def step_ratios(scene: Scene, path: LinearPath, truth: Truth) -> Iterator[float]:
-    """Errors of generated steps with all springs, of methods that are stable, over predicted ones.
-
-    None in scenes with applied forces, which are no argument of a step.
-    """
+    """Errors of generated steps with all springs, of methods that are stable, over predicted ones."""
     reference, errors = scene.reference, StepErrors(path)
-    if reference.frames:
-        return
-    names = DRIVEN if reference.servo is None else SERVED
-    module = with_steps(reference.machine, *names)
+    module = with_steps(reference.loaded, *NAMES)
     exact = truth.outputs(scene.outputs, truth.q)[:, 0]
     limit = largest_stable_step(METHODS["rk4"], poles(path))
-    for name in names:
+    for name in NAMES:
         for steps in STEPS:
             if name == "rk4" and reference.duration / steps > limit:
                 continue

@@ -190,8 +190,6 @@ def test_adapted_steps_take_forces() -> None:
         ),
         (MOTION.replace("0.25", "1e9"), (), "steps, some"),
         (MOTION, ("--method", "rk5"), "--method: there is no 'rk5': choose from w3, w2, rk4, rodas4, midpoint"),
-        (MOTION, ("--method", "rodas4"), "rodas4 needs servos, and motors follow exactly here: take w3"),
-        (MOTION, ("--method", "midpoint", "--step", "1e-3"), "midpoint needs servos"),
         (
             MOTION + WANTED + "period = 3e-3",
             (),
@@ -202,7 +200,6 @@ def test_adapted_steps_take_forces() -> None:
             ("--step", "3e-3"),
             "--step: 0.003 s is no whole part of the period of 0.01 s: give 0.0025 s",
         ),
-        (MOTION + FORCES, (), "motion, forces: even steps take no forces on frames: use simulate --adaptive"),
         (MOTION, ("--event", "motor.q=0.1"), "--event: even steps find no events: add --adaptive"),
         (MOTION, ("--adaptive", "--stop"), "--stop: there is no event to stop at"),
         (MOTION, ("--adaptive", "--step", "1e-3"), "--adaptive: choose even steps (--method, --step) or adapted ones"),
@@ -222,12 +219,38 @@ def test_refused_in_one_line(text: str, options: tuple[str, ...], said: str) -> 
     ("text", "said"),
     [
         (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is no whole part of the motion of 0.25 s"),
-        (MOTION + FORCES + WANTED, "motion, forces: even steps take no forces on frames"),
         (MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n", "every joint is a motor that follows exactly"),
     ],
 )
 def test_the_ladder_refuses_the_same_before_it_predicts(text: str, said: str) -> None:
     assert said in refused("ladder", *scene(text))
+
+
+QUICKLY = ("--quick", "--model", "inertia_matrix", "--states", "500", "--rounds", "1")
+
+
+def test_trade_quotes_the_ladder_of_its_scene() -> None:
+    """One line: the sentence of `ladder`, which measures it, and the error by prediction."""
+    text = run("trade", *scene(MOTION + SERVO + WANTED), *QUICKLY).stdout
+    (line,) = (line for line in text.splitlines() if line.startswith("ladder of scene.toml: "))
+    measured = json.loads(run("ladder", *scene(MOTION + SERVO + WANTED), "--json").stdout)
+    assert line.removeprefix("ladder of scene.toml: ").startswith(measured["advice"])
+    assert "error of tool.z by prediction" in line and len(measured["springs"]) == 1
+
+
+def test_trade_goes_on_where_there_is_no_ladder() -> None:
+    locked = MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n"
+    found = run("trade", *scene(locked), *QUICKLY, "--json")
+    assert "note: no ladder: " in found.stderr and json.loads(found.stdout)["ladder"] is None
+
+
+def test_forces_on_frames_in_even_steps() -> None:
+    """100 N bend the spring of 2e4 N/m by 5 mm, and by twice that at most while it swings."""
+    (found,) = simulated(
+        MOTION.replace("0.25", "0.6").replace("by = 0.05", "by = 1e-6") + FORCES + WANTED, "--method", "w3"
+    )
+    assert found["within_tolerance"] and found["method"] == "w3"
+    assert 5e-3 < found["largest_deviation"]["tool.z"] < 1e-2  # type: ignore[index]
 
 
 def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> None:

@@ -19,8 +19,8 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
-from symoro_elastic.machine.scene import STEPS, Scene
-from symoro_elastic.quantities.time_steps import OF_TIME_STEPS
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.quantities.time_steps import OF_TIME_STEPS, TimeStep
 from symoro_elastic.traced import traced
 from tests.generated_code import ALL_MODELS, COMPILERS
 from tests.golden import FIVE
@@ -53,7 +53,7 @@ def machine(name: str) -> Machine:
 def package(name: str) -> Package:
     """All models of a machine."""
     models = ALL_MODELS if name == "random" else FIVE
-    return traced(machine(name), Scene(models, steps=STEPS if name == "steps" else ())).package
+    return traced(machine(name), Scene(models, steps=tuple(TimeStep) if name == "steps" else ())).package
 
 
 @cache
@@ -297,7 +297,7 @@ DEVIATIONS = set(re.findall(r"^\| (\d+\.\d+) \|", (ROOT / "docs" / "misra.md").r
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", ["random", "constant", "steps"])
 def test_deviations_from_misra_are_documented(name: str, precision: Precision, tmp_path: Path) -> None:
-    scene = Scene(("bias_forces", "inertia_matrix"), steps=STEPS if name == "steps" else ())
+    scene = Scene(("bias_forces", "inertia_matrix"), steps=tuple(TimeStep) if name == "steps" else ())
     made = traced(machine(name), scene).package
     texts = render_c(made, precision)
     for file, text in texts.items():

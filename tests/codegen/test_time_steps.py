@@ -29,8 +29,10 @@ from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.machine import Floating, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.machine.restrict import under_forces
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.traced import traced
 from tests.benchmarks.instructions import available, counted
 from tests.closed_chains.machines import machine as of_loops
@@ -44,8 +46,9 @@ STRICT = ("-O0", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 STATES, H = 19, 1e-4
 """More states than a batch takes side by side, and no multiple of it."""
 CASES = {
-    "random": STEPS,
+    "random": tuple(TimeStep),
     "planar": ("w3",),
+    "pushed": ("w2", "rodas4", "midpoint"),
     "ring": ("w2",),
     "delta": ("w2", "rk4"),
     "ring driven at link_3": ("w2",),
@@ -64,6 +67,8 @@ def machine(name: str) -> Machine:
         return creeping(random_machine(3, joints=4, kinds=kinds, symbolic=True, massless=0))
     if name == "planar":
         return planar_2r(elastic=[2])
+    if name == "pushed":
+        return under_forces(planar_2r(elastic=[2]), [planar_2r().joints[-1].name])
     if name == "on_base":
         kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE)
         return on(creeping(random_machine(3, joints=3, kinds=kinds, massless=0)), turned=Orientation.QUATERNION)
@@ -136,7 +141,9 @@ def given(step: StepText, package: Package, q: Array) -> dict[str, Array]:
     rng = np.random.default_rng(2)
     found = {array.name: rng.normal(size=(STATES, array.entries)) for array in step.read}
     if "y" in found:
-        found["y"] = np.tile(q[:, list(package.motors)], (1, len(step.method.nodes))) + 1e-3 * found["y"]
+        found["y"] = (
+            np.tile(q[:, list(package.motors)], (1, len(step.method.nodes_of(step.variant)))) + 1e-3 * found["y"]
+        )
     return {name: 100 * abs(x) if name in ("kp", "kd") else x for name, x in found.items()}
 
 
@@ -169,8 +176,8 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     """Results for all states at once."""
     motors = len(of.package.motor_names)
     read = given(step, of.package, of.state["q"])
-    widths = dict.fromkeys(step.variant.of_nodes, motors) | {"f0": 6}
-    nodes = len(step.method.nodes)
+    widths = dict.fromkeys(step.variant.of_nodes, motors) | {"f0": 6, "f_ext": of.package.external}
+    nodes = len(step.method.nodes_of(step.variant))
     rows = [x.reshape(STATES, nodes, widths[name]) if name in widths else x for name, x in read.items()]
     function = getattr(of.module, step.name.removeprefix(f"{of.package.name}_"))
     found: tuple[Array, ...] = function(*rows, H, *of.state.values(), parameters(of.package)[:-1])
@@ -343,4 +350,4 @@ def test_steps_are_known_and_differ(names: tuple[str, ...], says: str) -> None:
 
 
 def test_every_method_is_offered() -> None:
-    assert {*STEPS} == {*METHODS}
+    assert {*TimeStep} == {*METHODS}

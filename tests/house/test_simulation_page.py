@@ -16,7 +16,8 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import read_machine, toml
 from symoro_elastic.machine.machine import Machine, Orientation
-from symoro_elastic.machine.scene import STEPS, Scene
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.traced import Traced, traced
 from tests.golden import ROOT
 
@@ -98,7 +99,7 @@ def test_figures() -> None:
 
 def test_every_method_is_listed_with_its_order() -> None:
     rows = re.findall(r"^\| `(\w+)` \|[^|]+\| (\d) \|", PAGE, re.MULTILINE)
-    assert {name: int(order) for name, order in rows} == {name: METHODS[name].order for name in STEPS}
+    assert {name: int(order) for name, order in rows} == {name: METHODS[name].order for name in TimeStep}
 
 
 def test_tables_are_read() -> None:

@@ -10,10 +10,9 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import Method
+from symoro_elastic.integration.methods import Method, nodes_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.model_ladder.schemes import nodes
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
@@ -30,19 +29,23 @@ def stepped_motion(module: ModuleType, method: Method, reference: Reference, ste
     """q (steps + 1, n) of a method over a motion: motors driven, or under their servos with the torque of the start."""
     h = reference.duration / steps
     q, qd = reference.start.q, reference.start.qd
-    times = np.array(list(dict.fromkeys(nodes(method).tolist())))
+    times = np.array(nodes_of(method, driven=reference.servo is None), dtype=float)
     motors = list(reference.machine.motor_entries)
     found = [q]
     for k in range(steps):
         t = (k + times) * h
         y, yd, ydd = reference.at(t)
+        pushed, rates = reference.wrenches(t)
+        forces = (pushed,) if reference.loaded.forces else ()
+        change = (rates[0],) if reference.loaded.forces and method.name == "rodas4" else ()
         if reference.servo is None:
-            q, qd = getattr(module, f"step_{method.name}_driven")(y, yd, ydd, h, q, qd)
+            jerk = (reference.jerks(t)[0],) if method.name == "rodas4" else ()
+            q, qd = getattr(module, f"step_{method.name}_driven")(y, yd, ydd, *forces, *jerk, *change, h, q, qd)
         else:
             kp, kd = reference.servo
             held = np.tile(reference.start.tau[motors], (len(t), 1))
             exact = (kp * yd[0] + kd * ydd[0],) if method.name == "rodas4" else ()
             step = getattr(module, f"step_{method.name}_servo")
-            q, qd = step(held, y, yd, kp, kd, *exact, h, q, qd)
+            q, qd = step(held, y, yd, *forces, kp, kd, *exact, *change, h, q, qd)
         found.append(q)
     return np.array(found)

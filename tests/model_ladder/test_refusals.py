@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Friction, Machine
 from symoro_elastic.model_ladder.path import linear_path
 from symoro_elastic.model_ladder.refusals import refuse_coupled
 from symoro_elastic.model_ladder.resolution import is_resolved, resolved_path
 from symoro_elastic.model_ladder.spring_errors import Deviations
-from symoro_elastic.model_ladder.step_error import StepErrors
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell
 from tests.model_ladder.motions import moved
@@ -89,10 +87,3 @@ def test_motions_too_long_for_what_happens_in_them(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("symoro_elastic.model_ladder.resolution.MOST_SAMPLES", 1600)
     with pytest.raises(InputError, match=said):
         resolved_path(moved(drive(m2=5.0, k=8e7), 0.8, {"motor": (1e-3, 1.6e-2)}), {"load.z": 1e-9})
-
-
-def test_exact_derivatives_need_torques() -> None:
-    errors = StepErrors(linear_path(moved(drive(), 0.5, MOVE), ("load.z",), 50))
-    with pytest.raises(InputError, match="method rodas4: its steps need torques, and motors without servo follow"):
-        errors.errors(METHODS["rodas4"], 10)
-    assert np.isfinite(list(errors.errors(METHODS["w3"], 10).values())).all()

@@ -11,18 +11,28 @@ import numpy as np
 import pytest
 from pytest import MonkeyPatch
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import read_machine, toml
 from symoro_elastic.machine.formats.toml_writing import write_scene
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.prescribed_motion import Bandwidth, Move, PrescribedMotion
+from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Move, PrescribedMotion
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.model_ladder import rungs as rungs_module
-from symoro_elastic.model_ladder.rungs import Ladder, Measured, ladder
-from symoro_elastic.model_ladder.spring_errors import relative
-from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_json, reduced_scene
+from symoro_elastic.model_ladder.path import linear_path
+from symoro_elastic.model_ladder.rungs import Ladder, Measured, ladder, predicted_ladder
+from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
+from symoro_elastic.model_ladder.tables import (
+    advice,
+    arithmetic_line,
+    ladder_json,
+    predicted_line,
+    reduced_scene,
+    springs_table,
+)
 from symoro_elastic.progress import no_progress
+from symoro_elastic.simulation.reference import reference_of
 from tests.command_line import EXAMPLES, refused, run
 
 TOLERANCE = {"tool.x": 1e-5, "tool.y": 1e-5}
@@ -113,6 +123,107 @@ def test_the_reduced_scene_is_generated_and_is_the_same_again(tmp_path: Path) ->
     path.write_text(write_scene(scene, [motion()]))
     assert run("generate", TWO_AXIS, "--scene", path, "--out", tmp_path).exit_code == 0
     assert f"step_{scene.steps[0]}" in (tmp_path / "two_axis" / "two_axis.h").read_text()
+
+
+def test_springs_are_listed_with_what_is_usually_asked_of_them() -> None:
+    """In the table and as data; none of it is the order of the rungs."""
+    data = ladder_json(found())["springs"]
+    assert [one["name"] for one in data] == [
+        joint.name for joint in found().machine.moving_joints if joint.kind == "elastic"
+    ]
+    first = {rung.left_out[0]: rung for rung in found().rungs if len(rung.left_out) == 1}
+    ((name, rung),) = first.items()
+    alone = next(one for one in data if one["name"] == name)
+    assert alone["alone"] == pytest.approx(relative(rung.predicted, TOLERANCE))
+    assert springs_table(found()).row_count == len(data)
+
+
+def test_the_ladder_by_prediction_chooses_the_cheapest_and_measures_nothing() -> None:
+    """One line: rung, method, step, saving and the predicted error, as the measured ladder has them."""
+    quick = predicted_ladder(machine(), [motion()], TOLERANCE)
+    assert quick.chosen == found().chosen and all(rung.measured is None for rung in quick.rungs)
+    line, rung = predicted_line(quick), found().rungs[found().chosen or 0]
+    assert line.startswith(advice(found())) and "\n" not in line
+    worst = max(TOLERANCE, key=lambda name: rung.predicted[name])
+    assert line.endswith(f"error of {worst} by prediction {rung.predicted[worst] * 1e6:.3g} um")
+
+
+SERIES = """
+joints = [
+  { name = "motor", kind = "motor", sigma = 1, r = "q1" },
+  { name = "first", kind = "elastic", sigma = 1, r = "q2" },
+  { name = "last", kind = "elastic", sigma = 1, r = "q3" },
+  { name = "arm", kind = "elastic", sigma = 0, alpha = "pi/2", theta = "q4" },
+  { name = "tip", kind = "fixed", d = 0.3 },
+]
+[bodies]
+motor = { mass = 2 }
+first = { mass = MIDDLE }
+last = { mass = 3 }
+arm = { mass = 1, center_of_mass = [0.2, 0, 0], inertia = [0, 0.01, 0.01] }
+[springs]
+first = { stiffness = 6e5 }
+last = { stiffness = 3e5 }
+arm = { stiffness = 800 }
+"""
+PUSHED = PrescribedMotion(0.2, {}, (Move("motor", 0.05, 0.0, 0.1),), source="scene.toml")
+
+
+def in_series(middle: float = 0.0) -> Machine:
+    return toml.read(SERIES.replace("MIDDLE", repr(middle)), "series.toml")
+
+
+@cache
+def joined_ladder(*forces: AppliedForce) -> Ladder:
+    return ladder(in_series(), [replace(PUSHED, forces=forces)], {"tip.z": 5e-4})
+
+
+def test_forces_on_frames_are_measured_too() -> None:
+    """The tip is pushed: springs bend by it, static ones too; the model errs as predicted, which is not as without."""
+    push = AppliedForce("tip", (30.0, 0.0, 400.0, 0.0, 0.0, 0.0), 0.05, 0.05)
+    pushed, free = joined_ladder(push), joined_ladder()
+    assert [rung.left_out for rung in pushed.rungs[:2]] == [(), ("last",)] and not pushed.distrusted
+    measured = pushed.rungs[1].measured
+    assert measured is not None
+    assert measured.model["tip.z"] == pytest.approx(pushed.rungs[1].predicted["tip.z"], rel=0.02)
+    each = zip(pushed.rungs[1:], free.rungs[1:], strict=True)
+    assert all(one.predicted["tip.z"] != pytest.approx(other.predicted["tip.z"], rel=0.02) for one, other in each)
+    assert reduced_scene(pushed, in_series(), Scene()).forces == ("tip",)
+
+
+def test_springs_in_series_are_condensed() -> None:
+    """Rungs are those of the machine with one spring; a gram between the two changes the measured error by little."""
+    joined = joined_ladder()
+    assert joined.condensed == (
+        "first and last are in series: last is last + first with k1 k2/(k1 + k2), first is fixed",
+    )
+    assert joined.rungs[0].left_out == ()
+    assert reduced_scene(joined, in_series(), Scene()).condense and ladder_json(joined)["condensed"]
+    rung = next(rung for rung in joined.rungs if rung.left_out == ("last",))
+    assert rung.predicted["tip.z"] > 1e-6
+    apart = linear_path(reference_of(in_series(1e-3), PUSHED), ("tip.z",), 3200)
+    (both,) = spring_errors([Deviations(apart)], [tuple(map(apart.joints.index, ("first", "last")))])
+    assert both.static["tip.z"] == pytest.approx(rung.predicted["tip.z"], rel=0.02)
+    assert rung.measured is not None
+    assert rung.measured.model["tip.z"] == pytest.approx(rung.predicted["tip.z"], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("motion", "tolerance", "said"),
+    [
+        (PUSHED, {"last.q": 1e-6}, "wanted, tolerance: last.q is of two springs in series, which become one: leave it"),
+        (PUSHED, {"first.z": 1e-6}, "wanted, tolerance: first.z is of two springs in series"),
+        (replace(PUSHED, start={"first": 0.0}), {"tip.z": 1e-6}, "start, first: first is one of two springs in series"),
+        (
+            replace(PUSHED, forces=(AppliedForce("first", (1.0, *[0.0] * 5), 0.0, 0.1),)),
+            {"tip.z": 1e-6},
+            "forces 1, at: first is between two springs in series",
+        ),
+    ],
+)
+def test_what_condensing_changes_is_refused(motion: PrescribedMotion, tolerance: dict[str, float], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        ladder(in_series(), [motion], tolerance)
 
 
 def test_json_has_every_rung() -> None:

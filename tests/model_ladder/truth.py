@@ -7,7 +7,7 @@ springs that are left out are one system: they are compared at the same times, b
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -76,7 +76,7 @@ class Truth:
         for row, left_out in zip(self.free, self.sets, strict=True):
             row[list(left_out)] = 0.0
             row[self.motors] = float(self.reference.servo is not None)
-        frames = tuple(str(replace(Asked.parse(name), seen_from="base")) for name in self.reference.frames)
+        frames = tuple(f"{asked} in base" for asked in self.reference.loaded.forces)
         self.jacobian = numpy_model(machine, ("jacobian",), {"jacobian": frames}).jacobian if frames else None
         self.q, self.v = self._integrated()
         self.a = np.stack([self.accelerations(*state) for state in zip(self.t, self.q, self.v, strict=True)])
@@ -102,7 +102,8 @@ class Truth:
     def pushed(self, t: float, q: Array) -> Array:
         if self.jacobian is None:
             return np.zeros_like(q)
-        return np.einsum("sfci,fc->si", self.jacobian(q), self.reference.forces_at(np.array([t]))[0])
+        wrenches, _ = self.reference.wrenches(np.array([t]))
+        return np.einsum("sfci,fc->si", self.jacobian(q), wrenches.reshape(-1, 6))
 
     def accelerations(self, t: float, q: Array, v: Array) -> Array:
         A, H = self.dynamics(q, v)

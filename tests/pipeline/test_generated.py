@@ -13,7 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+from symoro_elastic.integration.methods import nodes_of
+from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine, Parameter
@@ -33,9 +36,10 @@ ALL_FOLDERS = [*FOLDERS, pytest.param(NOT_COMMITTED, id="not committed/two_axis.
 SANITIZED = [
     folder
     for folder in ALL_FOLDERS
-    if folder.id not in ("./two_axis.toml", "./planar_2r.toml", "./puma560.par", "./ball_screw.toml")
+    if folder.id
+    not in ("./two_axis.toml", "./planar_2r.toml", "./puma560.par", "./ball_screw.toml", "steps/planar_2r.toml")
 ]
-"""Without folders whose functions stand in another one too, and others like the RX90 and the SR400."""
+"""Without folders whose functions stand in another one too, others like the RX90 and the SR400, and time steps."""
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O0")
 
 
@@ -194,6 +198,76 @@ def test_committed_packages_keep_the_contract(golden: Golden, tmp_path: Path) ->
     assert function(np.zeros((4, 1, n)), np.zeros((3, n)), np.zeros(m), p).shape == (4, 3, n)
     assert np.isnan(function(np.full(n, np.nan), qd, drive, p)).any()
     assert not np.isnan(function(q, qd, drive, p)).any()
+
+
+SERVO = (np.array([300.0, 120.0]), np.array([20.0, 6.0]))
+"""Gains of two motors."""
+STEPS_IN_C = """
+#include <stdio.h>
+#include <stdlib.h>
+#include "planar_2r.h"
+
+enum { ROWS = PLANAR_2R_W3_NODES*PLANAR_2R_MOTORS };
+
+int main(void)
+{
+    double *rows[3], *q = calloc(PLANAR_2R_JOINTS, sizeof *q), *qd = calloc(PLANAR_2R_JOINTS, sizeof *qd);
+    const double kp[] = {300.0, 120.0}, kd[] = {20.0, 6.0};
+    for (int k = 0; k < 3; ++k) rows[k] = malloc(ROWS*sizeof(double));
+    for (int step = 0; step < 40; ++step) {
+        for (int k = 0; k < 3*ROWS; ++k) {
+            if (scanf("%lf", &rows[k/ROWS][k%ROWS]) != 1) return 1;
+        }
+        planar_2r_step_w3_servo(rows[0], rows[1], rows[2], kp, kd, 0.005, planar_2r_defaults, q, qd);
+    }
+    printf("%.17g %.17g %.17g %.17g\\n", q[0], q[1], qd[0], qd[1]);
+    for (int k = 0; k < 3; ++k) free(rows[k]);
+    free(q);
+    free(qd);
+    return 0;
+}
+"""
+
+
+def wanted_motion(t: Array) -> tuple[Array, Array, Array]:
+    """tau, r and rd (..., 2) of motors at times (...,)."""
+    phase = np.stack([5 * t, 7 * t], axis=-1)
+    return (
+        np.stack([9 + 0 * t, 2 * np.cos(3 * t)], axis=-1),
+        0.3 * np.sin(phase),
+        0.3 * np.array([5, 7]) * np.cos(phase),
+    )
+
+
+def test_committed_steps_are_right(tmp_path: Path) -> None:
+    """Under servos: order 3 against DOP853 on the committed direct model; C the same, within its arrays."""
+    module, model = imported(GENERATED / "steps" / "planar_2r"), imported(GENERATED / "planar_2r")
+
+    def rate(t: float, y: Array) -> Array:
+        tau, r, rd = wanted_motion(np.array(t))
+        torque = tau + SERVO[0] * (r - y[:2]) + SERVO[1] * (rd - y[2:])
+        return np.concatenate([y[2:], model.direct_dynamics(y[:2], y[2:], torque)])
+
+    exact = solve_ivp(rate, (0, 0.2), np.zeros(4), method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    nodes, ends = np.array(nodes_of(W3), dtype=float), []
+    for count in (40, 80):
+        h, q, qd = 0.2 / count, np.zeros(2), np.zeros(2)
+        rows = [wanted_motion(h * (k + nodes)) for k in range(count)]
+        for row in rows:
+            q, qd = module.step_w3_servo(*row, *SERVO, h, q, qd)
+        ends.append(np.array([*q, *qd]))
+        if count == 40:
+            given = " ".join(repr(float(x)) for row in rows for part in row for x in part.ravel())
+    coarse, fine = (np.abs(end - exact).max() for end in ends)
+    assert coarse < 1e-2 and 2.5 < np.log2(coarse / fine) < 3.5
+    (tmp_path / "main.c").write_text(STEPS_IN_C)
+    folder = GENERATED / "steps" / "planar_2r"
+    for compiler in COMPILERS:
+        sources = [str(tmp_path / "main.c"), str(folder / "planar_2r.c")]
+        command = [compiler, "-std=c99", *SANITIZE, f"-I{folder}", *sources, "-lm", "-o", str(tmp_path / compiler)]
+        subprocess.run(command, check=True)
+        ran = subprocess.run([str(tmp_path / compiler)], input=given, capture_output=True, text=True, check=True)
+        np.testing.assert_allclose(np.array(ran.stdout.split(), dtype=float), ends[0], rtol=0, atol=1e-13)
 
 
 def test_missing_values_are_named() -> None:

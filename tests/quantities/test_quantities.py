@@ -16,6 +16,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Given, Machine, Orientation
 from symoro_elastic.machine.names import reserved
+from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.dynamics import SingularPivot
 from symoro_elastic.mechanics.lagrange import inertia_matrix
@@ -170,6 +171,8 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
                 yield machine, trace(machine, name)
             except (InputError, SingularPivot):
                 continue
+        if machine.moving and not machine.floating:
+            yield machine, trace(under_forces(machine, [machine.joint(machine.moving[-1]).name]), "external_forces")
         if machine.moving and len(machine.moving) < 8 and _takes_steps(machine):
             for motors in ways_to_give_motors(machine):
                 yield from ((machine, one) for one in implicit_system(machine, motors))

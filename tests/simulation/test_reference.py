@@ -95,10 +95,28 @@ def test_forces_rise_and_stay() -> None:
         )
     )
     found = reference_of(two_axis(), given)
-    wrenches = found.forces_at(np.array([0.0, 0.1, 0.125, 0.15, 0.25]))
-    assert found.frames == ("tool", "ram") and wrenches.shape == (5, 2, 6)
-    np.testing.assert_allclose(wrenches[:, 0, 0], [0, 0, 100, 200, 200], rtol=1e-14)
-    np.testing.assert_allclose(wrenches[:, 0, 5], [0, 0, -1.5, -3, -3], rtol=1e-14)
+    wrenches, rates = found.wrenches(np.array([0.0, 0.1, 0.125, 0.15, 0.25]))
+    assert list(map(str, found.loaded.forces)) == ["tool", "ram"] and wrenches.shape == rates.shape == (5, 12)
+    np.testing.assert_allclose(wrenches[:, 0], [0, 0, 100, 200, 200], rtol=1e-14)
+    np.testing.assert_allclose(wrenches[:, 5], [0, 0, -1.5, -3, -3], rtol=1e-14)
+    before, after = (found.wrenches(np.array([0.125 + shift]))[0][0] for shift in (-1e-6, 1e-6))
+    np.testing.assert_allclose(rates[2], (after - before) / 2e-6, rtol=1e-8, atol=1e-8)
+
+
+def test_forces_on_one_frame_are_summed() -> None:
+    force = AppliedForce("tool", (200.0, 0, 0, 0, 0, -3.0), 0.1, 0.05)
+    found = reference_of(two_axis(), motion(forces=(force, force)))
+    wrenches, _ = found.wrenches(np.array([0.25]))
+    np.testing.assert_array_equal(wrenches, [[400, 0, 0, 0, 0, -6]])
+
+
+def test_jerks_are_derivatives_of_accelerations() -> None:
+    """Of moves and wobbles, by central differences."""
+    found = reference_of(two_axis(), motion(wobbles=(Wobble("motor_y", 1e-3, 25.0),)))
+    t = np.linspace(0.01, 0.24, 40)
+    before, after = (found.at(t + shift)[2] for shift in (-1e-6, 1e-6))
+    differences = (after - before) / 2e-6
+    np.testing.assert_allclose(found.jerks(t), differences, rtol=0, atol=1e-6 * np.abs(differences).max())
 
 
 # Start and servos

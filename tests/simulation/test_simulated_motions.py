@@ -135,6 +135,8 @@ def truth(name: str, servo: bool, samples: int) -> Truth:
         ("drive", False, "rk4", 50),
         ("drive", False, "w2", 100),
         ("drive", False, "w3", 100),
+        ("drive", False, "rodas4", 50),
+        ("drive", False, "midpoint", 200),
         ("drive", True, "rk4", 100),
         ("drive", True, "w2", 200),
         ("drive", True, "w3", 100),
@@ -142,6 +144,8 @@ def truth(name: str, servo: bool, samples: int) -> Truth:
         ("drive", True, "midpoint", 200),
         ("arm", False, "w2", 200),
         ("arm", False, "w3", 100),
+        ("arm", False, "rodas4", 100),
+        ("arm", False, "midpoint", 200),
         ("arm", True, "w3", 200),
         ("arm", True, "rodas4", 100),
     ],
@@ -232,23 +236,52 @@ def test_derivatives_of_the_right_side_are_differences(servo: bool, tmp_path: Pa
     np.testing.assert_allclose(system.jacobian(0.07, y), np.array(slopes).T, rtol=1e-6, atol=1e-4)
 
 
-def test_forces_on_frames_move_the_machine() -> None:
-    """By the transposed Jacobian; torques of motors that follow exactly hold them too."""
-    force = AppliedForce("elbow", (30.0, -20.0, 10.0, 0.0, 0.0, 2.0), 0.02, 0.1)
-    reference, names = swung(forces=[force]), ("elbow.q", "shoulder.tau")
-    found = simulate_adaptively(reference, Request(names, {"elbow.q": 1e-6}), {})
+FORCE = AppliedForce("elbow", (30.0, -20.0, 10.0, 0.0, 0.0, 2.0), 0.02, 0.1)
+
+
+@cache
+def pushed() -> tuple[Reference, Array, Array]:
+    """A motion under a force; positions of the elbow and torques of the shoulder, by the transposed Jacobian."""
+    reference = swung(forces=[FORCE])
     of = Truth(reference, [()], np.linspace(0, LONG, 21), generated_dynamics(reference.machine))
+    motors = list(reference.machine.motor_entries)
+    return reference, of.outputs(("elbow.q",), of.q)[:, 0, 0], of.motor_torques()[:, 0, motors]
+
+
+@pytest.mark.parametrize("method", [None, "w3", "rk4", "rodas4"])
+def test_forces_on_frames_move_the_machine(method: str | None) -> None:
+    """By even steps, and by adapted ones (no method); torques of motors that follow exactly hold them too."""
+    reference, positions, held = pushed()
+    request = Request(("elbow.q", "shoulder.tau"), {"elbow.q": 1e-6}, method, LONG / 800 if method else None)
+    found = simulate(reference, request) if method else simulate_adaptively(reference, request, {})
     every = (len(found.motion.t) - 1) // 20
-    np.testing.assert_allclose(found.outputs[::every, 0], of.outputs(names[:1], of.q)[:, 0, 0], rtol=0, atol=1e-6)
-    held = of.motor_torques()[:, 0, list(reference.machine.motor_entries)]
+    np.testing.assert_allclose(found.outputs[::every, 0], positions, rtol=0, atol=1e-6)
     np.testing.assert_allclose(found.outputs[::every, 1:], held, rtol=1e-4, atol=1e-2)
     assert abs(found.energy.left_over) < 1e-5 * found.energy.largest
 
 
-def test_even_steps_refuse_forces_wherever_they_are_taken(tmp_path: Path) -> None:
+def test_predicted_errors_of_steps_hold_under_forces() -> None:
+    reference, *_ = pushed()
+    found = simulate(reference, Request(("elbow.q",), {"elbow.q": 1e-6}, "w3", LONG / 100))
+    assert found.errors["elbow.q"] == pytest.approx(found.predicted["elbow.q"], rel=0.05)
+
+
+def test_static_springs_feel_forces() -> None:
+    """z of the tool with the spring static: that of the motor, F / k beyond it, less m a / k."""
+    rigid = restricted(drive(), Scene(static={"load": None}))
+    force = AppliedForce("load", (0.0, 0.0, 100.0, 0.0, 0.0, 0.0), 0.0, 0.05)
+    reference = moved(rigid, LONG, {"motor": (BY, LASTS)}, servo=SERVO, forces=[force])
+    found = simulate(reference, Request(("load.z",), None, "w3", 1e-3))
+    q, qdd, t = found.motion.q[:, 0], found.motion.qdd[:, 0], found.motion.t
+    push = reference.wrenches(t)[0][:, 2]
+    np.testing.assert_allclose(found.outputs[:, 0], q + (push - 5 * qdd) / 2e4, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(qdd, (found.motion.tau[:, 0] + push) / 8, rtol=1e-12, atol=1e-12)
+
+
+def test_steps_of_a_machine_without_forces_are_not_taken_under_forces(tmp_path: Path) -> None:
     force = AppliedForce("load", (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, 0.1)
     reference = moved(drive(), LONG, {"motor": (BY, LASTS)}, forces=[force])
-    with pytest.raises(InputError, match="even steps take no forces"):
+    with pytest.raises(InputError, match="motion, forces: the steps are those of a machine under other forces"):
         CompiledSteps(drive(), ["w3"], tmp_path).run(reference, "w3", 10)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -236,7 +236,7 @@ def one_of(known: tuple[str, ...]) -> Type:
     return Type(" or ".join(f'"{word}"' for word in known), {"enum": list(known)}, read)
 
 
-def some_of(known: tuple[str, ...]) -> Type:
+def some_of(known: Iterable[str]) -> Type:
     """A list of some of these words."""
     return Type("list of texts", {"type": "array", "items": {"enum": list(known)}}, _texts)
 

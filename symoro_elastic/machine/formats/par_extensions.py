@@ -121,6 +121,8 @@ def _scene(scene: Scene) -> str:
         parts["steps"] = listed(map(word, scene.steps))
     if scene.condense:
         parts["condense"] = "true"
+    if scene.forces:
+        parts["forces"] = listed(map(word, scene.forces))
     if scene.fold:
         parts["fold"] = scene.fold if isinstance(scene.fold, str) else listed(map(word, scene.fold))
     if not scene.gravity:

@@ -12,7 +12,8 @@ from symoro_elastic.machine.formats.motion_keys import MOTIONS, OF_MOTION, WANTE
 from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
-from symoro_elastic.machine.scene import ALL, STEPS
+from symoro_elastic.machine.scene import ALL
+from symoro_elastic.quantities.time_steps import TimeStep
 
 
 def key_of(column: Column) -> Key:
@@ -250,12 +251,19 @@ SCENE = Section(
             otherwise="false",
         ),
         Key(
+            *("forces", keys.TEXTS),
+            "frames on which wrenches act that models and steps take as arguments, in axes of frame 0",
+            '["tool"]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
             *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
             default=(),
             otherwise="none",
         ),
         Key(
-            *("steps", some_of(STEPS), f"time steps beside the models: {', '.join(STEPS)}"),
+            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"),
             '["w3"]',
             default=(),
             otherwise="none",

@@ -196,6 +196,8 @@ def _scene(scene: Scene) -> list[str]:
         lines.append(f"steps = {_names(scene.steps)}")
     if scene.condense:
         lines.append("condense = true")
+    if scene.forces:
+        lines.append(f"forces = {_names(scene.forces)}")
     if scene.fold:
         lines.append(f"fold = {_text(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
     return lines if scene.gravity else [*lines, "gravity = false"]
