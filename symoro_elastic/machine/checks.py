@@ -42,7 +42,7 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     _refuse(machine, share_faults(machine, values), start_faults(machine, values))
     if machine.scene is not None:
         resolve(machine.scene, machine, models)
-    return [*warnings(machine, values), *share_warnings(machine), *loop_warnings(machine)]
+    return [*machine.remarks, *warnings(machine, values), *share_warnings(machine), *loop_warnings(machine)]
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:

@@ -134,6 +134,7 @@ class Machine:
     `motions` are to be simulated, `wanted` is what is wanted of them: no model uses them either.
     `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
     `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect.
+    `remarks` say, a line each, what its file holds and the machine does not: `checks.check` warns of them.
     """
 
     name: str
@@ -150,6 +151,7 @@ class Machine:
     motions: tuple[PrescribedMotion, ...] = ()
     wanted: Wanted | None = None
     static: dict[int, Joint] = field(default_factory=dict)
+    remarks: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def is_grouped(self) -> bool:

@@ -1,0 +1,98 @@
+"""Frames on the axes of joints, chosen so that few parameters of the table are not zero.
+
+z is along the axis, and x along the common normal to the axis of the joint that follows [Khalil and Kleinfinger]. All
+are placements in the frame of the joint, or in that of the joint whose parameters are asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.formats.robots.description import Placement
+
+NEARLY_PARALLEL = 1e-2
+"""Sine of the angle below which the common normal of two axes is too far away to place a frame there."""
+SAME_LINE = 1e-9
+"""Distance of parallel axes, m, below which their normal has no direction."""
+UNDECIDED = 1e-6
+"""Cosine of the angle of two directions below which none of both senses is nearer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A line: a point of it (3,), m, and its direction (3,), of length 1."""
+
+    point: Array
+    direction: Array
+
+    @classmethod
+    def z_of(cls, frame: Placement) -> Axis:
+        """The z axis of a frame."""
+        return cls(frame.translation, frame.rotation[:, 2])
+
+    def is_nearly_parallel(self, other: Axis) -> bool:
+        """Whether the common normal of both is far away, or undetermined."""
+        return bool(np.linalg.norm(np.cross(self.direction, other.direction)) < NEARLY_PARALLEL)
+
+    def foot(self, other: Axis) -> Array:
+        """The point of this axis that is nearest to another one: where they are nearly parallel, to its point."""
+        between = other.point - self.point
+        if self.is_nearly_parallel(other):
+            return self.point + (between @ self.direction) * self.direction
+        normal = np.cross(self.direction, other.direction)
+        along = np.cross(between, other.direction) @ normal / (normal @ normal)
+        return self.point + along * self.direction
+
+    def normal(self, other: Axis) -> Array | None:
+        """The direction of the common normal to another axis; None where both are nearly on one line."""
+        if self.is_nearly_parallel(other):
+            between = other.point - self.point
+            across = between - (between @ self.direction) * self.direction
+            return _unit(across) if np.linalg.norm(across) > SAME_LINE else None
+        return _unit(np.cross(self.direction, other.direction))
+
+
+def frame_on(axis: Axis, before: Placement, after: Axis | None) -> Placement:
+    """The frame of a joint with this axis: `before` is that of its antecedent, `after` the axis that follows.
+
+    Its x goes to the axis that follows, its origin is the foot of their common normal. At the end of a branch, and
+    where both axes are one line, x and origin make theta and r zero. Of the two senses of x the one nearer to that
+    of the antecedent is taken, but for parallel axes, where it goes from the one to the other.
+    """
+    previous = Axis.z_of(before)
+    x = axis.normal(after) if after else None
+    if after is None or x is None:
+        origin, x = axis.foot(previous), _nearer(_x_without_theta(axis, before), before)
+    elif axis.is_nearly_parallel(after):
+        origin = axis.foot(previous)
+    else:
+        origin, x = axis.foot(after), _nearer(x, before)
+    return Placement(_axes(axis.direction, x), origin)
+
+
+def _x_without_theta(axis: Axis, before: Placement) -> Array:
+    """The direction of the normal from the antecedent's axis; that of its x where both axes are one line."""
+    x = Axis.z_of(before).normal(axis)
+    return before.rotation[:, 0] if x is None else x
+
+
+def _nearer(x: Array, before: Placement) -> Array:
+    """x or -x, whichever is nearer to x of the antecedent, or to its y where it is normal to that."""
+    sense = x @ before.rotation[:, 0]
+    if abs(sense) < UNDECIDED:
+        sense = x @ before.rotation[:, 1]
+    return -x if sense < 0 else x
+
+
+def _axes(z: Array, x: Array) -> Array:
+    """The rotation with this z and the x nearest to the given one."""
+    y = _unit(np.cross(z, x))
+    return np.column_stack([np.cross(y, z), y, z])
+
+
+def _unit(vector: Array) -> Array:
+    length: Array = vector / np.linalg.norm(vector)
+    return length
