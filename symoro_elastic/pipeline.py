@@ -18,6 +18,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats.format import Conversion
 from symoro_elastic.machine.formats.reading import read
 from symoro_elastic.machine.freed import freed
 from symoro_elastic.machine.machine import Machine
@@ -57,23 +58,26 @@ def prepare(
     *,
     base: bool = False,
     free: Sequence[str] = (),
+    conversion: Conversion | None = None,
     announce: Announce = announce_nothing,
 ) -> Machine:
     """The machine in a file, its inertial parameters grouped if `base`; raises `InputError`.
 
-    Numbers of the tables in `free` (bodies, springs ...) become parameters.
+    Numbers of the tables in `free` (bodies, springs ...) become parameters. A robot as links and joints gets the
+    changes of `conversion`.
 
     `warn` is called with each of the first 20 warnings, one line, and with the number of those left out.
     """
     announce("read")
-    machine = read(file)
+    taken = reserved_words()
+    machine = read(file, taken, conversion)
     announce("check")
-    for line in _first([*check(machine, reserved_words(), MODELS), *implausible_motions(machine)]):
+    for line in _first([*check(machine, taken, MODELS), *implausible_motions(machine)]):
         warn(line)
     if base:
         announce("group")
         machine = _grouped(machine, warn)
-    return freed(machine, free, reserved_words()) if free else machine
+    return freed(machine, free, taken) if free else machine
 
 
 def refuse_name(name: str, place: str) -> None:

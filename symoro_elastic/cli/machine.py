@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, VALUE, OutputFile, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
-from symoro_elastic.cli.parsing import numbers, parsed_by
+from symoro_elastic.cli.parsing import NumberRange, numbers, parsed_by, springs_on_joints
 from symoro_elastic.cli.reading import read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
     from symoro_elastic.models.joint_axes import PlacedMachine
     from symoro_elastic.reports.closed_chains import ClosedChain
+
+SNAP, MOST_SNAP = "1e-9", 1e-3
+"""Tolerance of --snap, rad and m: where none is given, and the largest."""
 
 
 @click.command()
@@ -114,13 +118,38 @@ def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, dege
 @click.command()
 @MACHINE
 @click.argument("file", metavar="FILE", type=OutputFile())
+@click.option(
+    "--snap",
+    metavar="[TOL]",
+    is_flag=False,
+    flag_value=SNAP,
+    type=NumberRange(min=0, max=MOST_SNAP, min_open=True),
+    help="Take angles of a robot within TOL, rad, of multiples of pi/12 for these, and lengths below TOL, m, for 0 "
+    f"(default {SNAP}).",
+)
+@click.option(
+    "--elastic",
+    "springs",
+    metavar="JOINT=K[:IA]",
+    multiple=True,
+    callback=parsed_by(springs_on_joints),
+    help="Put a spring behind the motor of a joint of a robot: stiffness, and inertia of the rotor as the joint feels "
+    "it; may be repeated.",
+)
 @BASE
 @writes
-def convert(machine: str, file: str, base: bool) -> None:
-    """Convert MACHINE to FILE, a .toml or a SYMORO .par."""
-    from symoro_elastic.machine.formats import write_machine
+def convert(machine: str, file: str, snap: float | None, springs: dict[str, Any], base: bool) -> None:
+    """Convert MACHINE to FILE, a .toml, a SYMORO .par or a .urdf.
 
-    write_machine(read(machine, base), file)
+    Robots in URDF get a table of geometric parameters. It is exact but for rounding; --snap makes it simpler, and
+    prints how far frames move.
+    """
+    from symoro_elastic.machine.formats import write_machine
+    from symoro_elastic.machine.formats.format import Conversion
+
+    conversion = Conversion(snap, springs) if springs or snap is not None else None
+    found = read(machine, base, conversion=conversion)
+    write_machine(replace(found, notes=tuple(dict.fromkeys((*found.notes, *found.remarks)))), file)
     click.echo(f"wrote {file}")
 
 

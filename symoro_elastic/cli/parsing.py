@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from symoro_elastic.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.formats.format import SpringOnJoint
 
 Callback = Callable[[click.Context, click.Parameter, Any], Any]
 T = TypeVar("T")
@@ -129,6 +132,25 @@ def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
             what = f"{text!r} is not MOTOR=KP:KD, in N/m and N s/m or N m/rad and N m s/rad"
             raise InputError("symoro-elastic", option, what)
     return ranges(given, option)
+
+
+def springs_on_joints(given: Sequence[str], option: str) -> dict[str, SpringOnJoint]:
+    """Springs by joint, from `JOINT=K[:IA]`."""
+    form = " is not JOINT=K or JOINT=K:IA, in N m/rad and kg m2 or N/m and kg"
+    for text in given:
+        if "=" not in text:
+            raise InputError("symoro-elastic", option, f"{text!r}{form}")
+    return named(given, option, _spring, form)
+
+
+def _spring(written: str) -> SpringOnJoint:
+    from symoro_elastic.machine.formats.format import SpringOnJoint
+
+    stiffness, colon, inertia = written.partition(":")
+    values = [number(stiffness), *([number(inertia)] if colon else [])]
+    if min(values) <= 0:
+        raise ValueError(": both are positive")
+    return SpringOnJoint(*values)
 
 
 def grid(given: Sequence[str], option: str) -> dict[str, list[float]]:

@@ -11,6 +11,7 @@ import click
 from symoro_elastic.cli.parsing import among, outputs
 
 if TYPE_CHECKING:
+    from symoro_elastic.machine.formats.format import Conversion
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
     from symoro_elastic.progress import Announce
@@ -51,15 +52,22 @@ class Selection:
         return [*words, *(["--scene", self.scene] if self.scene else [])]
 
 
-def read(path: str, base: bool = False, announce: Announce | None = None, free: tuple[str, ...] = ()) -> Machine:
+def read(
+    path: str,
+    base: bool = False,
+    announce: Announce | None = None,
+    free: tuple[str, ...] = (),
+    conversion: Conversion | None = None,
+) -> Machine:
     """Return the machine of a file, its inertial parameters grouped if `base`, numbers of tables `free` as parameters.
 
-    Prints its warnings on stderr.
+    A robot as links and joints gets the changes of `conversion`. Prints its warnings on stderr.
     """
     from symoro_elastic.pipeline import prepare
     from symoro_elastic.progress import announce_nothing
 
-    return prepare(path, _warn, base=base, free=free, announce=announce or announce_nothing)
+    announce = announce or announce_nothing
+    return prepare(path, _warn, base=base, free=free, conversion=conversion, announce=announce)
 
 
 def _warn(warning: str) -> None:

@@ -71,6 +71,12 @@ def quoted(text: object) -> str:
     return repr(whole if len(whole) <= 60 else whole[:57] + "...")
 
 
+def listed(names: Iterable[object]) -> str:
+    """Names for a one-line message, quoted: the first ten, and how many more there are."""
+    every = [quoted(name) for name in names]
+    return ", ".join(every[:10]) + (f" and {len(every) - 10} more" if len(every) > 10 else "")
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The end of a message about an unknown name: the closest known one, else all if they are few."""
     names = sorted({str(other) for other in known})

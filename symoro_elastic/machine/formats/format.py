@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from symoro_elastic.machine.formats.files import UTF_8
 from symoro_elastic.machine.machine import Machine
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.formats.robots.description import Description
 
 
 @dataclass(frozen=True)
@@ -16,7 +20,8 @@ class Format:
     The text of a file is in the first of `encodings` that it fits.
     `read(text, source)` gives the machine, not yet checked, and raises `InputError` that names `source`, the path of
     the file; `write(machine)` gives the text, and raises `InputError` for what the format cannot hold. Without
-    `write` the format is read only.
+    `write` the format is read only. Formats of robots as links and joints, whose names may be any, are read in two
+    steps: `describe(text, source)` gives the links and joints.
     """
 
     title: str
@@ -24,3 +29,27 @@ class Format:
     read: Callable[[str, str], Machine]
     write: Callable[[Machine], str] | None = None
     encodings: tuple[str, ...] = (UTF_8,)
+    describe: Callable[[str, str], Description] | None = None
+
+
+@dataclass(frozen=True)
+class SpringOnJoint:
+    """A spring behind the motor of a joint: stiffness, N m/rad or N/m, and the inertia of the rotor, kg m2 or kg.
+
+    The inertia is as the joint feels it; None keeps that of the file.
+    """
+
+    stiffness: float
+    rotor_inertia: float | None = None
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """What is changed in robots as links and joints on the way to their table.
+
+    `snap` is the tolerance, rad and m, within which angles become multiples of pi/12 and lengths zero; None leaves all
+    as it is. `springs` are put behind the motors of joints.
+    """
+
+    snap: float | None = None
+    springs: Mapping[str, SpringOnJoint] = field(default_factory=dict)

@@ -9,26 +9,42 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formats.files import load_text
-from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.formats.format import Conversion, Format
+from symoro_elastic.machine.formats.robots.formats import URDF
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import NONE, Reasons
+from symoro_elastic.machine.renaming import renamed
 from symoro_elastic.machine.resolve import Models
 from symoro_elastic.output_files import write_text
 
-FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT)
+FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF)
 """Every format; a new one is a module and its line here."""
 
 
 def read_machine(path: str | Path, taken: Reasons = NONE, models: Models | None = None) -> tuple[Machine, list[str]]:
     """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
-    machine = read(path)
+    machine = read(path, taken)
     return machine, check(machine, taken, models)
 
 
-def read(path: str | Path) -> Machine:
-    """The machine in a file, not yet checked by `check`; raises `InputError`."""
+def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None = None) -> Machine:
+    """The machine in a file, not yet checked by `check`; raises `InputError`.
+
+    Names of robots that generated code cannot take, or that are `taken`, are changed. Robots as links and joints may
+    be converted; other machines are refused then.
+    """
     form = format_of(path, FORMATS)
-    return form.read(load_text(path, form.encodings), str(path))
+    text = load_text(path, form.encodings)
+    if form.describe is None:
+        if conversion and conversion != Conversion():
+            what = f"--snap and --elastic are for robots as links and joints, not for {form.title} files"
+            raise InputError(str(path), "file", what)
+        return form.read(text, str(path))
+    if conversion is None:
+        return renamed(form.read(text, str(path)), taken)
+    from symoro_elastic.machine.formats.robots.converting import converted
+
+    return renamed(converted(form.describe(text, str(path)), str(path), conversion), taken)
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:

@@ -7,7 +7,7 @@ that carry nothing keep their frames, as fixed rows at the end. Frame 0 is that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,9 +25,8 @@ from symoro_elastic.machine.formats.robots.description import (
 from symoro_elastic.machine.formats.robots.followed import Followers
 from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, placement_of, rows_of
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
-from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Floating, Friction, Joint, Kind, Machine, Spring, Vector3
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.machine.names import listed, quoted
 
 MOST_ERROR = 1e-12
 """Of an exact table: displacements that it leaves between its frames and those of the robot, rad, and m by its size."""
@@ -89,9 +88,26 @@ class _Builder:
             joints=tuple(self._following(row) for row in self.rows),
             base=Base(gravity=_vector(description.gravity)),
             floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
-            remarks=description.remarks,
+            remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
+
+    def _remarks(self) -> Iterator[str]:
+        """What the table holds that the user of the robot may not expect."""
+        followers = [joint.name for joint in self.tree.moving if joint.follows]
+        if followers:
+            yield f"joints that mimic others are coupled rows, without a variable: {listed(followers)}"
+        moving = [row for row in self.rows if row.kind is not Kind.FIXED]
+        empty = [row.name for row in moving if row.body == Body() and row.rotor_inertia.is_zero]
+        if empty:
+            yield f"no mass is given for the links on these joints, none is taken: {listed(empty)}"
+        on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]
+        held = sum(link.mass for link, _ in self.tree.links_on(None))
+        if held and len(on_base) > 1 and not self.tree.floating:
+            yield (
+                f"link {quoted(self.tree.root)} is held, its mass of {held:g} kg is at rest: a base that floats is the "
+                "child of a floating joint"
+            )
 
     @cached_property
     def deviation(self) -> Deviation:
@@ -100,8 +116,7 @@ class _Builder:
         joints = {row_name(joint): joint for joint in self.placed}
         largest = [0.0, 0.0]
         for row in self.rows:
-            keys = ("gamma", "b", "alpha", "d", "theta", "r")
-            realized.append(realized[row.antecedent] * placement_of({key: getattr(row, key).value() for key in keys}))
+            realized.append(realized[row.antecedent] * placement_of(row))
             if joint := joints.get(row.name):
                 carrier = self.tree.carrier(joint)
                 displacement = self._displacement(joint)
@@ -162,18 +177,19 @@ class _Builder:
             *seats, last = rows_of(self._displacement(joint), self.tolerance)
             for seat in seats:
                 name = f"{row_name(joint)}_seat"
-                rows.append(Joint(name, antecedent, Kind.FIXED, 2, **seat.cells(self.tolerance)))
+                rows.append(seat.put_into(Joint(name, antecedent, Kind.FIXED, 2), self.tolerance))
                 antecedent = len(rows)
             numbers[joint.name] = len(rows) + 1
-            rows.append(self._row(joint, antecedent, len(rows) + 1, last.cells(self.tolerance)))
+            rows.append(last.put_into(self._row(joint, antecedent, len(rows) + 1), self.tolerance))
         return rows
 
-    def _row(self, joint: LinkJoint, antecedent: int, number: int, cells: dict[str, Formula]) -> Joint:
+    def _row(self, joint: LinkJoint, antecedent: int, number: int) -> Joint:
+        """The row of a joint, without its geometric parameters."""
         if joint.type is JointType.FIXED:
-            return Joint(joint.child, antecedent, Kind.FIXED, 2, **cells)
+            return Joint(joint.child, antecedent, Kind.FIXED, 2)
         kind, sigma = kind_of(joint, self.source), int(joint.type is JointType.PRISMATIC)
         variable = None if kind is Kind.COUPLED else f"q{number}"
-        row = Joint(joint.name, antecedent, kind, sigma, variable, **cells, body=self._body_on(joint))
+        row = Joint(joint.name, antecedent, kind, sigma, variable, body=self._body_on(joint))
         return with_forces(row, joint)
 
     def _body_on(self, joint: LinkJoint | None) -> Body:

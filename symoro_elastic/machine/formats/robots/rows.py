@@ -7,7 +7,7 @@ parallel b and r grow without bound: then one row moves and a second one turns.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -16,6 +16,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formats.robots.axis_frames import NEARLY_PARALLEL, UNDECIDED
 from symoro_elastic.machine.formats.robots.description import Placement
 from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.joints import Joint
 
 EPS = 2.0**-52
 ROUNDING = 16 * EPS
@@ -57,10 +58,17 @@ class Row:
     theta: float = 0.0
     r: float = 0.0
 
-    def cells(self, tolerance: Tolerance) -> dict[str, Formula]:
-        """The cells of the table, what is zero within the tolerance as zero."""
-        angles = {key: angle_cell(getattr(self, key), tolerance) for key in ("gamma", "alpha", "theta")}
-        return {**angles, **{key: length_cell(getattr(self, key), tolerance.length) for key in ("b", "d", "r")}}
+    def put_into(self, joint: Joint, tolerance: Tolerance) -> Joint:
+        """The joint with these parameters in its row, what is zero within the tolerance as zero."""
+        return replace(
+            joint,
+            gamma=angle_cell(self.gamma, tolerance),
+            b=length_cell(self.b, tolerance.length),
+            alpha=angle_cell(self.alpha, tolerance),
+            d=length_cell(self.d, tolerance.length),
+            theta=angle_cell(self.theta, tolerance),
+            r=length_cell(self.r, tolerance.length),
+        )
 
 
 def rows_of(T: Placement, tolerance: Tolerance) -> list[Row]:
@@ -75,13 +83,12 @@ def rows_of(T: Placement, tolerance: Tolerance) -> list[Row]:
     return [_general(Placement(T.rotation, T.translation * [0.0, 0.0, 1.0]))]
 
 
-def placement_of(cells: dict[str, float]) -> Placement:
-    """The displacement of a row with these parameters."""
-    return (
-        _about_z(cells["gamma"], cells["b"])
-        * Placement(_x_rotation(cells["alpha"]), np.array([cells["d"], 0.0, 0.0]))
-        * _about_z(cells["theta"], cells["r"])
-    )
+def placement_of(joint: Joint) -> Placement:
+    """The displacement of a row whose cells are numbers, its variable at 0."""
+    keys = ("gamma", "b", "alpha", "d", "theta", "r")
+    gamma, b, alpha, d, theta, r = (getattr(joint, key).value() for key in keys)
+    about_x = Placement(_x_rotation(alpha), np.array([d, 0.0, 0.0]))
+    return _about_z(gamma, b) * about_x * _about_z(theta, r)
 
 
 def angle_cell(angle: float, tolerance: Tolerance) -> Formula:
@@ -104,8 +111,8 @@ def length_cell(length: float, tolerance: float) -> Formula:
 
 def number_cell(x: float) -> Formula:
     """The formula of a number: 15 digits where rounding errors alone make more of them."""
-    short = float(f"{x:.15g}")
-    return Formula.parse(short if abs(short - x) <= 4 * EPS * abs(x) else x)
+    short = f"{x:.15g}"
+    return Formula.parse(short if abs(float(short) - x) <= 4 * EPS * abs(x) else x)
 
 
 def _general(T: Placement) -> Row:

@@ -1,0 +1,36 @@
+"""Formats of robots as links and joints, each read through its description; imported when a file is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from symoro_elastic.machine.formats.files import UTF_8, WESTERN
+from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.machine.machine import Machine
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.formats.robots.description import Description
+
+
+def _describe(module: str, text: str, source: str) -> Description:
+    """The robot in a text, read by the function `describe` of a module of this folder."""
+    describe: Callable[[str, str], Description] = import_module(f"{__package__}.{module}").describe
+    return describe(text, source)
+
+
+def _read(module: str, text: str, source: str) -> Machine:
+    """The machine with the exact table of the robot in a text."""
+    from symoro_elastic.machine.formats.robots.modified_dh import machine_of
+
+    return machine_of(_describe(module, text, source), source)
+
+
+def _format(title: str, suffix: str, module: str) -> Format:
+    describe, read = partial(_describe, module), partial(_read, module)
+    return Format(title, (suffix,), read, encodings=(UTF_8, WESTERN), describe=describe)
+
+
+URDF = _format("URDF", ".urdf", "urdf")

@@ -1,0 +1,67 @@
+"""Joints of a robot split into a motor and a spring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.format import SpringOnJoint
+from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.machine.names import did_you_mean, quoted
+
+SPRING, ROTOR = "_spring", "_rotor"
+
+
+def with_springs(description: Description, springs: Mapping[str, SpringOnJoint], source: str) -> Description:
+    """The robot with a spring behind the motor of each of these joints; raises `InputError`.
+
+    The motor keeps the name of the joint, its friction and its rotor; the spring is that name with `_spring` and
+    carries the link. Both turn about, or move along, the axis of the joint.
+    """
+    for name, spring in springs.items():
+        _refuse(description, name, spring, source)
+    links = tuple(Link(name + ROTOR) for name in springs)
+    joints = tuple(part for joint in description.joints for part in _split(joint, springs.get(joint.name)))
+    return replace(description, links=(*description.links, *links), joints=joints)
+
+
+def _split(joint: LinkJoint, spring: SpringOnJoint | None) -> Iterator[LinkJoint]:
+    if spring is None:
+        yield joint
+        return
+    rotor = joint.rotor_inertia if spring.rotor_inertia is None else spring.rotor_inertia
+    yield replace(joint, child=joint.name + ROTOR, rotor_inertia=rotor)
+    yield LinkJoint(
+        joint.name + SPRING,
+        joint.type,
+        joint.name + ROTOR,
+        joint.child,
+        Placement(),
+        joint.axis,
+        stiffness=spring.stiffness,
+        driven=False,
+    )
+
+
+def _refuse(description: Description, name: str, spring: SpringOnJoint, source: str) -> None:
+    """Raise `InputError` for a joint that cannot be split."""
+    joints = {joint.name: joint for joint in description.joints if joint.type is not JointType.FIXED}
+    joint = joints.get(name)
+    if joint is None:
+        what = f"no joint that moves is called {quoted(name)}{did_you_mean(name, joints)}"
+        raise InputError(source, "--elastic", what)
+    place = f"joint {quoted(name)}"
+    if joint.follows or not joint.driven or joint.type is JointType.FLOATING:
+        raise InputError(source, place, "it has no motor: --elastic splits a joint into its motor and a spring")
+    followers = [other.name for other in joints.values() if other.follows and other.follows.joint == name]
+    if followers:
+        what = f"joint {quoted(followers[0])} follows it: whether motor or link is not known; split it by hand"
+        raise InputError(source, place, what)
+    if not joint.rotor_inertia and not spring.rotor_inertia:
+        what = f"its motor would have no inertia: give --elastic {name}=K:IA, IA in kg m2, or kg where it slides"
+        raise InputError(source, place, what)
+    taken = {link.name for link in description.links} | {other.name for other in description.joints}
+    for new in (name + SPRING, name + ROTOR):
+        if new in taken:
+            raise InputError(source, place, f"the name {quoted(new)}, which its spring gets, is taken")

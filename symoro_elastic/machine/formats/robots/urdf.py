@@ -1,0 +1,211 @@
+"""URDF as links and joints.
+
+Lengths of axes, limits, shapes and what simulators add are no part of a model; what changes one and cannot be taken
+is told in `remarks`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.robots.description import (
+    Description,
+    JointType,
+    Link,
+    LinkJoint,
+    Mimicked,
+    Placement,
+)
+from symoro_elastic.machine.formats.robots.transmissions import Rotors
+from symoro_elastic.machine.formats.robots.xml_text import numbers, parsed
+from symoro_elastic.machine.names import listed, quoted
+
+TYPES = {
+    "revolute": JointType.REVOLUTE,
+    "continuous": JointType.REVOLUTE,
+    "prismatic": JointType.PRISMATIC,
+    "fixed": JointType.FIXED,
+    "floating": JointType.FLOATING,
+}
+PLANAR = "a planar joint: write it as two prismatic joints and a revolute one, with links without inertia between"
+EXPAND = "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"
+MODELLED = {"link", "joint", "transmission"}
+WITHOUT_EFFECT = {"material", "gazebo", "sensor", "plugin", "static", "verbose", "mujoco", "capsule_geometry"}
+ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+NOT_OF_LENGTH_ONE = 1e-3
+
+
+def describe(text: str, source: str) -> Description:
+    """The robot in a URDF text; raises `InputError` that names the link or the joint."""
+    robot = parsed(text, source)
+    _refuse_others(robot, source)
+    rotors = Rotors(robot, source)
+    links = tuple(_link(link, source) for link in robot.findall("link"))
+    joints = tuple(_joint(joint, rotors, source) for joint in robot.findall("joint"))
+    return Description(
+        name=robot.get("name") or name_of(Path(source).stem),
+        links=links,
+        joints=joints,
+        remarks=(*_remarks(robot), *rotors.remarks(joints)),
+    )
+
+
+def _refuse_others(robot: Element, source: str) -> None:
+    """Raise `InputError` for XML that is not URDF."""
+    for element in robot.iter():
+        unexpanded = any("${" in value or "$(" in value for value in element.attrib.values())
+        if element.tag.startswith("xacro:") or unexpanded:
+            raise InputError(source, f"element <{element.tag}>", EXPAND)
+    if robot.tag != "robot":
+        advice = {"mujoco": "MJCF: its suffix is .xml", "sdf": "SDF, which is not read: convert it to URDF"}
+        what = advice.get(robot.tag, "a URDF file begins with <robot>")
+        raise InputError(source, f"element <{robot.tag}>", what)
+
+
+def _link(link: Element, source: str) -> Link:
+    name = _name(link, source)
+    place = f"link {quoted(name)}"
+    inertial = link.find("inertial")
+    if inertial is None:
+        return Link(name)
+    (mass,) = numbers(_child(inertial, "mass", source, place), "value", None, 1, source, place)
+    if mass < 0:
+        raise InputError(source, place, f"its mass is negative: {mass:g}")
+    tensor = _child(inertial, "inertia", source, place)
+    inertia = np.array([[_entry(tensor, key, source, place) for key in row] for row in ENTRIES])
+    origin = _origin(inertial, source, place)
+    return Link(name, mass, origin.translation, origin.rotation @ inertia @ origin.rotation.T, frame_only=False)
+
+
+def _entry(tensor: Element, key: str, source: str, place: str) -> float:
+    """An entry of the inertia; products may be left out."""
+    return numbers(tensor, key, None if key[1] == key[2] else "0", 1, source, place)[0]
+
+
+def _joint(joint: Element, rotors: Rotors, source: str) -> LinkJoint:
+    name = _name(joint, source)
+    place = f"joint {quoted(name)}"
+    kind = joint.get("type", "")
+    if kind not in TYPES:
+        given = f"{quoted(kind)} is no type of joint: there are {', '.join(TYPES)}"
+        raise InputError(source, place, PLANAR if kind == "planar" else given)
+    type_ = TYPES[kind]
+    damping, friction = _dynamics(joint, source, place)
+    fixed = type_ in (JointType.FIXED, JointType.FLOATING)
+    return LinkJoint(
+        name,
+        type_,
+        _link_of(joint, "parent", source, place),
+        _link_of(joint, "child", source, place),
+        _origin(joint, source, place),
+        np.array([1.0, 0.0, 0.0]) if fixed else _axis(joint, source, place),
+        damping=0.0 if fixed else damping,
+        friction=0.0 if fixed else friction,
+        rotor_inertia=0.0 if fixed else rotors.inertia(name),
+        follows=None if fixed else _mimicked(joint, source, place),
+    )
+
+
+def _dynamics(joint: Element, source: str, place: str) -> tuple[float, float]:
+    """Viscous and dry friction of a joint."""
+    found = joint.find("dynamics")
+    if found is None:
+        return 0.0, 0.0
+    damping, friction = (numbers(found, key, "0", 1, source, place)[0] for key in ("damping", "friction"))
+    for key, value in (("damping", damping), ("friction", friction)):
+        if value < 0:
+            raise InputError(source, place, f"its {key} is negative: {value:g}")
+    return damping, friction
+
+
+def _axis(joint: Element, source: str, place: str) -> Array:
+    """Direction of the axis, of length 1."""
+    found = joint.find("axis")
+    axis = np.array([1.0, 0.0, 0.0] if found is None else numbers(found, "xyz", None, 3, source, place))
+    largest = np.abs(axis).max()
+    if not largest:
+        raise InputError(source, place, "its axis is 0 0 0: an axis has a direction, such as 0 0 1")
+    direction: Array = axis / largest / np.linalg.norm(axis / largest)
+    return direction
+
+
+def _mimicked(joint: Element, source: str, place: str) -> Mimicked | None:
+    found = joint.find("mimic")
+    if found is None:
+        return None
+    leader = found.get("joint")
+    if not leader:
+        raise InputError(source, place, "<mimic> lacks joint, the name of the joint that it follows")
+    multiplier, offset = (
+        numbers(found, key, default, 1, source, place)[0] for key, default in (("multiplier", "1"), ("offset", "0"))
+    )
+    return Mimicked(leader, multiplier, offset)
+
+
+def _origin(element: Element, source: str, place: str) -> Placement:
+    found = element.find("origin")
+    if found is None:
+        return Placement()
+    roll, pitch, yaw = numbers(found, "rpy", "0 0 0", 3, source, place)
+    return Placement(rotation(roll, pitch, yaw), np.array(numbers(found, "xyz", "0 0 0", 3, source, place)))
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
+    """The rotation (3, 3) by roll about x, then pitch about y, then yaw about z, all of the fixed frame, rad."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    return about_z @ about_y @ about_x
+
+
+def _name(element: Element, source: str) -> str:
+    name = element.get("name")
+    if not name:
+        raise InputError(source, f"element <{element.tag}>", f"a {element.tag} has no name")
+    return name
+
+
+def _child(element: Element, tag: str, source: str, place: str) -> Element:
+    found = element.find(tag)
+    if found is None:
+        raise InputError(source, place, f"<{element.tag}> lacks <{tag}>")
+    return found
+
+
+def _link_of(joint: Element, role: str, source: str, place: str) -> str:
+    name = _child(joint, role, source, place).get("link")
+    if not name:
+        raise InputError(source, place, f"<{role}> lacks link, the name of its {role}")
+    return name
+
+
+def _remarks(robot: Element) -> Iterator[str]:
+    """What the file holds and the model does not."""
+    if any(True for _ in robot.iter("mesh")):
+        yield "meshes, package:// and others, are not read: a model needs masses, not shapes"
+    others = dict.fromkeys(e.tag for e in robot if e.tag not in MODELLED | WITHOUT_EFFECT)
+    if others:
+        yield f"elements that URDF does not define are not read: {listed(others)}"
+    springs = [e.get("reference", "") for e in robot.findall("gazebo") if e.find("springStiffness") is not None]
+    if springs:
+        yield f"springs for Gazebo are not read: joint {listed(springs)}; give them by convert --elastic JOINT=K"
+    odd = [joint.get("name", "") for joint in robot.findall("joint") if _is_long(joint)]
+    if odd:
+        yield f"axes that are not of length 1 give directions only: joint {listed(odd)}"
+
+
+def _is_long(joint: Element) -> bool:
+    """Whether the axis of a joint that moves is not of length 1."""
+    axis = joint.find("axis")
+    if axis is None or joint.get("type") in ("fixed", "floating"):
+        return False
+    length = np.linalg.norm([float(word) for word in axis.get("xyz", "").split()])
+    return bool(abs(length - 1.0) > NOT_OF_LENGTH_ONE)

@@ -1,0 +1,76 @@
+"""XML text as elements: no DOCTYPE, no entities, nothing from outside, bounded in depth and number."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.names import quoted
+
+MOST_DEPTH = 100
+MOST_ELEMENTS = 200_000
+
+
+def parsed(text: str, source: str) -> Element:
+    """The root element of an XML text; raises `InputError` that names the line."""
+    reader = _Reader(source)
+    try:
+        reader.parser.Parse(text, True)
+    except expat.ExpatError as error:
+        what = f"no XML: {expat.ErrorString(error.code)}"
+        raise InputError(source, f"line {error.lineno}, column {error.offset + 1}", what) from None
+    return reader.builder.close()
+
+
+class _Reader:
+    """A parser of one text."""
+
+    def __init__(self, source: str) -> None:
+        self.source, self.builder, self.depth, self.count = source, TreeBuilder(), 0, 0
+        self.parser = expat.ParserCreate()
+        self.parser.buffer_text = True
+        self.parser.StartDoctypeDeclHandler = self._refuse_doctype
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self.builder.data
+
+    def _refuse_doctype(self, *_: object) -> None:
+        raise self._wrong("a DOCTYPE, which may hold entities: take it out")
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.depth, self.count = self.depth + 1, self.count + 1
+        if self.depth > MOST_DEPTH:
+            raise self._wrong(f"elements are nested more than {MOST_DEPTH} deep: no robot is described so")
+        if self.count > MOST_ELEMENTS:
+            raise self._wrong(f"more than {MOST_ELEMENTS} elements: no robot is described so")
+        self.builder.start(tag, attributes)
+
+    def _end(self, tag: str) -> None:
+        self.depth -= 1
+        self.builder.end(tag)
+
+    def _wrong(self, what: str) -> InputError:
+        return InputError(self.source, f"line {self.parser.CurrentLineNumber}", what)
+
+
+def numbers(element: Element, key: str, default: str | None, count: int, source: str, place: str) -> list[float]:
+    """The numbers in an attribute, `count` of them; raises `InputError` for others, and where it is missing."""
+    text = element.get(key, default)
+    if text is None:
+        raise InputError(source, place, f"<{element.tag}> lacks {key}")
+    words = text.split()
+    if len(words) != count:
+        what = f"{key} = {quoted(text)} must be {'a number' if count == 1 else f'{count} numbers'}"
+        raise InputError(source, place, f"<{element.tag}> {what}")
+    return [_number(word, f"<{element.tag}> {key}", source, place) for word in words]
+
+
+def _number(word: str, what: str, source: str, place: str) -> float:
+    try:
+        value = float("" if "_" in word else word)
+    except ValueError:
+        raise InputError(source, place, f"{what}: {quoted(word)} is no number") from None
+    if not abs(value) < float("inf"):
+        raise InputError(source, place, f"{what}: {quoted(word)} is not finite")
+    return value

@@ -1,0 +1,56 @@
+"""Machines of formats with names of any kind, under names that generated code can take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+
+from symoro_elastic.machine.machine import Loop, Machine
+from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, free_name, quoted, reserved
+
+
+def renamed(machine: Machine, taken: Reasons = NONE) -> Machine:
+    """The machine with valid names, each once: those of joints that are not are changed, which a remark says.
+
+    `taken` are names that generated code uses, with reasons.
+    """
+    variables = {joint.variable: j for j, joint in enumerate(machine.joints) if joint.variable}
+    used: dict[str, int] = {}
+    new = {j: joint.name for j, joint in enumerate(machine.joints)}
+    for j, name in new.items():
+        if reserved(name, taken) is None and name not in used and variables.get(name, j) == j:
+            used[name] = j
+    for j, name in new.items():
+        if used.get(name) != j:
+            new[j] = next(one for one in _candidates(name, taken) if one not in used and one not in variables)
+            used[new[j]] = j
+    own = {**taken, **dict.fromkeys(IMPORTED, IN_USE)}
+    title = machine.name if reserved(machine.name, own) is None else next(_candidates(machine.name, own))
+    changed = [(machine.name, title)] * (title != machine.name)
+    changed += [(joint.name, new[j]) for j, joint in enumerate(machine.joints) if new[j] != joint.name]
+    joints = tuple(replace(joint, name=new[j]) for j, joint in enumerate(machine.joints))
+    remarks = (*machine.remarks, *_remarks(changed))
+    old = {joint.name: new[j] for j, joint in enumerate(machine.joints)}
+    return replace(
+        machine, name=title, joints=joints, loops=tuple(_loop(x, old) for x in machine.loops), remarks=remarks
+    )
+
+
+def _candidates(name: str, taken: Reasons) -> Iterator[str]:
+    """Valid names like this one."""
+    first = free_name(name, taken)
+    yield first
+    numbered = (f"{first[:55].rstrip('_')}_{k}" for k in count(2))
+    yield from (one for one in numbered if reserved(one, taken) is None)
+
+
+def _remarks(changed: list[tuple[str, str]]) -> Iterator[str]:
+    if changed:
+        pairs = ", ".join(f"{quoted(old)} is {new}" for old, new in changed[:10])
+        more = f" and {len(changed) - 10} more" if len(changed) > 10 else ""
+        yield f"names that generated code cannot take are changed: {pairs}{more}"
+
+
+def _loop(loop: Loop, names: dict[str, str]) -> Loop:
+    return replace(loop, dependent=tuple(names.get(name, name) for name in loop.dependent))
