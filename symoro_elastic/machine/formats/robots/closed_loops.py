@@ -1,9 +1,9 @@
-"""Connections of links as closed loops of the table: a cut row on one link, a fixed row on the other, which meet."""
+"""Connections of links as closed loops: a cut row of the table on one link, a fixed row on the other, which meet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 from symoro_elastic.machine.formats.robots.description import Connection, Placement
 from symoro_elastic.machine.formats.robots.rows import Tolerance, number_cell, rows_of
@@ -15,20 +15,43 @@ Place = Callable[[str], tuple[int, Placement]]
 
 
 def closed(machine: Machine, connections: Sequence[Connection], place: Place, tolerance: Tolerance) -> Machine:
-    """Return the machine with a loop for each connection, its rows at the end of the table."""
-    joints, loops = list(machine.joints), list[Loop]()
-    for one in connections:
-        ends = [(place(link), on) for link, on in ((one.first, one.on_first), (one.second, one.on_second))]
-        if ends[1][0][0] == 0:
-            ends.reverse()
-        numbers = []
-        for ((antecedent, link), on), kind in zip(ends, (Kind.FIXED, Kind.CUT), strict=True):
-            at = link * on
-            end = _End(one.name, kind, at if one.weld else Placement(translation=at.translation))
-            joints += end.rows(antecedent, len(joints), tolerance)
-            numbers.append(len(joints))
-        closes = Closing.FRAME if one.weld else Closing.POINT
-        loops.append(Loop(one.name, numbers[1], numbers[0], closes, one.dependent))
-    found = replace(machine, joints=tuple(joints), loops=(*machine.loops, *loops))
-    starts = {one.name: one.start for one in connections}
-    return replace(found, loops=tuple(_with_start(found, loop, starts[loop.name]) for loop in found.loops))
+    """Return the machine with a loop for each connection, the rows that meet at the end of its table."""
+    for connection in connections:
+        machine = _closed(machine, connection, place, tolerance)
+    return machine
+
+
+def _closed(machine: Machine, connection: Connection, place: Place, tolerance: Tolerance) -> Machine:
+    first, second = (place(link) for link in (connection.first, connection.second))
+    ends = [(*first, connection.on_first), (*second, connection.on_second)]
+    if second[0] == 0:
+        ends.reverse()
+    joints, numbers = machine.joints, list[int]()
+    for (antecedent, link, on), kind in zip(ends, (Kind.FIXED, Kind.CUT), strict=True):
+        at = link * on
+        joints += tuple(_rows(connection, kind, at, antecedent, len(joints), tolerance))
+        numbers.append(len(joints))
+    closes = Closing.FRAME if connection.weld else Closing.POINT
+    loop = Loop(connection.name, numbers[1], numbers[0], closes, connection.dependent)
+    return _with_start(replace(machine, joints=joints, loops=(*machine.loops, loop)), loop, connection)
+
+
+def _rows(
+    connection: Connection, kind: Kind, at: Placement, antecedent: int, count: int, tolerance: Tolerance
+) -> Iterator[Joint]:
+    """The rows from a link to the frame that meets another, of which only the last is of this kind."""
+    name = f"{connection.name}_{'cut' if kind is Kind.CUT else 'meets'}"
+    *seats, last = rows_of(at if connection.weld else Placement(translation=at.translation), tolerance)
+    for seat in seats:
+        yield seat.put_into(Joint(f"{name}_seat", antecedent, Kind.FIXED, 2), tolerance)
+        antecedent = count = count + 1
+    yield last.put_into(Joint(name, antecedent, kind, 2), tolerance)
+
+
+def _with_start(machine: Machine, loop: Loop, connection: Connection) -> Machine:
+    """The machine whose loop, its last one, starts where the connection does, if it says so."""
+    if not connection.start:
+        return machine
+    owners = map(machine.joint, machine.owners_in(loop))
+    start = {str(joint.variable): number_cell(connection.start.get(joint.name, 0.0)) for joint in owners}
+    return replace(machine, loops=(*machine.loops[:-1], replace(loop, start=start)))

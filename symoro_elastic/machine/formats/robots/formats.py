@@ -34,3 +34,4 @@ def _format(title: str, suffix: str, module: str) -> Format:
 
 
 URDF = _format("URDF", ".urdf", "urdf")
+MJCF = _format("MJCF", ".xml", "mjcf")

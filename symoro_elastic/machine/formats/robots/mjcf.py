@@ -22,12 +22,13 @@ from symoro_elastic.machine.formats.robots.description import (
     Mimicked,
     Placement,
 )
-from symoro_elastic.machine.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom, free
+from symoro_elastic.machine.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom
 from symoro_elastic.machine.formats.robots.mjcf_equalities import Equalities
 from symoro_elastic.machine.formats.robots.mjcf_forces import Forces
 from symoro_elastic.machine.formats.robots.mjcf_model import Compiled, compiled
 from symoro_elastic.machine.formats.robots.mjcf_remarks import remarks_of
 from symoro_elastic.machine.formats.robots.springs_beside_motors import with_springs_beside
+from symoro_elastic.machine.names import distinct
 
 
 def describe(text: str, source: str) -> Description:
@@ -79,23 +80,33 @@ class _Robot:
             at = self.bodies.on_link(carrier) * at
         freedoms = self.bodies.freedoms(b)
         if not freedoms:
-            name = free(f"{self.bodies.names[b]}_fixed", self.bodies.joint_names)
+            name = distinct(f"{self.bodies.names[b]}_fixed", self.bodies.joint_names)
             yield self._link(b), LinkJoint(name, JointType.FIXED, parent, self.bodies.names[b], at)
         before = np.zeros(3)
         for freedom in freedoms:
             at = at * Placement(translation=freedom.anchor - before)
             is_last = freedom is freedoms[-1]
-            link = self._link(b) if is_last else Link(free(f"{freedom.name}_link", self.bodies.names))
+            link = (
+                self._link(b)
+                if is_last
+                else Link(distinct(f"{freedom.name}_link", self.bodies.names), frame_only=False)
+            )
             yield link, self._joint(freedom, parent, link.name, at)
             parent, at, before = link.name, Placement(), freedom.anchor
 
     def _link(self, b: int) -> Link:
-        """The link with the mass of a body."""
+        """The link with the mass of a body; one at rest needs none."""
         model = self.bodies.model
+        if model.body_weldid[b] == 0:
+            return Link(self.bodies.names[b])
         principal = self.bodies.rotation(model.body_iquat[b])
         center = self.bodies.on_link(b).translation + model.body_ipos[b]
         inertia = principal * model.body_inertia[b] @ principal.T
         return Link(self.bodies.names[b], float(model.body_mass[b]), center, inertia, frame_only=False)
+
+    def _between(self, freedom: Freedom) -> Link:
+        """The link without mass that a joint carries where its body has further ones."""
+        return Link(distinct(f"{freedom.name}_link", self.bodies.names), frame_only=False)
 
     def _joint(self, freedom: Freedom, parent: str, child: str, at: Placement) -> LinkJoint:
         """A joint, at position 0 where the reference position puts the body as the file does."""

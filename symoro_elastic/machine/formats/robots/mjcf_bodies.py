@@ -12,11 +12,10 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formats.robots.description import JointType, Placement
 from symoro_elastic.machine.formats.robots.mjcf_model import Compiled
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.machine.names import distinct, quoted
 
 WORLD = "world"
 TYPES = {"mjJNT_HINGE": JointType.REVOLUTE, "mjJNT_SLIDE": JointType.PRISMATIC, "mjJNT_FREE": JointType.FLOATING}
-BALL = "mjJNT_BALL"
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +53,14 @@ class Bodies:
     def names(self) -> tuple[str, ...]:
         """Names of the bodies, that of the world first; one without a name gets its number."""
         given = [self.model.body(b).name for b in range(self.model.nbody)]
-        return (WORLD, *(name or free(f"body{b}", given) for b, name in enumerate(given[1:], start=1)))
+        return (WORLD, *(name or distinct(f"body{b}", given) for b, name in enumerate(given[1:], start=1)))
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints; one without a name gets that of its body."""
         given = [self.model.joint(j).name for j in range(self.model.njnt)]
         for j, name in enumerate(given):
-            given[j] = name or free(f"{self.names[self.model.jnt_bodyid[j]]}_joint", given)
+            given[j] = name or distinct(f"{self.names[self.model.jnt_bodyid[j]]}_joint", given)
         return tuple(given)
 
     @cached_property
@@ -88,7 +87,7 @@ class Bodies:
     def is_free(self, b: int) -> bool:
         """Whether a body floats."""
         first = self.model.body_jntadr[b]
-        return bool(self.model.body_jntnum[b]) and self._type(first) is JointType.FLOATING
+        return bool(self.model.body_jntnum[b]) and self.type_of(first) is JointType.FLOATING
 
     def freedoms(self, b: int) -> tuple[Freedom, ...]:
         """The degrees of freedom of a body, from the one that carries it outwards."""
@@ -145,24 +144,17 @@ class Bodies:
                 found |= {b, int(self.model.body_parentid[b])}
         return found
 
-    def _type(self, j: int) -> JointType | None:
+    def type_of(self, j: int) -> JointType | None:
         """The type of a joint; None for a ball joint."""
         return TYPES.get(self.compiled.mujoco.mjtJoint(self.model.jnt_type[j]).name)
 
     def _freedoms(self, j: int) -> Iterator[Freedom]:
         """The freedom of a joint, or the three of a ball joint: turns about x, y and z of the body."""
-        name, kind = self.joint_names[j], self._type(j)
+        name, kind = self.joint_names[j], self.type_of(j)
         anchor = self.model.jnt_pos[j].copy() if kind is not JointType.FLOATING else np.zeros(3)
         if kind is None:
             for axis, unit in zip("xyz", np.eye(3), strict=True):
-                yield Freedom(j, free(f"{name}_{axis}", self.joint_names), JointType.REVOLUTE, unit, anchor, 0.0)
+                yield Freedom(j, distinct(f"{name}_{axis}", self.joint_names), JointType.REVOLUTE, unit, anchor, 0.0)
             return
         reference = 0.0 if kind is JointType.FLOATING else float(self.model.qpos0[self.model.jnt_qposadr[j]])
         yield Freedom(j, name, kind, self.model.jnt_axis[j].copy(), anchor, reference)
-
-
-def free(name: str, taken: object) -> str:
-    """The name, with underscores where it is taken."""
-    while name in taken:  # type: ignore[operator]
-        name += "_"
-    return name

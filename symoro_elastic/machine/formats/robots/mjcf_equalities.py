@@ -48,7 +48,7 @@ class Equalities:
     @cached_property
     def left_out(self) -> tuple[str, ...]:
         """Names of the constraints that are not taken: of tendons, to bodies that are not taken, and not in force."""
-        taken = {e for e in self._of(JOINT)} | {e for e in self._of(CONNECT, WELD) if self._connection(e)}
+        taken = set(self._of(JOINT)) | {e for e in self._of(CONNECT, WELD) if self._connection(e)}
         return tuple(self.name(e) for e in range(self._model.neq) if e not in taken)
 
     def name(self, e: int) -> str:
@@ -116,5 +116,3 @@ class Equalities:
             return None
         (first, a), (second, b) = places[0], places[1]
         return (first, a * frames[0]), (second, b * frames[1])
-
-

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.files import MAX_BYTES, load_text
-from symoro_elastic.machine.formats.robots.xml_elements import root_of
+from symoro_elastic.machine.formats.robots.xml_text import parsed
 from symoro_elastic.machine.names import quoted
 
 MOST_COPIES, MOST_PARTS, MOST_SHAPE_BYTES = 1000, 100, 100_000_000
@@ -78,7 +78,7 @@ class Sources:
 def sources_of(text: str, path: str) -> Sources:
     """Return the text of a model with its parts; raises `InputError` for what is not read."""
     found = Sources(text, path)
-    root = root_of(text, path)
+    root = parsed(text, path)
     if root.tag != "mujoco":
         what = OTHER_ROOTS.get(root.tag, f"its root element is <{quoted(root.tag)[1:-1]}>, that of MJCF is <mujoco>")
         raise found.error("file", what)
@@ -106,7 +106,7 @@ def _include(element: Element, by: str, found: Sources, copies: int) -> None:
     if len(found.parts) > MOST_PARTS or sum(map(len, found.parts.values())) > MAX_BYTES:
         raise found.error(place, f"at most {MOST_PARTS} files of {MAX_BYTES // 10**6} MB together are read")
     file = str(Path(found.path).parent / path)
-    _take(root_of(text, file), file, path, found, copies)
+    _take(parsed(text, file), file, path, found, copies)
 
 
 def _refuse(element: Element, copies: int, file: str) -> None:

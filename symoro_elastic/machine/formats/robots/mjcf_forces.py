@@ -60,14 +60,13 @@ class Forces:
     @cached_property
     def elsewhere(self) -> tuple[int, ...]:
         """Numbers of the actuators that act on a tendon, a body, or on a joint of several freedoms."""
-        model, mujoco = self.bodies.model, self.bodies.compiled.mujoco
-        simple = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+        return tuple(a for a in range(self.bodies.model.nu) if not self._is_on_joint(a))
 
-        def is_elsewhere(a: int) -> bool:
-            on_joint = mujoco.mjtTrn(model.actuator_trntype[a]).name in ON_JOINTS
-            return not on_joint or model.jnt_type[model.actuator_trnid[a][0]] not in simple
-
-        return tuple(a for a in range(model.nu) if is_elsewhere(a))
+    def _is_on_joint(self, a: int) -> bool:
+        """Whether an actuator acts on a joint that turns or slides."""
+        kind = self.bodies.compiled.mujoco.mjtTrn(self.bodies.model.actuator_trntype[a]).name
+        simple = (JointType.REVOLUTE, JointType.PRISMATIC)
+        return kind in ON_JOINTS and self.bodies.type_of(self.bodies.model.actuator_trnid[a][0]) in simple
 
     def _is_ball(self, freedom: Freedom) -> bool:
         return freedom.name != self.bodies.joint_names[freedom.number]
@@ -79,7 +78,9 @@ class Forces:
         several = 6 if freedom.type is JointType.FLOATING else 3 if self._is_ball(freedom) else 0
         if model.jnt_stiffnesspoly[j].any():
             yield "its stiffness is a polynomial of the deflection: only linear springs are modelled, give one number"
-        if model.dof_dampingpoly[v].any() or any(model.actuator_dampingpoly[a].any() for a in self.actuators.get(j, [])):
+        if model.dof_dampingpoly[v].any() or any(
+            model.actuator_dampingpoly[a].any() for a in self.actuators.get(j, [])
+        ):
             yield "its damping is a polynomial of the velocity: only linear damping is modelled, give one number"
         if model.jnt_plasticadr[j] >= 0:
             yield "its spring yields: only elastic springs are modelled, remove springyield"

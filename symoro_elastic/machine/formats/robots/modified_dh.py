@@ -16,6 +16,7 @@ import numpy as np
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.robots.axis_frames import Axis, frame_on
 from symoro_elastic.machine.formats.robots.bodies import body_of
+from symoro_elastic.machine.formats.robots.closed_loops import closed
 from symoro_elastic.machine.formats.robots.description import (
     Description,
     JointType,
@@ -80,10 +81,7 @@ class _Builder:
     def machine(self) -> Machine:
         """The machine with the table."""
         description = self.tree.description
-        if description.connections:
-            what = "it closes a loop: write it by hand, as docs/closed_chains.md says, or leave it out"
-            raise InputError(self.source, f"connection {quoted(description.connections[0].name)}", what)
-        return Machine(
+        tree = Machine(
             name=description.name,
             joints=tuple(self._following(row) for row in self.rows),
             base=Base(gravity=_vector(description.gravity)),
@@ -91,14 +89,25 @@ class _Builder:
             remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
+        return closed(tree, description.connections, self._place, self.tolerance)
+
+    def _place(self, link: str) -> tuple[int, Placement]:
+        """Number of the row that carries a link, 0 for frame 0, and the placement of the link in its frame."""
+        if link not in self.tree.carried:
+            what = f"it is connected with {quoted(self.tree.root)}, in which the robot floats: remove one of both"
+            raise InputError(self.source, f"link {quoted(link)}", what)
+        carried = self.tree.carried[link]
+        numbers = {row.name: number for number, row in enumerate(self.rows, start=1)}
+        number = numbers[carried.joint.name] if carried.joint else 0
+        return number, self._frame_of(carried.joint).inverse * carried.placement
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
             yield f"joints that mimic others are coupled rows, without a variable: {listed(followers)}"
-        moving = [row for row in self.rows if row.kind is not Kind.FIXED]
-        empty = [row.name for row in moving if row.body == Body() and row.rotor_inertia.is_zero]
+        unknown = [one.name for one in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(one))]
+        empty = [row.name for row in self.rows if row.name in unknown and row.rotor_inertia.is_zero]
         if empty:
             yield f"no mass is given for the links on these joints, none is taken: {listed(empty)}"
         on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]

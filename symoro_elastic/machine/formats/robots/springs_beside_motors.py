@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 from symoro_elastic.machine.formats.robots.description import Connection, Description, Link, LinkJoint, Placement
+from symoro_elastic.machine.names import distinct
 
 SPRING, CARRIED = "_spring", "_sprung"
 
@@ -20,11 +20,13 @@ def with_springs_beside(description: Description) -> Description:
     taken = {joint.name for joint in description.joints} | {link.name for link in description.links}
     links, joints, connections = [], [], []
     for joint in both:
-        spring, link = _free(joint.name + SPRING, taken), _free(joint.name + CARRIED, taken)
+        spring, link = distinct(joint.name + SPRING, taken), distinct(joint.name + CARRIED, taken)
         links.append(Link(link, frame_only=False))
         forces = LinkJoint(spring, joint.type, joint.parent, link, stiffness=joint.stiffness, neutral=joint.neutral)
         joints.append(replace(forces, placement=joint.placement, axis=joint.axis, driven=False))
-        connections.append(Connection(link, joint.child, link, Placement(), Placement(), weld=True, dependent=(spring,)))
+        connections.append(
+            Connection(link, joint.child, link, Placement(), Placement(), weld=True, dependent=(spring,))
+        )
     return replace(
         description,
         links=(*description.links, *links),
@@ -38,9 +40,3 @@ def _without_spring(joint: LinkJoint) -> LinkJoint:
     if not (joint.driven and joint.stiffness):
         return joint
     return replace(joint, stiffness=0.0, neutral=0.0)
-
-
-def _free(name: str, taken: Iterable[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
