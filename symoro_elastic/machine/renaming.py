@@ -32,9 +32,8 @@ def renamed(machine: Machine, taken: Reasons = NONE) -> Machine:
     joints = tuple(replace(joint, name=new[j]) for j, joint in enumerate(machine.joints))
     remarks = (*machine.remarks, *_remarks(changed))
     old = {joint.name: new[j] for j, joint in enumerate(machine.joints)}
-    return replace(
-        machine, name=title, joints=joints, loops=tuple(_loop(x, old) for x in machine.loops), remarks=remarks
-    )
+    loops = tuple(_loop(loop, k, old, taken) for k, loop in enumerate(machine.loops, start=1))
+    return replace(machine, name=title, joints=joints, loops=loops, remarks=remarks)
 
 
 def _candidates(name: str, taken: Reasons) -> Iterator[str]:
@@ -52,5 +51,7 @@ def _remarks(changed: list[tuple[str, str]]) -> Iterator[str]:
         yield f"names that generated code cannot take are changed: {pairs}{more}"
 
 
-def _loop(loop: Loop, names: dict[str, str]) -> Loop:
-    return replace(loop, dependent=tuple(names.get(name, name) for name in loop.dependent))
+def _loop(loop: Loop, number: int, names: dict[str, str], taken: Reasons) -> Loop:
+    """A loop with the new names of joints, and a valid name of its own."""
+    name = loop.name if reserved(loop.name, taken) is None else f"loop_{number}"
+    return replace(loop, name=name, dependent=tuple(names.get(other, other) for other in loop.dependent))

@@ -16,19 +16,33 @@ import numpy as np
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.robots.axis_frames import Axis, frame_on
 from symoro_elastic.machine.formats.robots.bodies import body_of
-from symoro_elastic.machine.formats.robots.closed_loops import closed
 from symoro_elastic.machine.formats.robots.description import (
+    Connection,
     Description,
     JointType,
     LinkJoint,
     Placement,
 )
 from symoro_elastic.machine.formats.robots.followed import Followers
-from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, placement_of, rows_of
+from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, number_cell, placement_of, rows_of
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
-from symoro_elastic.machine.machine import Base, Body, Floating, Friction, Joint, Kind, Machine, Spring, Vector3
-from symoro_elastic.machine.names import listed, quoted
+from symoro_elastic.machine.machine import (
+    Base,
+    Body,
+    Closing,
+    Floating,
+    Friction,
+    Joint,
+    Kind,
+    Loop,
+    Machine,
+    Spring,
+    Vector3,
+)
+from symoro_elastic.machine.names import did_you_mean, listed, quoted
 
+SEAT, CUT, END = "_seat", "_cut", "_end"
+"""Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
 MOST_ERROR = 1e-12
 """Of an exact table: displacements that it leaves between its frames and those of the robot, rad, and m by its size."""
 
@@ -70,6 +84,20 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
 
 
 @dataclass(frozen=True, eq=False)
+class Placed:
+    """A frame that gets a row: the joint that carries it, None on frame 0, and its placement in that joint's frame.
+
+    `joint` is the joint that moves it there; a leaf and the ends of a loop have none.
+    """
+
+    name: str
+    carrier: LinkJoint | None
+    target: Placement
+    joint: LinkJoint | None = None
+    is_cut: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class _Builder:
     """A robot on the way to its table."""
 
@@ -81,7 +109,7 @@ class _Builder:
     def machine(self) -> Machine:
         """The machine with the table."""
         description = self.tree.description
-        tree = Machine(
+        machine = Machine(
             name=description.name,
             joints=tuple(self._following(row) for row in self.rows),
             base=Base(gravity=_vector(description.gravity)),
@@ -89,17 +117,7 @@ class _Builder:
             remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
-        return closed(tree, description.connections, self._place, self.tolerance)
-
-    def _place(self, link: str) -> tuple[int, Placement]:
-        """Number of the row that carries a link, 0 for frame 0, and the placement of the link in its frame."""
-        if link not in self.tree.carried:
-            what = f"it is connected with {quoted(self.tree.root)}, in which the robot floats: remove one of both"
-            raise InputError(self.source, f"link {quoted(link)}", what)
-        carried = self.tree.carried[link]
-        numbers = {row.name: number for number, row in enumerate(self.rows, start=1)}
-        number = numbers[carried.joint.name] if carried.joint else 0
-        return number, self._frame_of(carried.joint).inverse * carried.placement
+        return replace(machine, loops=tuple(self._loop(one, machine) for one in description.connections))
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
@@ -122,14 +140,12 @@ class _Builder:
     def deviation(self) -> Deviation:
         """Between the frames of the rows and those of the robot, at position 0."""
         realized, wanted = [Placement()], {"": Placement()}
-        joints = {row_name(joint): joint for joint in self.placed}
+        placed = {one.name: one for one in self.placed}
         largest = [0.0, 0.0]
         for row in self.rows:
             realized.append(realized[row.antecedent] * placement_of(row))
-            if joint := joints.get(row.name):
-                carrier = self.tree.carrier(joint)
-                displacement = self._displacement(joint)
-                wanted[row.name] = wanted[carrier.name if carrier else ""] * displacement
+            if one := placed.get(row.name):
+                wanted[row.name] = wanted[one.carrier.name if one.carrier else ""] * self._displacement(one)
                 between = wanted[row.name].inverse * realized[-1]
                 errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
                 largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
@@ -146,9 +162,39 @@ class _Builder:
         return Tolerance.of(self.snap, self.size) if self.snap else Tolerance.rounding(self.size)
 
     @cached_property
-    def placed(self) -> tuple[LinkJoint, ...]:
-        """The joints that get a row: those that move, then those of leaves."""
-        return (*self.tree.moving, *self.tree.leaves)
+    def placed(self) -> tuple[Placed, ...]:
+        """What gets a row: joints that move, then leaves and the ends of connections."""
+        tree = self.tree
+        moving = [Placed(j.name, tree.carrier(j), tree.seat(j) * self._frame_of(j), j) for j in tree.moving]
+        leaves = [Placed(joint.child, tree.carrier(joint), tree.seat(joint)) for joint in tree.leaves]
+        ends = [end for connection in tree.description.connections for end in self._ends(connection)]
+        return (*moving, *leaves, *ends)
+
+    def _ends(self, connection: Connection) -> Iterator[Placed]:
+        """The cut joint of a loop, and the frame that it meets."""
+        on = ((CUT, connection.first, connection.on_first), (END, connection.second, connection.on_second))
+        for suffix, link, place in on:
+            if link not in self.tree.carried:
+                what = f"{quoted(link)} is no link that the robot moves{did_you_mean(link, self.tree.carried)}"
+                raise InputError(self.source, f"connection {quoted(connection.name)}", what)
+            carried = self.tree.carried[link]
+            target = carried.placement * place
+            if not connection.weld:
+                target = Placement(self._frame_of(carried.joint).rotation, target.translation)
+            yield Placed(connection.name + suffix, carried.joint, target, is_cut=suffix == CUT)
+
+    def _loop(self, connection: Connection, machine: Machine) -> Loop:
+        """The loop of a connection, with its position of all joints around it if it gives one."""
+        names = [row.name for row in machine.joints]
+        cut, end = (names.index(connection.name + suffix) + 1 for suffix in (CUT, END))
+        closes = Closing.FRAME if connection.weld else Closing.POINT
+        loop = Loop(connection.name, cut, end, closes, connection.dependent)
+        if not connection.start:
+            return loop
+        owners = map(machine.joint, machine.owners_in(loop))
+        return replace(
+            loop, start={str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
+        )
 
     @cached_property
     def frames(self) -> dict[str, Placement]:
@@ -171,31 +217,30 @@ class _Builder:
         """The frame of a joint that moves, else that of its link."""
         return self.frames.get(joint.name, Placement()) if joint else Placement()
 
-    def _displacement(self, joint: LinkJoint) -> Placement:
-        """Placement of a joint's frame in the table in that of its antecedent."""
-        return self._frame_of(self.tree.carrier(joint)).inverse * self.tree.seat(joint) * self._frame_of(joint)
+    def _displacement(self, placed: Placed) -> Placement:
+        """Placement of the frame of a row in that of the row that carries it."""
+        return self._frame_of(placed.carrier).inverse * placed.target
 
     @cached_property
     def rows(self) -> list[Joint]:
         """The rows of the table; coupled ones without what they follow."""
         rows: list[Joint] = []
         numbers: dict[str, int] = {}
-        for joint in self.placed:
-            carrier = self.tree.carrier(joint)
-            antecedent = numbers[carrier.name] if carrier else 0
-            *seats, last = rows_of(self._displacement(joint), self.tolerance)
+        for placed in self.placed:
+            antecedent = numbers[placed.carrier.name] if placed.carrier else 0
+            *seats, last = rows_of(self._displacement(placed), self.tolerance)
             for seat in seats:
-                name = f"{row_name(joint)}_seat"
-                rows.append(seat.put_into(Joint(name, antecedent, Kind.FIXED, 2), self.tolerance))
+                rows.append(seat.put_into(Joint(placed.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
                 antecedent = len(rows)
-            numbers[joint.name] = len(rows) + 1
-            rows.append(last.put_into(self._row(joint, antecedent, len(rows) + 1), self.tolerance))
+            numbers[placed.name] = len(rows) + 1
+            rows.append(last.put_into(self._row(placed, antecedent, len(rows) + 1), self.tolerance))
         return rows
 
-    def _row(self, joint: LinkJoint, antecedent: int, number: int) -> Joint:
+    def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
         """The row of a joint, without its geometric parameters."""
-        if joint.type is JointType.FIXED:
-            return Joint(joint.child, antecedent, Kind.FIXED, 2)
+        joint = placed.joint
+        if joint is None:
+            return Joint(placed.name, antecedent, Kind.CUT if placed.is_cut else Kind.FIXED, 2)
         kind, sigma = kind_of(joint, self.source), int(joint.type is JointType.PRISMATIC)
         variable = None if kind is Kind.COUPLED else f"q{number}"
         row = Joint(joint.name, antecedent, kind, sigma, variable, body=self._body_on(joint))
@@ -214,11 +259,6 @@ class _Builder:
         joint = next(one for one in self.tree.moving if one.name == row.name)
         variables = {one.name: one.variable for one in self.rows if one.variable}
         return row.with_selected(Followers(self.tree, self.source).cell(joint, row.selected, variables))
-
-
-def row_name(joint: LinkJoint) -> str:
-    """The name of a joint's row: its own, or that of its link where it is fixed."""
-    return joint.child if joint.type is JointType.FIXED else joint.name
 
 
 def kind_of(joint: LinkJoint, source: str) -> Kind:

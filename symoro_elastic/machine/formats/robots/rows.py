@@ -21,6 +21,8 @@ from symoro_elastic.machine.joints import Joint
 EPS = 2.0**-52
 ROUNDING = 16 * EPS
 """Error of angles, rad, and of lengths relative to that of a robot, that double precision leaves."""
+NO_CHANCE = 1e-3
+"""Part of the last digit by which a number that is meant to be a short decimal may differ from it."""
 QUARTER, TWELFTH = math.pi / 2, math.pi / 12
 
 
@@ -95,7 +97,7 @@ def angle_cell(angle: float, tolerance: Tolerance) -> Formula:
     """The formula of an angle, rad: a multiple of pi where it is within the tolerance of one, else a number."""
     parts = round(angle / tolerance.parts)
     if abs(angle - parts * tolerance.parts) > tolerance.angle:
-        return number_cell(angle)
+        return number_cell(angle, tolerance.angle)
     half_turns = Fraction(round(parts * tolerance.parts / TWELFTH), 12)
     if half_turns == 0:
         return ZERO
@@ -106,13 +108,20 @@ def angle_cell(angle: float, tolerance: Tolerance) -> Formula:
 
 def length_cell(length: float, tolerance: float) -> Formula:
     """The formula of a length, or of any number that is taken for zero below a tolerance."""
-    return ZERO if abs(length) <= tolerance else number_cell(length)
+    return ZERO if abs(length) <= tolerance else number_cell(length, tolerance)
 
 
-def number_cell(x: float) -> Formula:
-    """The formula of a number: 15 digits where rounding errors alone make more of them."""
-    short = f"{x:.15g}"
-    return Formula.parse(short if abs(float(short) - x) <= 4 * EPS * abs(x) else x)
+def number_cell(x: float, tolerance: float = 0.0) -> Formula:
+    """The formula of a number: 15 digits where rounding errors alone make more of them.
+
+    A decimal of 6 or 9 digits stands for it where that is within the tolerance, and far nearer than by chance.
+    """
+    for digits in (6, 9, 15):
+        short = f"{x:.{digits}g}"
+        resolution = 10.0 ** (math.floor(math.log10(abs(x) or 1.0)) - digits + 1)
+        if abs(float(short) - x) <= max(min(tolerance, NO_CHANCE * resolution), 4 * EPS * abs(x)):
+            return Formula.parse(short)
+    return Formula.parse(x)
 
 
 def _general(T: Placement) -> Row:

@@ -163,7 +163,8 @@ def rotation(roll: float, pitch: float, yaw: float) -> Array:
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
     about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
     about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-    return about_z @ about_y @ about_x
+    whole: Array = about_z @ about_y @ about_x
+    return whole
 
 
 def _name(element: Element, source: str) -> str:

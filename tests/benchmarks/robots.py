@@ -1,0 +1,113 @@
+"""Robots of other formats against the library that reads them: `python -m tests.benchmarks.robots urdf`.
+
+Needs `pip install example-robot-data pybullet pin`; files are found where these packages keep them. Errors are those
+of inverse dynamics, relative to the largest torque of a state, and of the frames of all links, at random states.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from importlib.metadata import files
+from pathlib import Path
+from typing import Any
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats.format import Conversion
+from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.packaging import reserved_words
+from tests.benchmarks.match import require_pinocchio
+from tests.benchmarks.tables import print_table, progress, save_json
+
+PACKAGES = ("example-robot-data", "pybullet")
+SNAP = Conversion(1e-9)
+BOUND = 1e-12
+Figures = dict[str, Any]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.robots", description=__doc__)
+    parser.add_argument("format", choices=("urdf",))
+    parser.add_argument("--only", default="", help="files whose path holds this text")
+    parser.add_argument("--json", type=Path, help="save the figures")
+    arguments = parser.parse_args()
+    require_pinocchio()
+    paths = [path for path in robots() if arguments.only in str(path)]
+    rows = [figures(path) for path in progress(paths, "compare with Pinocchio")]
+    measured = [row for row in rows if "joints" in row]
+    print_table(
+        "URDF: errors against Pinocchio, and products and sums of the inverse model",
+        ["robot", "joints", "follow", "torques", "frames", "operations", "snapped: torques", "frames", "operations"],
+        [[str(row["robot"]), *map(_text, row["shown"])] for row in measured],
+    )
+    for row in rows:
+        if "joints" not in row:
+            print(f"{row['robot']}: {row['why']}")
+    above = [row["robot"] for row in measured if max(row["exact"]) > BOUND]
+    sizes = [row["joints"] for row in measured]
+    print(f"{len(measured)} robots, {min(sizes)} to {max(sizes)} joints; above {BOUND:g}: {', '.join(above) or 'none'}")
+    if arguments.json:
+        save_json(arguments.json, rows)
+
+
+def robots() -> Iterator[Path]:
+    """Every URDF of the packages with at least two joints that move, each text once."""
+    seen: set[str] = set()
+    for package in PACKAGES:
+        for file in sorted(files(package) or (), key=str):
+            if file.suffix == ".urdf" and "random_urdfs" not in file.parts:
+                path = Path(str(file.locate()))
+                text = path.read_text(encoding="utf-8", errors="replace")
+                if text not in seen and _moving(text) >= 2:
+                    seen.add(text)
+                    yield path
+
+
+def _moving(text: str) -> int:
+    return sum(text.count(f'type="{kind}"') for kind in ("revolute", "continuous", "prismatic"))
+
+
+def figures(path: Path) -> Figures:
+    """Joints, errors and operations of one robot, exact and snapped; or why there are none."""
+    from tests.references.compared_robots import ComparedRobot
+
+    text, words = path.read_text(encoding="utf-8", errors="replace"), reserved_words()
+    try:
+        exact, snapped = read(path, words), read(path, words, SNAP)
+    except InputError as error:
+        return {"robot": path.name, "why": error.what}
+    begin = time.perf_counter()
+    try:
+        both = [ComparedRobot(text, machine) for machine in (exact, snapped)]
+        if set(both[0].own) != set(both[0].robot.own):
+            return {"robot": path.name, "why": "Pinocchio reads other joints"}
+        errors = [one.errors() for one in both]
+    except (ValueError, InputError) as error:
+        return {"robot": path.name, "why": str(error).splitlines()[0][:120]}
+    operations = [(one.operations.products, one.operations.add) for one in both]
+    follow = len(both[0].tree.moving) - len(both[0].own)
+    pairs = [(e.torques, e.frames) for e in errors]
+    shown = [len(exact.moving), follow, *pairs[0], operations[0], *pairs[1], operations[1]]
+    return {
+        "robot": path.name,
+        "joints": len(exact.articulated),
+        "exact": pairs[0],
+        "snapped": pairs[1],
+        "operations": operations,
+        "seats": sum(joint.name.endswith("_seat") for joint in exact.joints),
+        "remarks": exact.remarks,
+        "shown": shown,
+        "seconds": time.perf_counter() - begin,
+    }
+
+
+def _text(figure: Any) -> str:
+    if isinstance(figure, tuple):
+        return f"{figure[0]}x {figure[1]}+"
+    return f"{figure:.1e}" if isinstance(figure, float) else json.dumps(figure)
+
+
+if __name__ == "__main__":
+    main()
