@@ -26,7 +26,8 @@ def coaxial(
         return None
     loop = loop.from_joint(sought[0])
     first, *others = loop.unknown
-    turn, total, mirrored = NO_TURN, 0, 1
+    total: Scalar = 0
+    turn, mirrored = NO_TURN, 1
     for segment, joint in zip(loop.segments, [*others, None], strict=True):
         rotation = segment.frame.rotation
         turn = turn * Complex(rotation.x.x, mirrored * rotation.y.x)

@@ -62,6 +62,12 @@ class Forces:
         """Numbers of the actuators that act on a tendon, a body, or on a joint of several freedoms."""
         return tuple(a for a in range(self.bodies.model.nu) if not self._is_on_joint(a))
 
+    def is_more_than_torque(self, a: int) -> bool:
+        """Whether the control of an actuator is not the torque, or force, on its joint."""
+        model = self.bodies.model
+        law = model.actuator_dyntype[a] or model.actuator_gaintype[a] or model.actuator_biastype[a]
+        return bool(law) or model.actuator_gainprm[a][0] != 1 or model.actuator_gear[a][0] != 1
+
     def _is_on_joint(self, a: int) -> bool:
         """Whether an actuator acts on a joint that turns or slides."""
         kind = self.bodies.compiled.mujoco.mjtTrn(self.bodies.model.actuator_trntype[a]).name

@@ -31,7 +31,7 @@ def _remarks(bodies: Bodies, forces: Forces, equalities: Equalities) -> Iterator
         yield f"{what}: {listed(balls)}"
     if not model.nu:
         yield "the file has no actuator: joints without springs are taken as driven"
-    elif forces.actuators:
+    elif any(map(forces.is_more_than_torque, range(model.nu))):
         yield "torques act on the joints: gears and control laws of actuators are not taken"
     if forces.elsewhere:
         names = (model.actuator(a).name or f"actuator {a + 1}" for a in forces.elsewhere)

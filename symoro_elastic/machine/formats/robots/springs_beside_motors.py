@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from symoro_elastic.machine.formats.robots.description import Connection, Description, Link, LinkJoint, Placement
-from symoro_elastic.machine.names import distinct
+from symoro_elastic.machine.names import distinct, listed
 
 SPRING, CARRIED = "_spring", "_sprung"
 
@@ -32,7 +33,14 @@ def with_springs_beside(description: Description) -> Description:
         links=(*description.links, *links),
         joints=(*map(_without_spring, description.joints), *joints),
         connections=(*description.connections, *connections),
+        remarks=(*description.remarks, *_remarks(both)),
     )
+
+
+def _remarks(both: Sequence[LinkJoint]) -> Iterator[str]:
+    if both:
+        what = "springs beside motors are elastic joints of their own, each in a loop with the joint of its motor"
+        yield f"{what}: {listed(joint.name for joint in both)}"
 
 
 def _without_spring(joint: LinkJoint) -> LinkJoint:
