@@ -1,11 +1,12 @@
 """Inverse dynamics and placements of MuJoCo, for machines read from MJCF.
 
-What MuJoCo adds and no machine has is switched off: contacts, limits, tendons, fluid, gravity compensation. Dry friction
-is a constraint there: it is added to MuJoCo's forces by its law.
+What MuJoCo adds and no machine has is switched off: contacts, limits, tendons, fluid, gravity compensation. Dry
+friction is a constraint there: it is added to MuJoCo's forces by its law.
 """
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -21,20 +22,22 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.renaming import renamed
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.packaging import reserved_words
 from symoro_elastic.traced import traced
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-OFF = ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY")
+OFF = ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY", "ACTUATION")
 TENDONS = ("stiffness", "damping", "frictionloss", "armature")
-MODELS = ("inverse_dynamics", "geometric_model")
+MODELS = ("inverse_dynamics", "direct_dynamics", "geometric_model")
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Largest differences of forces and of placements, relative to the largest force and to the size of the robot."""
+    """Largest differences relative to the largest force, to the size of the robot, and to the largest acceleration."""
 
     forces: float
     frames: float
+    accelerations: float
 
 
 @dataclass(eq=False)
@@ -47,26 +50,34 @@ class Compared:
     model: Any
 
     @classmethod
-    def of_file(cls, path: Path, folder: Path) -> Compared:
-        """Read a file both ways; the generated package is imported from a folder."""
+    def of_file(cls, path: Path) -> Compared:
+        """Read a file both ways."""
         raw = MJCF.read(load_text(path), str(path))
-        machine = renamed(raw)
-        generated = import_package(render_numpy(traced(machine, Scene(models=MODELS)).package), folder)
+        machine = renamed(raw, reserved_words())
+        with tempfile.TemporaryDirectory() as folder:
+            generated = import_package(render_numpy(traced(machine, Scene(models=MODELS)).package), Path(folder))
         model = mujoco.MjModel.from_xml_path(str(path))
         return cls(machine, tuple(joint.name for joint in raw.joints), generated, modelled_part(model))
 
     def errors(self, states: int, seed: int = 1) -> Errors:
         """Worst errors at random states."""
         found = [self._errors(np.random.default_rng([seed, k])) for k in range(states)]
-        return Errors(max(e.forces for e in found), max(e.frames for e in found))
+        return Errors(*(max(x) for x in zip(*((e.forces, e.frames, e.accelerations) for e in found), strict=True)))
 
     def _errors(self, rng: np.random.Generator) -> Errors:
-        state = self._state(rng)
-        tau, qdd, *V0d = self.generated.inverse_dynamics(**state)
-        data = mujoco.MjData(self.model)
-        self._put(data, state, qdd, *V0d)
+        state, data = self._state(rng), mujoco.MjData(self.model)
+        tau, *given = self.generated.inverse_dynamics(**state)
+        self._put(data, state, *given)
         mujoco.mj_inverse(self.model, data)
-        return Errors(self._of_forces(data, state, tau), self._of_frames(data, state))
+        forces, frames = self._of_forces(data, state, tau), self._of_frames(data, state)
+        del state["qdd_motor"]
+        moved = self.generated.direct_dynamics(tau=tau, **state)
+        self._put(data, state, *(moved if self.machine.floating else [moved]))
+        found = data.qacc.copy()
+        data.qfrc_applied[:], rows = self._applied(state, tau)
+        mujoco.mj_forward(self.model, data)
+        away = np.abs(found - data.qacc)[rows].max() / np.abs(data.qacc[rows]).max()
+        return Errors(forces, frames, float(away))
 
     def _state(self, rng: np.random.Generator) -> dict[str, Array]:
         """Random arguments of the inverse model; those of a floating base too."""
@@ -98,18 +109,23 @@ class Compared:
         return self.model.joint(number)
 
     def _of_forces(self, data: Any, state: dict[str, Array], tau: Array) -> float:
-        wanted, rows = np.zeros(self.model.nv), []
+        wanted, rows = self._applied(state, tau)
+        terms = [data.qfrc_inverse, data.qfrc_bias, data.qfrc_passive]
+        return float(np.abs(data.qfrc_inverse - wanted)[rows].max() / max(np.abs(x[rows]).max() for x in terms))
+
+    def _applied(self, state: dict[str, Array], tau: Array) -> tuple[Array, list[int]]:
+        """Forces of motors, dry friction and the wrench on the base on MuJoCo's velocities, and which are ours."""
+        applied, rows = np.zeros(self.model.nv), []
         by_motor = dict(zip(self.machine.motors, tau, strict=True))
         for k, j in enumerate(self.machine.moving):
             v = self.model.joint(self.names[j - 1]).dofadr[0]
-            rows.append(v)
-            wanted[v] = by_motor.get(j, 0.0) - self.model.dof_frictionloss[v] * np.sign(state["qd"][k])
+            rows.append(int(v))
+            applied[v] = by_motor.get(j, 0.0) - self.model.dof_frictionloss[v] * np.sign(state["qd"][k])
         if self.machine.floating:
             v = self._free.dofadr[0]
             rows += range(v, v + 6)
-            wanted[v : v + 6] = [*(state["R0"].reshape(3, 3) @ state["f0"][:3]), *state["f0"][3:]]
-        terms = [data.qfrc_inverse, data.qfrc_bias, data.qfrc_passive]
-        return float(np.abs(data.qfrc_inverse - wanted)[rows].max() / max(np.abs(x[rows]).max() for x in terms))
+            applied[v : v + 6] = [*(state["R0"].reshape(3, 3) @ state["f0"][:3]), *state["f0"][3:]]
+        return applied, rows
 
     def _of_frames(self, data: Any, state: dict[str, Array]) -> float:
         """Of axes and anchors of joints, and of bodies on fixed rows."""

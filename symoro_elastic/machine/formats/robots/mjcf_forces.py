@@ -38,7 +38,7 @@ class Forces:
             "stiffness": stiffness,
             "neutral": float(model.qpos_spring[model.jnt_qposadr[j]]) if stiffness else 0.0,
             "damping": 0.0 if self.off("DAMPER") else float(damping),
-            "friction": 0.0 if self.off("FRICTIONLOSS") else float(model.dof_frictionloss[v]),
+            "friction": 0.0 if self.off("FRICTIONLOSS") or self.off("CONSTRAINT") else float(model.dof_frictionloss[v]),
             "rotor_inertia": float(model.dof_armature[v] + sum(g**2 * model.actuator_armature[a] for a, g in gears)),
             "driven": bool(actuators) or (not model.nu and not stiffness),
         }
