@@ -93,7 +93,7 @@ class Compared:
     def _put(self, data: Any, state: dict[str, Array], qdd: Array, *V0d: Array) -> None:
         """Give MuJoCo the positions, velocities and accelerations of a state."""
         for k, j in enumerate(self.machine.moving):
-            joint = self.model.joint(self.names[j - 1])
+            joint = self._joint(j)
             data.qpos[joint.qposadr], data.qvel[joint.dofadr] = state["q"][k], state["qd"][k]
             data.qacc[joint.dofadr] = qdd[k]
         if self.machine.floating:
@@ -102,6 +102,15 @@ class Compared:
             data.qpos[at : at + 3] = (0.3, -0.2, 0.5)
             data.qvel[v : v + 6] = [*(R0 @ state["V0"][:3]), *state["V0"][3:]]
             data.qacc[v : v + 6] = [*(R0 @ V0d[0][:3]), *V0d[0][3:]]
+
+    def _joint(self, j: int) -> Any:
+        """MuJoCo's joint of a row; one without a name is that of the body after which the row is called."""
+        name = self.names[j - 1]
+        if name in self._names("njnt", "joint"):
+            return self.model.joint(name)
+        body = name.removesuffix("_joint")
+        number = self._names("nbody", "body").get(body) or int(body.removeprefix("body"))
+        return self.model.joint(int(self.model.body_jntadr[number]))
 
     @property
     def _free(self) -> Any:
@@ -118,7 +127,7 @@ class Compared:
         applied, rows = np.zeros(self.model.nv), []
         by_motor = dict(zip(self.machine.motors, tau, strict=True))
         for k, j in enumerate(self.machine.moving):
-            v = self.model.joint(self.names[j - 1]).dofadr[0]
+            v = self._joint(j).dofadr[0]
             rows.append(int(v))
             applied[v] = by_motor.get(j, 0.0) - self.model.dof_frictionloss[v] * np.sign(state["qd"][k])
         if self.machine.floating:

@@ -27,13 +27,12 @@ from symoro_elastic.machine.formats.robots.mjcf_equalities import Equalities
 from symoro_elastic.machine.formats.robots.mjcf_forces import Forces
 from symoro_elastic.machine.formats.robots.mjcf_model import Compiled, compiled
 from symoro_elastic.machine.formats.robots.mjcf_remarks import remarks_of
-from symoro_elastic.machine.formats.robots.springs_beside_motors import with_springs_beside
 from symoro_elastic.machine.names import distinct
 
 
 def describe(text: str, source: str) -> Description:
     """The robot in an MJCF text; raises `InputError`, one line that names the body, the joint or the line."""
-    return with_springs_beside(_Robot(compiled(text, source)).description)
+    return _Robot(compiled(text, source)).description
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class _Robot:
 
     @cached_property
     def description(self) -> Description:
-        """The robot, springs beside motors on their joints."""
+        """The robot."""
         parts = [part for b in self.bodies.taken for part in self._chain(b)]
         model, gravity = self.bodies.model, not self.forces.off("GRAVITY")
         x, y, z = (float(g) * gravity for g in model.opt.gravity)

@@ -26,6 +26,7 @@ from symoro_elastic.machine.formats.robots.description import (
 from symoro_elastic.machine.formats.robots.followed import Followers
 from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, number_cell, placement_of, rows_of
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
+from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import (
     Base,
     Body,
@@ -40,6 +41,7 @@ from symoro_elastic.machine.machine import (
     Vector3,
 )
 from symoro_elastic.machine.names import did_you_mean, listed, quoted
+from symoro_elastic.machine.springs_beside_motors import with_springs_beside
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
 """Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
@@ -117,7 +119,8 @@ class _Builder:
             remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
-        return replace(machine, loops=tuple(self._loop(one, machine) for one in description.connections))
+        loops = tuple(self._loop(one, machine) for one in description.connections)
+        return with_springs_beside(replace(machine, loops=loops))
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
@@ -262,17 +265,22 @@ class _Builder:
 
 
 def kind_of(joint: LinkJoint, source: str) -> Kind:
-    """The kind of a joint that moves; raises `InputError` for a spring beside a motor."""
-    if joint.follows or joint.stiffness:
-        if joint.stiffness and (joint.follows or joint.driven):
-            what = "it has a spring and a motor, or follows another joint: a row of the table has one of these"
-            raise InputError(source, f"joint {quoted(joint.name)}", what)
-        return Kind.COUPLED if joint.follows else Kind.ELASTIC
-    return Kind.MOTOR if joint.driven else Kind.PASSIVE
+    """The kind of a joint that moves, that of its motor where it has a spring too; raises `InputError`."""
+    if joint.follows and joint.stiffness:
+        what = "it has a spring and follows another joint: a coupled row has no spring"
+        raise InputError(source, f"joint {quoted(joint.name)}", what)
+    if joint.follows:
+        return Kind.COUPLED
+    if joint.driven:
+        return Kind.MOTOR
+    return Kind.ELASTIC if joint.stiffness else Kind.PASSIVE
 
 
 def with_forces(row: Joint, joint: LinkJoint) -> Joint:
-    """The row with the forces on the joint: spring, friction, and the inertia of the rotor."""
+    """The row with the forces on the joint: spring, friction, and the inertia of the rotor.
+
+    Damping is that of the spring, but friction where there is a motor.
+    """
     stiffness, neutral, damping, dry, rotor = (
         length_cell(x, 0.0)
         for x in (joint.stiffness, joint.neutral, joint.damping, joint.friction, joint.rotor_inertia)
@@ -280,7 +288,7 @@ def with_forces(row: Joint, joint: LinkJoint) -> Joint:
     elastic = row.kind is Kind.ELASTIC
     return replace(
         row,
-        spring=Spring(stiffness, damping, neutral) if elastic else Spring(),
+        spring=Spring(stiffness, damping if elastic else ZERO, neutral),
         friction=Friction(coulomb=dry) if elastic else Friction(damping, dry),
         rotor_inertia=rotor,
     )
