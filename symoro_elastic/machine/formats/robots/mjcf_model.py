@@ -4,16 +4,41 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
+import numpy as np
+
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.robots.mjcf_files import Sources, sources_of
+from symoro_elastic.machine.names import quoted
 from symoro_elastic.packages import imported
 
 SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins", "cameras", "lights", "textures")
 """Lists of what moves nothing and may be large, or name files."""
+
+FINITE = {
+    "body_pos": ("body", "pos"),
+    "body_quat": ("body", "its orientation"),
+    "body_ipos": ("body", "pos of <inertial>"),
+    "body_iquat": ("body", "the orientation of <inertial>"),
+    "body_mass": ("body", "mass"),
+    "body_inertia": ("body", "inertia"),
+    "jnt_pos": ("joint", "pos"),
+    "jnt_axis": ("joint", "axis"),
+    "jnt_stiffness": ("joint", "stiffness"),
+    "dof_damping": ("joint", "damping"),
+    "dof_armature": ("joint", "armature"),
+    "dof_frictionloss": ("joint", "frictionloss"),
+    "qpos0": ("", "ref"),
+    "qpos_spring": ("", "springref"),
+    "actuator_gear": ("actuator", "gear"),
+    "eq_data": ("equality", "it"),
+}
+"""Arrays of MuJoCo that are read: the kind of element that owns a row, and what it is in the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,17 +67,41 @@ def compiled(text: str, source: str) -> Compiled:
     sources = sources_of(text, source)
     mujoco = imported("mujoco", "reading MJCF", "mjcf")
     try:
-        spec = mujoco.MjSpec.from_string(sources.text, include=sources.parts)
-        has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
-        _drop_what_is_seen_only(spec)
-        _drop_shapes(spec, mujoco)
-        _take_meshes(spec, sources)
-        with warnings.catch_warnings(action="ignore"):
+        with _in_silence(mujoco):
+            spec = mujoco.MjSpec.from_string(sources.text, include=sources.parts)
+            has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
+            _drop_what_is_seen_only(spec)
+            _drop_shapes(spec, mujoco)
+            _take_meshes(spec, sources)
             model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise _said(str(error), source) from None
+    _refuse_not_finite(model, source)
     name = "" if spec.modelname == "MuJoCo Model" else spec.modelname
     return Compiled(mujoco, model, name, source, has_contacts)
+
+
+@contextmanager
+def _in_silence(mujoco: Any) -> Iterator[None]:
+    """Take MuJoCo's warnings, which it would print and write to a file in the working folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _refuse_not_finite(model: Any, source: str) -> None:
+    """Raise `InputError` for infinite numbers, which MuJoCo takes."""
+    for array, (kind, key) in FINITE.items():
+        for k in np.argwhere(~np.isfinite(getattr(model, array)))[:1, 0]:
+            owner = model.dof_jntid[k] if array.startswith("dof") else k
+            place = f"{kind} {quoted(getattr(model, kind)(int(owner)).name or f'number {owner}')}" if kind else "joints"
+            raise InputError(source, place, f"{key} holds a number that is not finite")
+    if not np.isfinite(model.opt.gravity).all():
+        raise InputError(source, "option", "gravity holds a number that is not finite")
 
 
 def _said(message: str, source: str) -> InputError:
