@@ -35,7 +35,11 @@ def main() -> None:
     arguments = parser.parse_args()
     require_pinocchio()
     paths = [path for path in robots() if arguments.only in str(path)]
-    rows = [figures(path) for path in progress(paths, "compare with Pinocchio")]
+    rows: list[Figures] = []
+    for path in progress(paths, "compare with Pinocchio"):
+        rows.append(figures(path))
+        if arguments.json:
+            save_json(arguments.json, rows)
     measured = [row for row in rows if "joints" in row]
     print_table(
         "URDF: errors against Pinocchio, and products and sums of the inverse model",
@@ -48,8 +52,6 @@ def main() -> None:
     above = [row["robot"] for row in measured if max(row["exact"]) > BOUND]
     sizes = [row["joints"] for row in measured]
     print(f"{len(measured)} robots, {min(sizes)} to {max(sizes)} joints; above {BOUND:g}: {', '.join(above) or 'none'}")
-    if arguments.json:
-        save_json(arguments.json, rows)
 
 
 def robots() -> Iterator[Path]:

@@ -11,9 +11,10 @@ from types import ModuleType
 import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.formats.robots.modified_dh import SEAT
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
 from symoro_elastic.machine.formats.robots.urdf import describe
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.symbolic.program import OperationCount
@@ -70,11 +71,16 @@ class ComparedRobot:
 
     @cached_property
     def row_of_joint(self) -> dict[str, int]:
-        """Index of the row of each joint that moves, and of each leaf under the name of its link."""
+        """Index of the row of each joint that moves."""
         rows = [j - 1 for j in self.machine.articulated]
-        moving = dict(zip((joint.name for joint in self.tree.moving), rows, strict=True))
-        leaves = range(len(self.machine.joints) - len(self.tree.leaves), len(self.machine.joints))
-        return moving | dict(zip((joint.child for joint in self.tree.leaves), leaves, strict=True))
+        return dict(zip((joint.name for joint in self.tree.moving), rows, strict=True))
+
+    @cached_property
+    def row_of_leaf(self) -> dict[str, int]:
+        """Index of the row of each link that a fixed joint carries and that carries nothing."""
+        fixed = [(k, row) for k, row in enumerate(self.machine.joints) if row.kind is Kind.FIXED]
+        rows = [k for k, row in fixed if not row.name.endswith(SEAT)]
+        return dict(zip((joint.child for joint in self.tree.leaves), rows, strict=True))
 
     @cached_property
     def in_rows(self) -> dict[str, tuple[int | None, Array]]:
@@ -87,8 +93,8 @@ class ComparedRobot:
         found: dict[str, tuple[int | None, Array]] = {}
         for link in self.robot.links:
             joint = self.tree.carried[link].joint
-            row = self.row_of_joint.get(link, self.row_of_joint[joint.name] if joint else None)
-            leaf = link in self.row_of_joint
+            leaf = link in self.row_of_leaf
+            row = self.row_of_leaf[link] if leaf else self.row_of_joint[joint.name] if joint else None
             found[link] = row, np.eye(4) if leaf or row is None else np.linalg.inv(ours[row]) @ theirs[link]
         return found
 
@@ -116,6 +122,23 @@ class ComparedRobot:
                 if row is not None:
                     frames.append(float(np.abs(ours[row] @ place - theirs[link]).max()) / extent)
         return Errors(max(torques), max(frames))
+
+
+class OfTable(ComparedRobot):
+    """The same of the table alone, in Pinocchio, without generated code; no joint follows another."""
+
+    def our_frames(self, q: Values) -> Array:
+        from tests.references import pinocchio_model
+
+        return pinocchio_model.frames(self.machine, [q[name] for name in self.own])
+
+    def our_torques(self, q: Values, qd: Values, qdd: Values) -> Array:
+        from tests.references import pinocchio_model
+
+        position, velocity, acceleration = (np.array([x[name] for name in self.own]) for x in (q, qd, qdd))
+        bias = pinocchio_model.bias_forces(self.machine, position, velocity)
+        torques: Array = pinocchio_model.inertia_matrix(self.machine, position) @ acceleration + bias
+        return torques
 
 
 def _relative(difference: Array, scale: float) -> float:

@@ -80,10 +80,8 @@ def _x_without_theta(axis: Axis, before: Placement) -> Array:
 
 
 def _nearer(x: Array, before: Placement) -> Array:
-    """x or -x, whichever is nearer to x of the antecedent, or to its y where it is normal to that."""
-    sense = x @ before.rotation[:, 0]
-    if abs(sense) < UNDECIDED:
-        sense = x @ before.rotation[:, 1]
+    """x or -x, whichever is nearer to x of the antecedent; to its y, then its z, where it is normal to that."""
+    sense = next((along for along in x @ before.rotation if abs(along) > UNDECIDED), 1.0)
     return -x if sense < 0 else x
 
 

@@ -25,11 +25,12 @@ def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: fl
     mass = float(sum(m for m, _, _ in placed))
     center = sum((m * c for m, c, _ in placed), np.zeros(3)) / mass if mass else np.zeros(3)
     inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in placed), np.zeros((3, 3)))
-    least = max(products, ROUNDING) * float(np.trace(inertia))
+    trace = float(np.trace(inertia))
+    least = [max(products, ROUNDING) * trace, ROUNDING * trace]
     if not mass and not np.any(inertia):
         return Body()
     x, y, z = (length_cell(float(entry), length) for entry in center)
-    xx, xy, xz, yy, yz, zz = (length_cell(float(inertia[i, k]), least if i != k else 0.0) for i, k in ENTRIES)
+    xx, xy, xz, yy, yz, zz = (length_cell(float(inertia[i, k]), least[i == k]) for i, k in ENTRIES)
     return Body(length_cell(mass, 0.0), (x, y, z), (xx, xy, xz, yy, yz, zz), central=True)
 
 

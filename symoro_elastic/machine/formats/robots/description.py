@@ -95,9 +95,8 @@ class LinkJoint:
 class Connection:
     """Two links that are held together: at a point (`weld` false), or in a placement (`weld` true).
 
-    `on_first` and `on_second` place the frames that coincide in the links' frames. `dependent` are the joints, by
-    name, whose positions follow from the others of the loop; where it is empty these are its passive joints. `start`
-    gives positions by joint at which the frames coincide, rad or m: they tell the branch.
+    `on_first` and `on_second` place the frames that coincide in the links' frames. `start` gives positions by joint at
+    which the frames coincide, rad or m: they tell the branch.
     """
 
     name: str
@@ -106,7 +105,6 @@ class Connection:
     on_first: Placement
     on_second: Placement
     weld: bool = False
-    dependent: tuple[str, ...] = ()
     start: Mapping[str, float] = field(default_factory=dict)
 
 

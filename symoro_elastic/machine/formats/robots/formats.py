@@ -28,10 +28,17 @@ def _read(module: str, text: str, source: str) -> Machine:
     return machine_of(_describe(module, text, source), source)
 
 
-def _format(title: str, suffix: str, module: str) -> Format:
+def _write_urdf(machine: Machine) -> str:
+    from symoro_elastic.machine.formats.robots.urdf_writing import write
+
+    return write(machine)
+
+
+def _format(title: str, suffix: str, module: str, write: Callable[[Machine], str] | None = None) -> Format:
     describe, read = partial(_describe, module), partial(_read, module)
-    return Format(title, (suffix,), read, encodings=(UTF_8, WESTERN), describe=describe)
+    return Format(title, (suffix,), read, write, (UTF_8, WESTERN), describe)
 
 
-URDF = _format("URDF", ".urdf", "urdf")
+URDF = _format("URDF", ".urdf", "urdf", _write_urdf)
 MJCF = _format("MJCF", ".xml", "mjcf")
+DISTAL = _format("standard DH table", ".csv", "standard_dh")

@@ -45,6 +45,8 @@ from symoro_elastic.machine.springs_beside_motors import with_springs_beside
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
 """Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
+LEAST_SIZE = 1e-9
+"""Of a robot, m."""
 MOST_ERROR = 1e-12
 """Of an exact table: displacements that it leaves between its frames and those of the robot, rad, and m by its size."""
 
@@ -78,8 +80,9 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
     tree = tree_of(description, source)
     builder = _Builder(tree, source, snap)
     table = Table(builder.machine, builder.deviation)
-    limit = max(MOST_ERROR, 100 * snap * len(table.machine.joints))
-    if max(table.deviation.rotation, table.deviation.translation / builder.size) > limit:
+    spread, size = 100 * snap * len(table.machine.joints), builder.size
+    far = table.deviation.translation > MOST_ERROR * size + spread * max(size, 1.0)
+    if far or table.deviation.rotation > MOST_ERROR + spread:
         what = f"its table would be {table.deviation.translation:.1e} m off: an axis cannot be placed; please report it"
         raise InputError(source, "robot", what)
     return table
@@ -119,8 +122,7 @@ class _Builder:
             remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
-        loops = tuple(self._loop(one, machine) for one in description.connections)
-        return with_springs_beside(replace(machine, loops=loops))
+        return with_springs_beside(replace(machine, loops=tuple(self._loops(machine))))
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
@@ -142,22 +144,27 @@ class _Builder:
     @cached_property
     def deviation(self) -> Deviation:
         """Between the frames of the rows and those of the robot, at position 0."""
-        realized, wanted = [Placement()], {"": Placement()}
-        placed = {one.name: one for one in self.placed}
-        largest = [0.0, 0.0]
+        realized = [Placement()]
         for row in self.rows:
             realized.append(realized[row.antecedent] * placement_of(row))
-            if one := placed.get(row.name):
-                wanted[row.name] = wanted[one.carrier.name if one.carrier else ""] * self._displacement(one)
-                between = wanted[row.name].inverse * realized[-1]
-                errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
-                largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
+        wanted: dict[str, Placement] = {}
+        largest = [0.0, 0.0]
+        for placed, number in zip(self.placed, self.numbers, strict=True):
+            before = wanted[placed.carrier.name] if placed.carrier else Placement()
+            target = before * self._displacement(placed)
+            if placed.joint:
+                wanted[placed.joint.name] = target
+            between = target.inverse * realized[number]
+            errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
+            largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
         return Deviation(*largest)
 
     @cached_property
     def size(self) -> float:
-        """Largest distance of a joint from the one before, m; 1 where all are at one point."""
-        return max((float(np.abs(j.placement.translation).max()) for j in self.tree.joints), default=0.0) or 1.0
+        """Largest distance of a joint, or of a centre of mass, from the joint before, m."""
+        places = [joint.placement.translation for joint in self.tree.joints]
+        centers = [link.center for link in self.tree.description.links]
+        return max(LEAST_SIZE, *(float(np.abs(x).max()) for x in (*places, *centers)))
 
     @cached_property
     def tolerance(self) -> Tolerance:
@@ -186,18 +193,15 @@ class _Builder:
                 target = Placement(self._frame_of(carried.joint).rotation, target.translation)
             yield Placed(connection.name + suffix, carried.joint, target, is_cut=suffix == CUT)
 
-    def _loop(self, connection: Connection, machine: Machine) -> Loop:
-        """The loop of a connection, with its position of all joints around it if it gives one."""
-        names = [row.name for row in machine.joints]
-        cut, end = (names.index(connection.name + suffix) + 1 for suffix in (CUT, END))
-        closes = Closing.FRAME if connection.weld else Closing.POINT
-        loop = Loop(connection.name, cut, end, closes, connection.dependent)
-        if not connection.start:
-            return loop
-        owners = map(machine.joint, machine.owners_in(loop))
-        return replace(
-            loop, start={str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
-        )
+    def _loops(self, machine: Machine) -> Iterator[Loop]:
+        """The loops that the connections close: the last rows of the machine are their ends."""
+        connections = self.tree.description.connections
+        ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
+        for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
+            loop = Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+            owners = map(machine.joint, machine.owners_in(loop)) if connection.start else ()
+            start = {str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
+            yield replace(loop, start=start)
 
     @cached_property
     def frames(self) -> dict[str, Placement]:
@@ -224,20 +228,32 @@ class _Builder:
         """Placement of the frame of a row in that of the row that carries it."""
         return self._frame_of(placed.carrier).inverse * placed.target
 
-    @cached_property
+    @property
     def rows(self) -> list[Joint]:
         """The rows of the table; coupled ones without what they follow."""
+        return self._rows_and_numbers[0]
+
+    @property
+    def numbers(self) -> list[int]:
+        """The number of the row of each placed frame."""
+        return self._rows_and_numbers[1]
+
+    @cached_property
+    def _rows_and_numbers(self) -> tuple[list[Joint], list[int]]:
         rows: list[Joint] = []
-        numbers: dict[str, int] = {}
+        numbers: list[int] = []
+        of_joints: dict[str, int] = {}
         for placed in self.placed:
-            antecedent = numbers[placed.carrier.name] if placed.carrier else 0
+            antecedent = of_joints[placed.carrier.name] if placed.carrier else 0
             *seats, last = rows_of(self._displacement(placed), self.tolerance)
             for seat in seats:
                 rows.append(seat.put_into(Joint(placed.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
                 antecedent = len(rows)
-            numbers[placed.name] = len(rows) + 1
-            rows.append(last.put_into(self._row(placed, antecedent, len(rows) + 1), self.tolerance))
-        return rows
+            numbers.append(len(rows) + 1)
+            if placed.joint:
+                of_joints[placed.joint.name] = numbers[-1]
+            rows.append(last.put_into(self._row(placed, antecedent, numbers[-1]), self.tolerance))
+        return rows, numbers
 
     def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
         """The row of a joint, without its geometric parameters."""

@@ -12,10 +12,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.machine.formats.robots.axis_frames import NEARLY_PARALLEL, UNDECIDED
 from symoro_elastic.machine.formats.robots.description import Placement
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import SMALLEST, ZERO, Formula
 from symoro_elastic.machine.joints import Joint
 
 EPS = 2.0**-52
@@ -40,7 +39,7 @@ class Tolerance:
     @classmethod
     def rounding(cls, size: float) -> Tolerance:
         """That of arithmetic on a robot of this size, m."""
-        return cls(ROUNDING, ROUNDING * size)
+        return cls(ROUNDING, max(ROUNDING * size, SMALLEST))
 
     @classmethod
     def of(cls, tolerance: float, size: float) -> Tolerance:
@@ -89,8 +88,7 @@ def placement_of(joint: Joint) -> Placement:
     """The displacement of a row whose cells are numbers, its variable at 0."""
     keys = ("gamma", "b", "alpha", "d", "theta", "r")
     gamma, b, alpha, d, theta, r = (getattr(joint, key).value() for key in keys)
-    about_x = Placement(_x_rotation(alpha), np.array([d, 0.0, 0.0]))
-    return _about_z(gamma, b) * about_x * _about_z(theta, r)
+    return about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
 
 
 def angle_cell(angle: float, tolerance: Tolerance) -> Formula:
@@ -150,11 +148,13 @@ def _row(T: Placement, gamma: float, alpha: float, d: float, b: float, r: float)
     return Row(gamma, b, alpha, d, math.atan2(np.cross(normal, x) @ z, normal @ x), r)
 
 
-def _about_z(angle: float, shift: float) -> Placement:
+def about_z(angle: float, shift: float) -> Placement:
+    """Rot(z, angle) Trans(z, shift)."""
     c, s = math.cos(angle), math.sin(angle)
     return Placement(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, shift]))
 
 
-def _x_rotation(angle: float) -> Array:
+def about_x(angle: float, shift: float) -> Placement:
+    """Rot(x, angle) Trans(x, shift)."""
     c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return Placement(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), np.array([shift, 0.0, 0.0]))

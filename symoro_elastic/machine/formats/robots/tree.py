@@ -88,8 +88,10 @@ class Tree:
 
     @cached_property
     def leaves(self) -> tuple[LinkJoint, ...]:
-        """Fixed joints to links that carry nothing: tools, cameras, sensors."""
-        return tuple(joint for joint in self.joints if joint.type is JointType.FIXED and not self.children[joint.child])
+        """Fixed joints to links that carry nothing (tools, cameras), in the order of the joints that carry them."""
+        fixed = [j for j in self.joints if j.type is JointType.FIXED and not self.children[j.child]]
+        order = {joint.name: k for k, joint in enumerate(self.moving)}
+        return tuple(sorted(fixed, key=lambda joint: order[carrier.name] if (carrier := self.carrier(joint)) else -1))
 
     def links_on(self, joint: LinkJoint | None) -> Iterator[tuple[Link, Placement]]:
         """The links that move with a joint, or with frame 0, and their placements in its frame."""

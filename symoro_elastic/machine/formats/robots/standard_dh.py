@@ -1,0 +1,240 @@
+"""Tables of standard (distal) Denavit-Hartenberg parameters as links and joints.
+
+Row i: A_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), joint i about or along z of frame i - 1, link i and
+its inertia in frame i. Robots of the Robotics Toolbox may also have modified ones,
+A_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine import formula
+from symoro_elastic.machine.formats.files import name_of
+from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.machine.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
+from symoro_elastic.machine.formats.robots.modified_dh import machine_of
+from symoro_elastic.machine.formats.robots.rows import about_x, about_z
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.renaming import renamed
+
+BASE, TOOL = "base", "tool"
+TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+MOST_ROWS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class DistalLink:
+    """A row: joint and link, SI units, rad.
+
+    `theta` or `d`, whichever the joint varies, is the offset at position 0. `center` (3,) and `inertia` (3, 3), about
+    the centre of mass, are in the frame of the link. `rotor_inertia`, `viscous` and `coulomb` are as the joint feels
+    them.
+    """
+
+    name: str
+    type: JointType = JointType.REVOLUTE
+    theta: float = 0.0
+    d: float = 0.0
+    a: float = 0.0
+    alpha: float = 0.0
+    mass: float = 0.0
+    center: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    rotor_inertia: float = 0.0
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    modified: bool = False
+
+    @property
+    def along_z(self) -> Placement:
+        """Rot(z, theta) Trans(z, d)."""
+        return about_z(self.theta, self.d)
+
+    @property
+    def along_x(self) -> Placement:
+        """Rot(x, alpha) Trans(x, a)."""
+        return about_x(self.alpha, self.a)
+
+    @property
+    def before(self) -> Placement:
+        """Placement of the joint's axis, at position 0, in the frame of the link before."""
+        return self.along_x * self.along_z if self.modified else self.along_z
+
+    @property
+    def after(self) -> Placement:
+        """Placement of the link's frame in that of the joint's axis."""
+        return Placement() if self.modified else self.along_x
+
+
+def describe_links(
+    name: str, rows: Iterable[DistalLink], base: Placement | None = None, tool: Placement | None = None
+) -> Description:
+    """The robot with these rows; `base` places frame 0 in the world, `tool` the tool in the last frame."""
+    links, joints, after, parent = [Link(BASE)], [], base or Placement(), BASE
+    for row in rows:
+        place, child = row.after, f"link {len(links)}"
+        inertia = place.rotation @ row.inertia @ place.rotation.T
+        center = place.rotation @ row.center + place.translation
+        links.append(Link(child, row.mass, center, inertia, frame_only=False))
+        joints.append(_joint(row, parent, child, after * row.before))
+        after, parent = place, child
+    links.append(Link(TOOL))
+    joints.append(LinkJoint("tool joint", JointType.FIXED, parent, TOOL, after * (tool or Placement())))
+    return Description(name, tuple(links), tuple(joints))
+
+
+def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJoint:
+    axis = np.array([0.0, 0.0, 1.0])
+    return LinkJoint(
+        *(row.name, row.type, parent, child, place, axis),
+        damping=row.viscous,
+        friction=row.coulomb,
+        rotor_inertia=row.rotor_inertia,
+    )
+
+
+def of_robot(robot: Any, name: str = "") -> Machine:
+    """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
+
+    These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, m, r, I, Jm, G, B, Tc; without one it is
+    zero. `base` and `tool` of the robot are taken too. Friction and rotors are on the side of the motor, G their
+    turns for one of the joint. Raises `InputError` that names the link.
+    """
+    title = name or str(getattr(robot, "name", "") or "robot")
+    rows, remarks = [], []
+    for k, link in enumerate(robot.links, start=1):
+        row, remark = _row_of(link, f"joint{k}", title)
+        rows.append(row)
+        remarks += [remark] if remark else []
+    ends = (_placement(getattr(robot, end, None), title, end) for end in (BASE, TOOL))
+    description = describe_links(name_of(title), rows, *ends)
+    machine = machine_of(
+        Description(description.name, description.links, description.joints, remarks=(*remarks,)), title
+    )
+    return renamed(machine)
+
+
+def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
+    """The row of a link, and a remark on what is lost."""
+
+    def number(key: str, count: int = 1) -> Array:
+        value = getattr(link, key, None)
+        try:
+            found = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
+        except (TypeError, ValueError):
+            raise InputError(source, name, f"{key} = {quoted(value)} is no number") from None
+        if found.size != count or not np.isfinite(found).all():
+            raise InputError(source, name, f"{key} = {quoted(value)} must be {count} finite numbers")
+        return found
+
+    if getattr(link, "flip", False) or getattr(link, "isflip", False):
+        raise InputError(source, name, "a flipped joint: turn its axis and change the sign of its variable")
+    theta, d, a, alpha, offset, sigma, m, Jm, G, B = (
+        float(number(key)[0]) for key in ("theta", "d", "a", "alpha", "offset", "sigma", "m", "Jm", "G", "B")
+    )
+    slides, turns = bool(sigma), abs(G)
+    dry = number("Tc", 2)
+    row = DistalLink(
+        name,
+        JointType.PRISMATIC if slides else JointType.REVOLUTE,
+        theta if slides else theta + offset,
+        d + offset if slides else d,
+        *(a, alpha, m, number("r", 3), number("I", 9).reshape(3, 3)),
+        rotor_inertia=Jm * turns**2,
+        viscous=B * turns**2,
+        coulomb=turns * float(dry[0] - dry[1]) / 2,
+        modified=bool(getattr(link, "mdh", False)),
+    )
+    return row, f"{name}: dry friction differs by direction: its mean is taken" if dry[0] != -dry[1] else ""
+
+
+def _placement(end: Any, source: str, what: str) -> Placement:
+    """A placement, from a matrix or an object that holds it as `A`; none where nothing is given."""
+    if end is None:
+        return Placement()
+    matrix = np.asarray(getattr(end, "A", end), dtype=float)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise InputError(source, what, "must be a matrix (4, 4)")
+    return Placement(matrix[:3, :3], matrix[:3, 3])
+
+
+def describe(text: str, source: str) -> Description:
+    """The robot in a CSV table: a header line, then a row for each joint; raises `InputError` that names the line."""
+    lines = list(csv.reader(line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")))
+    if len(lines) < 2:
+        raise InputError(source, "line 1", "the table needs a header line and a row for each joint")
+    if len(lines) > MOST_ROWS:
+        raise InputError(source, f"line {MOST_ROWS}", f"more than {MOST_ROWS} rows")
+    columns = [_column(word, source) for word in lines[0]]
+    names = [column.name for column, _ in columns]
+    for required in ("d", "a", "alpha"):
+        if required not in names:
+            raise InputError(source, "line 1", f"the column {required} is missing")
+    for column in names:
+        if names.count(column) > 1:
+            raise InputError(source, "line 1", f"the column {column} stands there twice")
+    rows = [_row(cells, columns, k, source) for k, cells in enumerate(lines[1:], start=1)]
+    return describe_links(name_of(Path(source).stem), rows)
+
+
+def _column(word: str, source: str) -> tuple[DistalColumn, float]:
+    """A column from its header, and what its numbers are multiplied by: its unit may stand in brackets."""
+    match = re.fullmatch(r"\s*(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*", word, re.ASCII)
+    known = {column.name: column for column in COLUMNS}
+    if not match or match[1] not in known:
+        names = did_you_mean(match[1] if match else word, known)
+        raise InputError(source, "line 1", f"{quoted(word.strip())} is no column of a table{names}")
+    column, unit = known[match[1]], match[2] or ""
+    if unit and unit not in {column.unit, *SCALES.get(column.unit, {})}:
+        raise InputError(source, "line 1", f"{quoted(word.strip())}: the unit is {column.unit or 'none'}")
+    return column, SCALES.get(column.unit, {}).get(unit, 1.0)
+
+
+def _row(cells: Sequence[str], columns: Sequence[tuple[DistalColumn, float]], number: int, source: str) -> DistalLink:
+    place = f"row {number}"
+    if len(cells) != len(columns):
+        raise InputError(source, place, f"{len(cells)} cells under {len(columns)} columns")
+    texts = {column.name: cell.strip() for (column, _), cell in zip(columns, cells, strict=True)}
+    scales = {column.name: scale for column, scale in columns}
+    type_ = texts.pop("type", "") or "R"
+    if type_ not in TYPES:
+        raise InputError(source, place, f"type = {quoted(type_)} must be one of {', '.join(TYPES)}")
+    name = texts.pop("name", "") or f"joint{number}"
+    values: dict[str, Any] = dict(_numbers(texts, scales, place, source))
+    center = np.array([values.pop(key, 0.0) for key in ("cx", "cy", "cz")])
+    xx, xy, xz, yy, yz, zz = (values.pop(key, 0.0) for key in TENSOR)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    ratio = values.pop("ratio", 1.0)
+    values["rotor_inertia"] = values.get("rotor_inertia", 0.0) * ratio * ratio
+    prismatic = TYPES[type_]
+    kind = JointType.PRISMATIC if prismatic else JointType.REVOLUTE
+    return DistalLink(name, kind, center=center, inertia=inertia, **values)
+
+
+def _numbers(
+    texts: Mapping[str, str], scales: Mapping[str, float], place: str, source: str
+) -> Iterator[tuple[str, float]]:
+    """The numbers of a row in SI units; empty cells are left out."""
+    nonnegative = {column.name for column in COLUMNS if column.is_nonnegative}
+    for name, text in texts.items():
+        if not text:
+            continue
+        try:
+            value = formula.number(text)
+        except formula.FormulaError as error:
+            raise InputError(source, f"{place}, {name}", f"{quoted(text)}: {error}") from None
+        if value < 0 and name in nonnegative:
+            raise InputError(source, f"{place}, {name}", f"it is negative: {value:g}")
+        yield name, value * scales[name] if math.isfinite(value) else value

@@ -1,0 +1,202 @@
+"""Tables of standard Denavit-Hartenberg parameters: frames by the product of their rows, inertia by Jacobians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formats.robots.modified_dh import machine_of
+from symoro_elastic.machine.formats.robots.standard_dh import describe, of_robot
+from symoro_elastic.machine.machine import Kind, Machine
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass
+class Link:
+    """A link as the Robotics Toolbox has it."""
+
+    theta: float = 0.0
+    d: float = 0.0
+    a: float = 0.0
+    alpha: float = 0.0
+    offset: float = 0.0
+    sigma: int = 0
+    mdh: bool = False
+    m: float = 0.0
+    r: Array = field(default_factory=lambda: np.zeros(3))
+    I: Array = field(default_factory=lambda: np.zeros((3, 3)))  # noqa: E741
+    Jm: float = 0.0
+    G: float = 0.0
+    B: float = 0.0
+    Tc: tuple[float, float] = (0.0, 0.0)
+
+
+def turn(axis: int, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    i, k = [other for other in range(3) if other != axis]
+    T = np.eye(4)
+    T[i, i] = T[k, k] = c
+    T[i, k], T[k, i] = (-s, s) if axis != 1 else (s, -s)
+    return T
+
+
+def move(axis: int, by: float) -> Array:
+    T = np.eye(4)
+    T[axis, 3] = by
+    return T
+
+
+def frames(robot: Any, q: Array) -> tuple[list[Array], list[Array]]:
+    """The frames of the links and those on the axes of the joints, by the definition of the parameters."""
+    T, links, axes = np.asarray(robot.base, float), [], []
+    for link, x in zip(robot.links, q, strict=True):
+        theta, d = (link.theta, link.d + x + link.offset) if link.sigma else (link.theta + x + link.offset, link.d)
+        along_x, along_z = turn(0, link.alpha) @ move(0, link.a), turn(2, theta) @ move(2, d)
+        axes.append(T @ along_x if link.mdh else T)
+        T = T @ along_x @ along_z if link.mdh else T @ along_z @ along_x
+        links.append(T)
+    return links, axes
+
+
+def inertia_matrix(robot: Any, q: Array) -> Array:
+    """Sum over the links of m Jv^T Jv + Jw^T I Jw, and rotors."""
+    links, axes = frames(robot, q)
+    n = len(q)
+    A = np.diag([link.Jm * link.G**2 for link in robot.links])
+    for k, (link, T) in enumerate(zip(robot.links, links, strict=True)):
+        center = T[:3, :3] @ link.r + T[:3, 3]
+        Jv, Jw = np.zeros((3, n)), np.zeros((3, n))
+        for j in range(k + 1):
+            z, o = axes[j][:3, 2], axes[j][:3, 3]
+            Jv[:, j], Jw[:, j] = (z, 0) if robot.links[j].sigma else (np.cross(z, center - o), z)
+        inertia = T[:3, :3] @ link.I @ T[:3, :3].T
+        A = A + link.m * Jv.T @ Jv + Jw.T @ inertia @ Jw
+    return A
+
+
+def random_robot(seed: int, modified: bool) -> Any:
+    rng = np.random.default_rng(seed)
+    quarters = np.pi / 2 * np.array([0, 1, -1, 2, 0.3])
+    links = []
+    for sigma in (0, 0, 1, 0, 0, 1):
+        points = rng.normal(size=(5, 3)) * 0.1
+        tensor = sum(((p @ p) * np.eye(3) - np.outer(p, p) for p in points), np.zeros((3, 3)))
+        theta, d, a, alpha = rng.choice(quarters), *rng.choice([0, 0.1, -0.3], 2), rng.choice(quarters)
+        numbers = {"Jm": 2e-4, "G": -60.0, "B": 1e-3, "Tc": (0.4, -0.4)}
+        place = (theta * sigma, d, a, alpha, rng.normal(), sigma, modified)
+        links.append(Link(*place, m=rng.uniform(1, 5), r=rng.normal(size=3) * 0.1, I=tensor, **numbers))
+    base, tool = turn(1, 0.4) @ move(0, 0.2), move(2, 0.1) @ turn(0, 1.1)
+    return SimpleNamespace(links=links, name="random robot", base=base, tool=SimpleNamespace(A=tool))
+
+
+@pytest.mark.parametrize("modified", [False, True], ids=["standard", "modified"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_robots_of_the_toolbox_are_what_their_parameters_define(seed: int, modified: bool) -> None:
+    pytest.importorskip("pinocchio")
+    from tests.references import pinocchio_model
+
+    robot = random_robot(seed, modified)
+    machine = of_robot(robot)
+    check(machine)
+    q = np.random.default_rng(seed).normal(size=6)
+    tool = frames(robot, q)[0][-1] @ robot.tool.A
+    assert pinocchio_model.frames(machine, q)[-1] == pytest.approx(tool, rel=0, abs=1e-13)
+    wanted = inertia_matrix(robot, q)
+    assert pinocchio_model.inertia_matrix(machine, q) == pytest.approx(wanted, rel=0, abs=1e-12 * wanted.max())
+    row = machine.joints[0]
+    assert machine.name == "random_robot" and [x.name for x in machine.joints][-1] == "tool"
+    found = [x.value() for x in (row.rotor_inertia, row.friction.viscous, row.friction.coulomb)]
+    assert found == pytest.approx([2e-4 * 3600, 1e-3 * 3600, 0.4 * 60])
+
+
+def test_friction_that_differs_by_direction_is_taken_at_its_mean_and_said() -> None:
+    machine = of_robot(SimpleNamespace(links=[Link(a=1, m=1, G=10, Tc=(0.5, -0.3))]), "arm")
+    assert machine.joints[0].friction.coulomb.value() == pytest.approx(4.0)
+    assert machine.remarks == ("joint1: dry friction differs by direction: its mean is taken",)
+
+
+@pytest.mark.parametrize(
+    ("robot", "why"),
+    [
+        (SimpleNamespace(links=[Link(), Link(a="q")]), "arm: joint2: a = 'q' is no number"),  # type: ignore[arg-type]
+        (SimpleNamespace(links=[Link(d=float("inf"))]), "arm: joint1: d = 'inf' must be 1 finite numbers"),
+        (SimpleNamespace(links=[Link(r=np.zeros(2))]), "arm: joint1: r = '[0. 0.]' must be 3 finite numbers"),
+        (SimpleNamespace(links=[SimpleNamespace(flip=True)]), "arm: joint1: a flipped joint"),
+        (SimpleNamespace(links=[Link()], tool=np.eye(3)), "arm: tool: must be a matrix (4, 4)"),
+    ],
+)
+def test_robots_that_are_no_table_are_refused(robot: Any, why: str) -> None:
+    with pytest.raises(InputError) as error:
+        of_robot(robot, "arm")
+    assert str(error.value).startswith(why)
+
+
+# CSV
+
+TABLE = """
+# an arm with a slide
+name, type, theta [deg], d [mm], a, alpha [deg], mass, cx, iyy, izz, rotor_inertia, ratio, viscous
+turn, R,    0,           300,    0, 90,          5,    0,  0.1, 0.2, 2e-4,          100,   0.8
+lift, P,    90,          0,      0, -90,         2,    ,   0.1, 0.1, ,              ,
+,     ,     ,            100,    0.4, 0,         1,    -0.2, 0.02, 0.02, ,          ,
+"""
+
+
+def read(text: str) -> Machine:
+    return machine_of(describe(text, "arm.csv"), "arm.csv")
+
+
+def test_a_csv_table_is_the_robot_of_its_parameters() -> None:
+    pytest.importorskip("pinocchio")
+    from tests.references import pinocchio_model
+
+    rows = [
+        Link(d=0.3, alpha=np.pi / 2, m=5, I=np.diag([0, 0.1, 0.2]), Jm=2e-4, G=100),
+        Link(theta=np.pi / 2, alpha=-np.pi / 2, sigma=1, m=2, I=np.diag([0, 0.1, 0.1])),
+        Link(d=0.1, a=0.4, m=1, r=np.array([-0.2, 0, 0]), I=np.diag([0, 0.02, 0.02])),
+    ]
+    robot, q = SimpleNamespace(links=rows, base=np.eye(4)), np.array([0.3, -0.2, 0.7])
+    machine = read(TABLE)
+    assert [(row.name, row.kind) for row in machine.joints] == [
+        *((name, Kind.MOTOR) for name in ("turn", "lift", "joint3")),
+        ("tool", Kind.FIXED),
+    ]
+    assert pinocchio_model.frames(machine, q)[-1] == pytest.approx(frames(robot, q)[0][-1], rel=0, abs=1e-14)
+    assert pinocchio_model.inertia_matrix(machine, q) == pytest.approx(inertia_matrix(robot, q), rel=0, abs=1e-13)
+    assert machine.joints[0].friction.viscous.value() == 0.8
+
+
+HEADER = "name,type,theta,d,a,alpha,mass\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "line 1: the table needs a header line and a row"),
+        (HEADER, "line 1: the table needs a header line and a row"),
+        ("a,d\n1,2\n", "line 1: the column alpha is missing"),
+        ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a stands there twice"),
+        ("a,d,alfa\n1,2,3\n", "line 1: 'alfa' is no column of a table; did you mean 'alpha'?"),
+        ("a,d [deg],alpha\n1,2,3\n", "line 1: 'd [deg]': the unit is m"),
+        ("a,d,alpha,mass [g]\n1,2,3,4\n", "line 1: 'mass [g]': the unit is kg"),
+        (HEADER + "x,R,0,0,0,0\n", "row 1: 6 cells under 7 columns"),
+        (HEADER + "x,B,0,0,0,0,0\n", "row 1: type = 'B' must be one of R, P"),
+        (HEADER + "x,R,0,0,0,0,0\nx,R,0,0,nan,0,0\n", "row 2, a: 'nan': nan is not finite"),
+        (HEADER + "x,R,0,0,two,0,0\n", "row 1, a: 'two': 'two' is a name"),
+        (HEADER + "x,R,0,0,__import__('os'),0,0\n", "row 1, a: \"__import__('os')\": "),
+        (HEADER + "x,R,0,0,0,0,-1\n", "row 1, mass: it is negative: -1"),
+        (HEADER + "x,R,0,0,0,0,1\n" * 1001, "line 1000: more than 1000 rows"),
+        (HEADER + "x,R,0,0,0,0,1\n" * 2, "joint 'x': the name is given twice"),
+    ],
+)
+def test_tables_that_are_none_are_refused_by_their_place(text: str, why: str) -> None:
+    with pytest.raises(InputError) as error:
+        read(text)
+    assert str(error.value).startswith(f"arm.csv: {why}")
