@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.robots.formats import MJCF
 from symoro_elastic.machine.machine import Machine
@@ -25,6 +26,7 @@ from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import reserved_words
 from symoro_elastic.traced import traced
 
+mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file into the working folder
 Array = np.ndarray[Any, np.dtype[np.float64]]
 OFF = ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY", "ACTUATION")
 TENDONS = ("stiffness", "damping", "frictionloss", "armature")
@@ -54,6 +56,7 @@ class Compared:
         """Read a file both ways."""
         raw = MJCF.read(load_text(path), str(path))
         machine = renamed(raw, reserved_words())
+        check(machine)
         with tempfile.TemporaryDirectory() as folder:
             generated = import_package(render_numpy(traced(machine, Scene(models=MODELS)).package), Path(folder))
         model = mujoco.MjModel.from_xml_path(str(path))
