@@ -31,7 +31,7 @@ from symoro_elastic.errors import InputError
 def cli() -> None:
     """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
 
-    MACHINE is a .toml file or a SYMORO .par file.
+    MACHINE is a .toml file, a SYMORO .par or a .urdf.
     """
 
 

@@ -9,6 +9,8 @@ from symoro_elastic.machine.formats.motion_keys import OF_MOTION
 from symoro_elastic.machine.formats.par_keys import KEYS, Place
 from symoro_elastic.machine.formats.toml_keys import SCENE, SECTIONS
 from symoro_elastic.machine.formula import FUNCTIONS, PI
+from symoro_elastic.reports import robot_formats
+from symoro_elastic.reports.robot_formats import distal_columns
 from symoro_elastic.time_series.column_names import NAMED_COLUMNS
 
 INTRODUCTION = f"""# File formats
@@ -116,6 +118,7 @@ def formats_page() -> str:
     ]
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
+    blocks += [*robot_formats.blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
     blocks += [SERIES, _table(("column", "units", "meaning", "example"), _columns())]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 

@@ -18,7 +18,14 @@ PROMISE = re.compile(r"^\| (?P<promise>[^|]+) \| `(?P<path>[\w/]+\.py)::(?P<name
 PROMISES = PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
 DOCUMENTS = (
     *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md"),
-    *("docs/formats.md", "docs/completion.md", "docs/closed_chains.md", "docs/simulation.md", "docs/scenes.md"),
+    *(
+        "docs/formats.md",
+        "docs/completion.md",
+        "docs/closed_chains.md",
+        "docs/simulation.md",
+        "docs/scenes.md",
+        "docs/robots.md",
+    ),
 )
 
 
