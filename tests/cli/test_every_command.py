@@ -136,7 +136,7 @@ def refuse_leaks(found: Ended) -> None:
 
 # JSON
 
-MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in (".toml", ".par", ".urdf"))
+MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in (".toml", ".par", ".urdf", ".xml"))
 ALIKE = ("all_keys.par", "ball_screw_rigid.toml", "four_bar.par", "puma560.par", "rx90.par")
 """Like `all_keys.toml`, `ball_screw.toml`, `sr400.par` and `two_axis.toml`: only shown."""
 JSON: dict[str, tuple[str, ...]] = {
