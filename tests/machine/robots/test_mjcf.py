@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formats.reading import read
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.machine.robots.mjcf_samples import ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
 
@@ -235,3 +237,64 @@ def test_a_four_bar_of_mjcf_is_ours(loop: str, tmp_path: Path) -> None:
         a, b = (np.concatenate(np.atleast_2d(*[getattr(x, model)(q, qd, given)])) for x in (found, ours))
         assert a == pytest.approx(b, rel=1e-12, abs=1e-12)
     assert found.dependent_coordinates(q) == pytest.approx(ours.dependent_coordinates(q), abs=1e-12)
+
+
+HELD = """
+<mujoco><worldbody>
+  <body name="a" pos="0.1 0.2 0.3" euler="30 20 10"><joint name="u" pos="0.1 0 0.2" axis="1 2 3" ref="20"/>{mass}
+    <body name="b" pos="0.3 0 0" euler="0 40 0"><joint name="v" pos="0 -0.1 0" axis="0 1 -1" ref="-5"/>{mass}
+      <site name="p" pos="0.1 0.2 0" euler="10 0 70"/></body></body>
+  <body name="c" pos="0.5 0 0" euler="0 0 -50"><joint name="w" pos="0.2 0 0" axis="1 0 0"/>{mass}
+    <site name="q" pos="0 0.1 0.1" euler="0 30 0"/></body>
+  <body name="post" pos="1 1 0"><body name="top" pos="0 0 1" euler="0 20 0"/></body>
+</worldbody><equality>{equality}</equality></mujoco>
+"""
+CONNECTIONS = {
+    "connected bodies": '<connect name="k" body1="b" body2="c" anchor="0.3 -0.1 0.2"/>',
+    "connected to the world": '<connect name="k" body1="b" anchor="0.3 -0.1 0.2"/>',
+    "connected to scenery": '<connect name="k" body1="b" body2="top" anchor="0.3 -0.1 0.2"/>',
+    "welded bodies": '<weld name="k" body1="b" body2="c"/>',
+    "welded to scenery": '<weld name="k" body1="top" body2="b"/>',
+}
+
+
+@pytest.mark.parametrize("name", CONNECTIONS)
+def test_ends_of_loops_are_where_mujoco_holds_them(name: str, tmp_path: Path) -> None:
+    """Each end moves with its body, and both meet as the file places the bodies."""
+    import mujoco
+
+    mass = '<inertial pos="0.1 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
+    machine = machine_of(HELD.format(mass=mass, equality=CONNECTIONS[name]), tmp_path)
+    open_ = replace(machine, loops=(), joints=tuple(map(_not_cut, machine.joints)))
+    generated = numpy_model(open_, ("geometric_model",))
+    model = mujoco.MjModel.from_xml_path(machine.source)
+    data, ends = mujoco.MjData(model), (int(model.eq_obj1id[0]), int(model.eq_obj2id[0]))
+
+    def poses(q: Any) -> list[Any]:
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        found = np.tile(np.eye(4), (2, 1, 1))
+        for T, body in zip(found, ends, strict=True):
+            T[:3, :3], T[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
+        return [*found]
+
+    def rows(q: Any) -> tuple[Any, Any]:
+        """The two ends, that of the first body first."""
+        found = dict(zip(generated.FRAMES, generated.geometric_model(q), strict=True))
+        return found["k_cut"], found["k_end"]
+
+    reference, q = model.qpos0.copy(), np.array([0.3, -0.8, 1.2])
+    first, second = (np.linalg.inv(T) @ row for T, row in zip(poses(reference), rows(reference), strict=True))
+    moved = [T @ local for T, local in zip(poses(q), (first, second), strict=True)]
+    meets = rows(reference)
+    shown = slice(None) if "weld" in name else slice(3, 4)
+    assert np.abs(meets[0] - meets[1])[:3, shown].max() < 1e-13
+    assert max(np.abs(a - b).max() for a, b in zip(moved, rows(q), strict=True)) < 1e-13
+    if "connected" in name:
+        assert first[:3, 3] == pytest.approx([0.3, -0.1, 0.2], abs=1e-14)
+    else:
+        assert np.abs(second - np.eye(4)).max() < 1e-14 or np.abs(first - np.eye(4)).max() < 1e-14
+
+
+def _not_cut(joint: Joint) -> Joint:
+    return replace(joint, kind=Kind.FIXED) if joint.kind is Kind.CUT else joint
