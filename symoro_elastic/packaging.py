@@ -12,9 +12,11 @@ from symoro_elastic.machine.machine import Given, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
 from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.machine_constants import constants_of
+from symoro_elastic.models.base_steps import orientation_of
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
+from symoro_elastic.quantities import quantity
 
 KEYWORD = "it is a keyword of C, C++ or Python"
 
@@ -46,7 +48,16 @@ def package(
         driven=_axes(machine, machine.motors) if coupled else None,
         following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
         steps=tuple(steps),
+        base=_base_state(machine),
     )
+
+
+def _base_state(machine: Machine) -> tuple[Argument, ...]:
+    """The arguments that are the state of a floating base under a known wrench."""
+    if machine.floating is None or machine.floating.known is Given.ACCELERATION:
+        return ()
+    rows = map(quantity, (orientation_of(machine), "P0", "V0"))
+    return tuple(Argument(row, len(row.entries)) for row in rows)
 
 
 def _axes(machine: Machine, joints: Sequence[int]) -> tuple[Axis, ...]:

@@ -27,7 +27,7 @@ def save_figures(figures: Mapping[str, Any], folder: str | Path, form: str = "pn
     Raises `InputError` for an unknown format or a folder that cannot be written.
     """
     refuse_format(form)
-    drawn = {f"{name}.{form}": _drawn(figure, form) for name, figure in figures.items()}
+    drawn = {f"{name}.{form}": picture(figure, form) for name, figure in figures.items()}
     return write_all(drawn, Path(folder), "--plots")
 
 
@@ -37,8 +37,8 @@ def refuse_format(form: str) -> None:
         raise InputError("symoro-elastic", "--picture", f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}")
 
 
-def _drawn(figure: Any, form: str) -> bytes:
-    """The picture as the bytes of a file."""
+def picture(figure: Any, form: str) -> bytes:
+    """Return the picture as the bytes of a file."""
     stream = io.BytesIO()
     with _matplotlib("matplotlib").rc_context({"svg.hashsalt": "symoro_elastic"}):
         undated: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}

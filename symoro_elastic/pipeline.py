@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
@@ -34,6 +34,7 @@ from symoro_elastic.models.tracing import prune, schedule
 from symoro_elastic.output_folder import write_files
 from symoro_elastic.packaging import reserved_words
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.traced import Traced, with_steps
 
@@ -43,13 +44,42 @@ if TYPE_CHECKING:
 MOST_WARNINGS = 20
 
 
-@dataclass(frozen=True)
-class Generated:
+@dataclass(frozen=True, repr=False)
+class Generated(Result):
     """Written files and their models; `whole` are the same models of the whole machine."""
 
     written: list[Path]
     models: Sequence[TracedModel]
     whole: Sequence[TracedModel]
+
+    @property
+    def headline(self) -> str:
+        """Folder, and models."""
+        return f"Generated {self.written[0].parent}: {', '.join(one.model.name for one in self.models)}"
+
+    def parts(self) -> list[Part]:
+        """Return what was written, and the operations of each model."""
+        from symoro_elastic.models.tables import models_table
+
+        written = f"wrote {self.written[0].parent}: {', '.join(path.name for path in self.written)}"
+        counts = Titled(models_table(self.models, self.whole))
+        return [written, counts, "x products and divisions, + sums and differences"]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the paths and the operation counts of each model."""
+        from symoro_elastic.models.tables import models_json
+
+        return {"written": [str(path) for path in self.written], "models": models_json(self.models, self.whole)}
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each model: products and divisions, sums, sines and cosines of a call."""
+        counts = [one.program.count for one in self.models]
+        return {
+            "model": [one.model.name for one in self.models],
+            "products": [count.products for count in counts],
+            "sums": [count.add for count in counts],
+            "sincos": [count.sincos for count in counts],
+        }
 
 
 def prepare(
@@ -69,8 +99,27 @@ def prepare(
     `warn` is called with each of the first 20 warnings, one line, and with the number of those left out.
     """
     announce("read")
+    machine = read(file, reserved_words(), conversion)
+    return prepared(machine, warn, base=base, free=free, announce=announce)
+
+
+def read_robot(robot: Any) -> Machine:
+    """The machine, not yet checked, of a robot of the Robotics Toolbox; raises `InputError`."""
+    from symoro_elastic.machine.formats.robots.standard_dh import of_robot
+
+    return of_robot(robot, taken=reserved_words())
+
+
+def prepared(
+    machine: Machine,
+    warn: Callable[[str], None],
+    *,
+    base: bool = False,
+    free: Sequence[str] = (),
+    announce: Announce = announce_nothing,
+) -> Machine:
+    """The machine as `prepare` returns it, from one that is not yet checked."""
     taken = reserved_words()
-    machine = read(file, taken, conversion)
     announce("check")
     for line in _first([*check(machine, taken, MODELS), *implausible_motions(machine)]):
         warn(line)

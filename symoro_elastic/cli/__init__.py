@@ -14,6 +14,7 @@ import click
 from symoro_elastic import __version__
 from symoro_elastic.cli.code import check, equations, generate
 from symoro_elastic.cli.comparison import compare
+from symoro_elastic.cli.drawing import view
 from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
@@ -37,7 +38,7 @@ def cli() -> None:
 
 SECTIONS = {
     "Files": (new, formats, schema),
-    "Models and code": (show, convert, models, equations, generate),
+    "Models and code": (show, view, convert, models, equations, generate),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),

@@ -24,7 +24,7 @@ from symoro_elastic.cli.options import (
     gather,
     writes,
 )
-from symoro_elastic.cli.output import counted, print_json, print_table, staged, steps, write_text
+from symoro_elastic.cli.output import counted, print_json, print_result, print_table, staged, steps, write_text
 from symoro_elastic.cli.parsing import WholeRange, among
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
@@ -76,27 +76,21 @@ def generate(
 
     The files go to OUT/<machine name>/.
     """
+    from symoro_elastic.api import models as api
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
-    from symoro_elastic.pipeline import generate
-    from symoro_elastic.reports.tables import models_json, models_table
 
     chosen = among(targets, TARGETS, "--target") or DEFAULT_TARGETS
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen):
         raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
-    written_in = [PRECISIONS[name] for name in among(precisions, PRECISIONS, "--precision")] or [DOUBLE]
+    written_in = among(precisions, PRECISIONS, "--precision") or (DOUBLE.name,)
     with steps() as announce:
         found, scene = selection.read(machine, announce)
         _warn_of_soft_springs(found, scene)
-        made = generate(found, scene, chosen, Path(out), announce, written_in)
+        made = api.written(found, out, chosen, scene, written_in, announce)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)
-    if as_json:
-        print_json({"written": [str(p) for p in made.written], "models": models_json(made.models, made.whole)})
-        return
-    click.echo(f"wrote {made.written[0].parent}: {', '.join(path.name for path in made.written)}")
-    print_table(models_table(made.models, made.whole))
-    click.echo("x products and divisions, + sums and differences")
+    print_result(made, as_json)
 
 
 def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
@@ -138,26 +132,15 @@ def check(machine: str, selection: Selection, seed: int, by_itself: bool, as_jso
     Compiles the C; C, numpy and the equations in floats are compared at random and at extreme states. Exit code 1
     where an error is out of bounds.
     """
-    from symoro_elastic.codegen.compile import CompilationFailed
-    from symoro_elastic.numerics.values import NoValues
-    from symoro_elastic.pipeline import verify
-    from symoro_elastic.reports.tables import verification_json, verification_table
+    from symoro_elastic.api import models as api
 
     if by_itself:
         _check_by_itself(*selection.read(machine), seed, as_json)
         return
-    try:
-        with staged() as (announce, progress):
-            found, asked = selection.read(machine, announce)
-            result = verify(found, asked, seed=seed, announce=announce, progress=progress)
-    except (CompilationFailed, NoValues) as error:
-        raise InputError(machine, "check", str(error)) from None
-    if as_json:
-        print_json(verification_json(result))
-    else:
-        print_table(verification_table(result), f"{found.name}: worst relative error, moderate / extreme states")
-        verdict = "every error is within its bound" if result.ok else "out of bounds"
-        click.echo(f"{result.states} states against 50 digits: {verdict}")
+    with staged() as (announce, progress):
+        found, asked = selection.read(machine, announce)
+        result = api.check(found, scene=asked, seed=seed, announce=announce, progress=progress)
+    print_result(result, as_json)
     if result.missing:
         raise InputError(machine, "C compiler", result.missing)
     if not result.ok:
@@ -219,8 +202,7 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
 
     With their intermediate variables, in the order of evaluation.
     """
-    from symoro_elastic.pipeline import programs
-    from symoro_elastic.reports.page import html_page, latex_document
+    from symoro_elastic.api import models as api
     from symoro_elastic.reports.pdf import find_engine, pdf
 
     among((form,), ("latex", "html", "pdf"), "--format")
@@ -228,9 +210,9 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
         find_engine(machine)
     with steps() as announce:
         found, scene = replace(selection, models=(model,)).read(machine, announce)
-        package = programs(found, scene, announce).package
+        written = api.equations(found, scene=scene, announce=announce)
         announce("render")
-        text = (html_page if form == "html" else latex_document)(package, package.functions[0])
+        text = written.html if form == "html" else written.latex
         if form == "pdf":
             announce("compile")
             out = str(pdf(text, Path(out or f"{found.name}_{model}.pdf")))

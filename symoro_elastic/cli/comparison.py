@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import click
 
 from symoro_elastic.cli.options import AT, JSON, MACHINE, VALUE, InputFile, Plots, draws, gather, writes
-from symoro_elastic.cli.output import counted, print_json, print_table
+from symoro_elastic.cli.output import counted, print_result
 from symoro_elastic.cli.parsing import Number, numbers, parsed_by
 from symoro_elastic.cli.reading import read_restricted
-
-if TYPE_CHECKING:
-    from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.progress import Progress
-    from symoro_elastic.vibration.comparison import Comparison
 
 
 @dataclass(frozen=True)
@@ -81,36 +74,15 @@ def compare(
     Errors in frequencies, torques and elastic accelerations of Spong's reduced model and of the rigid limit,
     on a motion.
     """
+    from symoro_elastic.api import vibrations
+    from symoro_elastic.machine.scene import Scene
     from symoro_elastic.vibration.plots import plot_comparison
-    from symoro_elastic.vibration.tables import comparison_json
 
-    found = read_restricted(machine)
+    kept = read_restricted(machine)
     with counted("springs follow") as progress:
-        result = _compared(found, compared, positions, values, ratios, not free, progress)
-    if as_json:
-        print_json(comparison_json(result))
-    else:
-        _print_comparison(result, f"{found.name}: motors {'free' if free else 'held'}")
-    plots.write(partial(plot_comparison, result))
-
-
-def _compared(
-    machine: Machine,
-    on: ComparedMotion,
-    positions: Mapping[str, float],
-    values: Mapping[str, float],
-    ratios: Mapping[str, float],
-    held: bool,
-    progress: Progress,
-) -> Comparison:
-    from symoro_elastic.vibration.comparison import compare
-
-    return compare(machine, values, positions, ratios, held, on.motion, on.stroke, on.duration, progress)
-
-
-def _print_comparison(result: Comparison, title: str) -> None:
-    from symoro_elastic.vibration.tables import comparison_conclusion, frequencies_table, losses_table
-
-    print_table(frequencies_table(result), title)
-    print_table(losses_table(result), result.course.source)
-    click.echo("\n".join([*result.notes, comparison_conclusion(result)]))
+        found = vibrations.compare(
+            kept, compared.motion, at=positions, values=values, ratios=ratios, stroke=compared.stroke,
+            duration=compared.duration, free=free, scene=Scene(), progress=progress,
+        )  # fmt: skip
+    print_result(found, as_json)
+    plots.write(partial(plot_comparison, found))

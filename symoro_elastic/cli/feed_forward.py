@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import click
 
 from symoro_elastic.cli.options import JSON, MACHINE, SCENE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
-from symoro_elastic.cli.output import print_json, print_table, steps
+from symoro_elastic.cli.output import print_result, steps
 from symoro_elastic.cli.parsing import Number, Whole, numbers, numbers_or_default, parsed_by
 from symoro_elastic.cli.reading import read_restricted
-
-if TYPE_CHECKING:
-    from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
 
 
 @dataclass(frozen=True)
@@ -29,21 +24,6 @@ class Reference:
     positions: Mapping[str, float]
     degree: int | None
     rate: float | None
-
-    def trajectory(self, machine: Machine) -> ReferenceTrajectory:
-        """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
-        from symoro_elastic.vibration import reference_trajectory
-        from symoro_elastic.vibration.course import usual_duration
-        from symoro_elastic.vibration.feed_forward import orders, starts
-
-        smooth = max(orders(machine).values(), default=0) + 1
-        if self.motion:
-            return reference_trajectory.read_reference(self.motion, machine, self.degree, smooth, self.rate)
-        strokes = self.strokes or {"": reference_trajectory.STROKE}
-        duration = usual_duration(machine, self.positions) if self.duration is None else self.duration
-        degree = smooth if self.degree is None else self.degree
-        start = {**starts(machine), **self.positions}
-        return reference_trajectory.move(machine, start, strokes, duration, degree, self.rate)
 
 
 @click.command("feed-forward")
@@ -106,26 +86,24 @@ def feed_forward(
     Behind a gear or a screw the trajectory of a motor is that of the last joint of its drive.
     Springs that are not behind a motor on its axis are left out; the command says what that costs.
     """
-    from symoro_elastic.machine.named_cells import with_values
+    from symoro_elastic.api import vibrations
+    from symoro_elastic.machine.scene import Scene
     from symoro_elastic.time_series.writing import CSV, NPZ
     from symoro_elastic.vibration import export
-    from symoro_elastic.vibration import feed_forward as vibration
+    from symoro_elastic.vibration.feed_forward import save_feed_forward
     from symoro_elastic.vibration.plots import plot_feed_forward
-    from symoro_elastic.vibration.tables import feed_forward_table
 
     if out:
         export.refuse_file(out, (CSV, NPZ))
-    kept = with_values(read_restricted(machine, scene), values)
+    kept = read_restricted(machine, scene)
     with steps() as step:
         step("feed-forward")
-        found = vibration.feed_forward(kept, reference.trajectory(kept))
-    figures = vibration.figures(found)
-    if as_json:
-        print_json({**figures, **({"written": out} if out else {})})
-    else:
-        print_table(feed_forward_table(found), f"{kept.name}: {figures['motion']}")
-        click.echo("\n".join([f"{figures['duration']:.6g} s, {figures['samples']} samples", *figures["notes"]]))
+        found = vibrations.feed_forward(
+            kept, reference.motion, strokes=reference.strokes, duration=reference.duration, at=reference.positions,
+            degree=reference.degree, rate=reference.rate, values=values, scene=Scene(),
+        )  # fmt: skip
+    print_result(found, as_json, **({"written": out} if out else {}))
     if out:
-        vibration.save_feed_forward(found, out)
+        save_feed_forward(found, out)
         click.echo(f"wrote {out}", err=as_json)
     plots.write(partial(plot_feed_forward, found))

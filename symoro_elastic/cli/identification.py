@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from symoro_elastic.cli.options import JSON, MACHINE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
-from symoro_elastic.cli.output import counted, print_json, print_table, steps
+from symoro_elastic.cli.output import counted, print_result, steps
 from symoro_elastic.cli.parsing import Number, NumberRange, WholeRange, numbers, parsed_by, ranges
-from symoro_elastic.cli.reading import of_parameters, read
+from symoro_elastic.cli.reading import read
 
 if TYPE_CHECKING:
-    from symoro_elastic.identification.excitation import Excitation, Limits
-    from symoro_elastic.identification.identify import Identification
-    from symoro_elastic.identification.trajectory import Trajectory
-    from symoro_elastic.identification.validation import Fit
-    from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.progress import Announce
-    from symoro_elastic.time_series.measurements import Measurements
     from symoro_elastic.time_series.preparation import Preparation
 
 Ranges = dict[str, tuple[float, float]]
@@ -35,15 +28,6 @@ class MotorLimits:
     velocity: Ranges
     acceleration: Ranges
 
-    def of(self, machine: Machine) -> Limits:
-        """Return the limits of every motor of the machine."""
-        from symoro_elastic.identification.trajectory import limits_of
-
-        if not machine.motors:
-            raise machine.error("motors", "the machine has none: there is nothing to excite")
-        given = {"--position": self.position, "--velocity": self.velocity, "--acceleration": self.acceleration}
-        return limits_of(machine, given)
-
 
 @dataclass(frozen=True)
 class FourierSeries:
@@ -56,24 +40,6 @@ class FourierSeries:
     evaluations: int
     seed: int
 
-    def refuse_rate(self, motors: int) -> None:
-        """Raise `InputError` where the sample rate is too low for the harmonics, or the file too long."""
-        from symoro_elastic.identification.trajectory import refuse_rate
-
-        refuse_rate(self.rate, self.frequency, self.harmonics, self.periods, motors)
-
-    def optimized(
-        self, machine: Machine, limits: Limits, values: Mapping[str, float], known: Sequence[str]
-    ) -> Excitation:
-        """Return the exciting motion."""
-        from symoro_elastic.identification.excitation import excite
-
-        with counted("search") as progress:
-            return excite(
-                machine, limits, self.frequency, self.harmonics, values, known, evaluations=self.evaluations,
-                seed=self.seed, progress=lambda done, total, _: progress(done, total),
-            )  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Given:
@@ -82,26 +48,6 @@ class Given:
     values: dict[str, float]
     known: dict[str, float]
     bandwidth: float | None
-
-    def identified(self, machine: Machine, records: Sequence[Measurements], step: Announce) -> Identification:
-        """Return the parameters of a machine from records."""
-        from symoro_elastic.identification.identify import identify
-
-        return identify(machine, records, of_parameters(self.values, machine), self.known, self.bandwidth, step=step)
-
-    def saved(
-        self, result: Identification, records: Sequence[Measurements], step: Announce
-    ) -> tuple[Machine, list[str]]:
-        """Return the machine with the estimates, and what of them no machine has."""
-        from symoro_elastic.identification.identified import identified, possible
-        from symoro_elastic.identification.identify import identify
-
-        def again(fixed: Mapping[str, float]) -> Identification:
-            known, Y = {**self.known, **fixed}, result.equations.Y
-            return identify(result.machine, records, self.values, known, self.bandwidth, step=step, Y=Y)
-
-        fitted, lines = possible(result, again)
-        return identified(fitted, self.values), lines
 
 
 @dataclass(frozen=True)
@@ -113,13 +59,12 @@ class Preparing:
     first: float | None
     last: float | None
 
-    def of(self, machine: Machine) -> Preparation:
-        """Return it for a machine; raises `InputError` for unknown motors and times without room."""
+    @property
+    def preparation(self) -> Preparation:
+        """The preparation of records."""
         from symoro_elastic.time_series.preparation import Preparation
 
-        preparation = Preparation(self.first, self.last, self.resample, self.gains)
-        preparation.refuse(machine)
-        return preparation
+        return Preparation(self.first, self.last, self.resample, self.gains)
 
 
 def limit(option: str, metavar: str, of: str) -> Callable[..., Any]:
@@ -193,35 +138,20 @@ def excite(
     written as t, q_<motor>, qd_, qdd_. Elastic joints follow their springs; passive ones are assumed to stay at
     zero.
     """
-    from symoro_elastic.identification import trajectory
+    from symoro_elastic.api import measured
     from symoro_elastic.identification.plots import plot_excitation
-    from symoro_elastic.numerics.independent_joints import with_independent_motors
+    from symoro_elastic.identification.trajectory import write
     from symoro_elastic.time_series.writing import refuse_file
 
     refuse_file(out)
-    found = with_independent_motors(read(machine))
-    trajectory.refuse_without_motors(found)
-    allowed = limits.of(found)
-    series.refuse_rate(len(found.motors))
-    best = series.optimized(found, allowed, of_parameters(values, found), known)
-    sampled = trajectory.trajectory(best.motion, allowed, series.periods, series.rate)
-    trajectory.write(sampled, found, out)
-    _print_excitation(best, sampled, allowed, found, out, as_json)
-    plots.write(partial(plot_excitation, best, sampled, allowed, found))
-
-
-def _print_excitation(
-    best: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, out: str, as_json: bool
-) -> None:
-    from symoro_elastic.identification import trajectory
-
-    figures = trajectory.figures(best, sampled, limits, machine)
-    if as_json:
-        print_json({"written": out, **figures})
-        return
-    print_table(trajectory.table(figures), f"{machine.name}: reached of the limits")
-    click.echo("\n".join(trajectory.lines(figures)))
-    click.echo(f"wrote {out}")
+    of_file = read(machine)
+    with counted("search") as progress:
+        found = measured.excite(of_file, **vars(limits), **vars(series), values=values, known=known, progress=progress)
+    write(found.sampled, found.machine, out)
+    print_result(found, as_json, written=out)
+    if not as_json:
+        click.echo(f"wrote {out}")
+    plots.write(partial(plot_excitation, found.best, found.sampled, found.limits, found.machine))
 
 
 @click.command()
@@ -268,53 +198,24 @@ def identify(
 
     DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
     """
-    from symoro_elastic.identification import report
+    from symoro_elastic.api import measured
     from symoro_elastic.identification.plots import plot
-    from symoro_elastic.identification.validation import validated
     from symoro_elastic.machine.formats import write_machine
     from symoro_elastic.machine.formats.reading import refuse_unwritable
-    from symoro_elastic.numerics.independent_joints import with_independent_motors
-    from symoro_elastic.time_series.measurements import read_measurements
 
     if save:
         refuse_unwritable(save)
     of_file = read(machine)
-    found = with_independent_motors(of_file)
-    prepare = preparing.of(found)
     with steps() as step:
-        step("read")
-        records = [read_measurements(path, found, prepare) for path in data]
-        other = read_measurements(validate, found, prepare) if validate else None
-        result = given.identified(found, records, step)
-        checked = validated(result, other) if other else None
-        saved, warnings = given.saved(result, records, step) if save else (None, [])
+        found = measured.identify(
+            of_file, data, **vars(given), preparation=preparing.preparation, validate=validate, step=step
+        )
+        saved, warnings = found.saved(step) if save else (None, [])
     if save and saved:
-        write_machine(replace(saved, loops=of_file.loops), save)
+        write_machine(saved, save)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)
-    if as_json:
-        print_json(report.as_json(result, checked) | ({"written": save} if save else {}))
-    else:
-        _print_identification(result, checked, save)
-    plots.write(partial(plot, result))
-
-
-def _print_identification(result: Identification, checked: Fit | None, save: str | None) -> None:
-    from symoro_elastic.identification import report
-    from symoro_elastic.identification.validation import lines, own_fit
-
-    click.echo(report.table(result, report.file_values(result) or None, "file"))
-    fits = [own_fit(result), *([checked] if checked else [])]
-    figures = [line for fit in fits for line in lines(fit, result.machine)]
-    click.echo("\n".join([*neutral_positions(result), *figures, *result.notes]))
-    if save:
+    print_result(found, as_json, **({"written": save} if save else {}))
+    if save and not as_json:
         click.echo(f"wrote {save}")
-
-
-def neutral_positions(result: Identification) -> list[str]:
-    """Return a line for each spring with an identified neutral position."""
-    units = {joint.name: joint.unit for joint in result.machine.joints}
-    return [
-        f"neutral position of {name}: {q0:.5g} {units[name]}, std {std:.2g}"
-        for name, (q0, std) in result.neutral.items()
-    ]
+    plots.write(partial(plot, found.found))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,16 +9,13 @@ import click
 
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, writes
 from symoro_elastic.cli.output import print_json, print_table, staged, write_text
-from symoro_elastic.cli.parsing import WholeRange, among, parsed_by, ranges
+from symoro_elastic.cli.parsing import WholeRange, parsed_by, ranges
 from symoro_elastic.cli.reading import read, scene_of
-from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-    from symoro_elastic.machine.wanted import Wanted
+    from symoro_elastic.machine.scene import Scene
     from symoro_elastic.model_ladder.rungs import Ladder
-    from symoro_elastic.progress import Announce, Progress
 
 
 @click.command()
@@ -60,18 +56,19 @@ def ladder(
 
     Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
     """
+    from symoro_elastic.api import motions as api
     from symoro_elastic.model_ladder.plots import plot_ladder
-    from symoro_elastic.model_ladder.tables import ladder_json
 
     with staged() as (announce, progress):
         whole = read(machine, announce=announce)
-        found = _found(whole, scene, box, starts, announce, progress)
+        asked = scene_of(whole, scene)
+        found = api.ladder(whole, scene, box=box, starts=starts, announce=announce, progress=progress)
     if as_json:
-        print_json(ladder_json(found))
+        print_json(found.as_json())
     else:
         _print(found, scene)
     if out:
-        _write_reduced(found, whole, scene, out)
+        _write_reduced(found, whole, asked, scene, out)
     plots.write(partial(plot_ladder, found))
 
 
@@ -85,54 +82,12 @@ def _print(found: Ladder, scene: str) -> None:
     click.echo("\n".join(line for line in lines if line))
 
 
-def _found(
-    whole: Machine,
-    scene: str,
-    box: Mapping[str, tuple[float, float]],
-    starts: int,
-    announce: Announce,
-    progress: Progress,
-) -> Ladder:
-    from symoro_elastic.machine.restrict import restricted
-    from symoro_elastic.model_ladder.rungs import ladder as ladder_of
-    from symoro_elastic.simulation.tolerances import tolerances
-
-    machine = restricted(whole, scene_of(whole, scene))
-    motions, wanted = _tables(scene, machine)
-    placed = _from_box(motions, box, starts, machine)
-    return ladder_of(machine, placed, tolerances(wanted, machine), wanted.period, announce, progress)
-
-
-def _from_box(
-    motions: Sequence[PrescribedMotion], box: Mapping[str, tuple[float, float]], count: int, machine: Machine
-) -> list[PrescribedMotion]:
-    """Return each motion from every position of a sample of the box; the same motions where there is none."""
-    from dataclasses import replace
-
-    from symoro_elastic.model_ladder.starts import starts
-
-    among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
-    places = starts(box, count) if box else [{}]
-    return [replace(motion, start={**motion.start, **place}) for motion in motions for place in places]
-
-
-def _tables(scene: str, machine: Machine) -> tuple[tuple[PrescribedMotion, ...], Wanted]:
-    from symoro_elastic.machine.formats import read_motions, read_wanted
-
-    motions, wanted = read_motions(scene, machine), read_wanted(scene)
-    if not motions:
-        raise InputError(scene, "motion", "there is no table [motion]: say how the motors move")
-    if wanted is None or wanted.tolerance is None:
-        raise InputError(scene, "wanted, tolerance", 'no error is allowed yet: write tolerance = { "tool.x" = 1e-6 }')
-    return motions, wanted
-
-
-def _write_reduced(found: Ladder, whole: Machine, scene: str, out: str) -> None:
+def _write_reduced(found: Ladder, whole: Machine, asked: Scene, scene: str, out: str) -> None:
     from symoro_elastic.machine.formats import read_wanted
     from symoro_elastic.machine.formats.toml_writing import write_scene
     from symoro_elastic.model_ladder.tables import advice, reduced_scene
 
     motions = [reference.prescribed for reference in found.references]
-    reduced = reduced_scene(found, whole, scene_of(whole, scene))
+    reduced = reduced_scene(found, whole, asked)
     write_text(write_scene(reduced, motions, read_wanted(scene), [advice(found)]), out)
     click.echo(f"wrote {out}", err=True)

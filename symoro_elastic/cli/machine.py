@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,16 +10,17 @@ import click
 
 from symoro_elastic.cli.options import BASE, JSON, MACHINE, SCENE, VALUE, OutputFile, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
-from symoro_elastic.cli.parsing import NumberRange, numbers, parsed_by, springs_on_joints
+from symoro_elastic.cli.parsing import Number, numbers, parsed_by, springs_on_joints
 from symoro_elastic.cli.reading import read, scene_of
 
 if TYPE_CHECKING:
     from symoro_elastic.grouping import BaseParameters
+    from symoro_elastic.machine.machine import Machine
     from symoro_elastic.models.joint_axes import PlacedMachine
     from symoro_elastic.reports.closed_chains import ClosedChain
 
-SNAP, MOST_SNAP = "1e-9", 1e-3
-"""Tolerance of --snap, rad and m: where none is given, and the largest."""
+SNAP = "1e-9"
+"""Tolerance of --snap, rad and m, where none is given."""
 
 
 @click.command()
@@ -34,8 +35,19 @@ SNAP, MOST_SNAP = "1e-9", 1e-3
     help="Position at which origins and axes are printed, rad or m (default 0, springs neutral); may be repeated.",
 )
 @VALUE
+@click.option(
+    "--picture", metavar="FILE", type=OutputFile(), help="Draw the machine at that position: .svg, .png or .pdf."
+)
+@writes
 @JSON
-def show(machine: str, scene: str | None, positions: dict[str, float], values: dict[str, float], as_json: bool) -> None:
+def show(
+    machine: str,
+    scene: str | None,
+    positions: dict[str, float],
+    values: dict[str, float],
+    picture: str | None,
+    as_json: bool,
+) -> None:
     """Print the parameters of MACHINE and its base parameters.
 
     Prints where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
@@ -53,6 +65,8 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
         found = with_values(found, values)
     asked = scene_of(found, scene)
     kept = restricted(found, asked)
+    if picture:
+        _draw(kept, positions, picture, as_json)
     placed = placed_machine(kept, positions)
     chain = closed_chain(kept, placed)
     for warning in chain.warnings:
@@ -63,6 +77,22 @@ def show(machine: str, scene: str | None, positions: dict[str, float], values: d
         print_json(_as_json(chain, placed, base, degenerate))
     else:
         _print(chain, placed, base, degenerate)
+
+
+def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: bool) -> None:
+    """Write the picture of a machine at a position, and name it; on stderr beside JSON."""
+    from symoro_elastic.drawing.figure import figure_of
+    from symoro_elastic.drawing.files import refuse_picture, write_picture
+    from symoro_elastic.drawing.placements import placements_of
+    from symoro_elastic.drawing.svg import picture_of
+
+    refuse_picture(path, "--picture")
+    placements = placements_of(machine)
+    figure = figure_of(placements, placements.position(positions))
+    for remark in figure.remarks:
+        click.echo(f"note: {remark}", err=True)
+    write_picture(picture_of(figure), path, "--picture")
+    click.echo(f"wrote {path}", err=as_json)
 
 
 def _as_json(
@@ -93,8 +123,9 @@ def _as_json(
 
 
 def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.machine.table import machine_table
     from symoro_elastic.reports.closed_chains import closed_chain_lines
-    from symoro_elastic.reports.tables import axes_table, machine_table
+    from symoro_elastic.reports.tables import axes_table
 
     machine = chain.machine
     print_table(machine_table(machine), machine.name, keys=2)
@@ -123,7 +154,7 @@ def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, dege
     metavar="[TOL]",
     is_flag=False,
     flag_value=SNAP,
-    type=NumberRange(min=0, max=MOST_SNAP, min_open=True),
+    type=Number(),
     help="Take angles of a robot within TOL, rad, of multiples of pi/12 for these, and lengths below TOL, m, for 0 "
     f"(default {SNAP}).",
 )
@@ -138,7 +169,7 @@ def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, dege
 )
 @BASE
 @writes
-def convert(machine: str, file: str, snap: float | None, springs: dict[str, Any], base: bool) -> None:
+def convert(machine: str, file: str, snap: float | None, springs: dict[str, tuple[float, ...]], base: bool) -> None:
     """Convert MACHINE to FILE, a .toml, a SYMORO .par or a .urdf.
 
     Robots in URDF get a table of geometric parameters. It is exact but for rounding; --snap makes it simpler, and
@@ -147,8 +178,7 @@ def convert(machine: str, file: str, snap: float | None, springs: dict[str, Any]
     from symoro_elastic.machine.formats import write_machine
     from symoro_elastic.machine.formats.format import Conversion
 
-    conversion = Conversion(snap, springs) if springs or snap is not None else None
-    found = read(machine, base, conversion=conversion)
+    found = read(machine, base, conversion=Conversion.of(snap, springs))
     write_machine(replace(found, notes=tuple(dict.fromkeys((*found.notes, *found.remarks)))), file)
     click.echo(f"wrote {file}")
 

@@ -7,9 +7,12 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
+
+if TYPE_CHECKING:
+    from symoro_elastic.results import Part, Result
 
 PIPED = 160
 """Width of tables that no terminal shows."""
@@ -45,6 +48,23 @@ def print_table(table: Any, title: str = "", keys: int = 1) -> None:
     for part, one in enumerate(fitted(table, console.width, keys)):
         one.title = Text(title, style="table.title") if title and not part else None
         console.print(one)
+
+
+def print_parts(parts: Sequence[Part]) -> None:
+    """Sentences and tables on standard output, in their order."""
+    for part in parts:
+        if isinstance(part, str):
+            click.echo(part)
+        else:
+            print_table(part.table, part.title, part.keys)
+
+
+def print_result(result: Result, as_json: bool, **written: Any) -> None:
+    """A result on standard output, or its figures and what was `written` as JSON."""
+    if as_json:
+        print_json({**result.as_json(), **written})
+    else:
+        print_parts(result.parts())
 
 
 def write_text(text: str, out: str) -> None:
@@ -94,12 +114,12 @@ def steps() -> Iterator[Callable[[str], None]]:
         yield status.update
 
 
-def save_arrays(arrays: dict[str, Any], out: str | None, as_json: bool) -> None:
-    """Save arrays to `out`, if given, and say so; on stderr beside JSON."""
+def save_arrays(result: Result, out: str | None, as_json: bool) -> None:
+    """Save the arrays of a result to `out`, if given, and say so; on stderr beside JSON."""
     if out:
         from symoro_elastic.vibration.export import save_arrays
 
-        save_arrays(arrays, out)
+        save_arrays(result.arrays(), out)
         click.echo(f"wrote {out}", err=as_json)
 
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
 from symoro_elastic.errors import InputError
-
-if TYPE_CHECKING:
-    from symoro_elastic.machine.formats.format import SpringOnJoint
 
 Callback = Callable[[click.Context, click.Parameter, Any], Any]
 T = TypeVar("T")
@@ -134,23 +131,13 @@ def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     return ranges(given, option)
 
 
-def springs_on_joints(given: Sequence[str], option: str) -> dict[str, SpringOnJoint]:
-    """Springs by joint, from `JOINT=K[:IA]`."""
+def springs_on_joints(given: Sequence[str], option: str) -> dict[str, tuple[float, ...]]:
+    """Stiffness, and inertia of the rotor where it is given, by joint, from `JOINT=K[:IA]`."""
     form = " is not JOINT=K or JOINT=K:IA, in N m/rad and kg m2 or N/m and kg"
     for text in given:
-        if "=" not in text:
+        if "=" not in text or text.count(":") > 1:
             raise InputError("symoro-elastic", option, f"{text!r}{form}")
-    return named(given, option, _spring, form)
-
-
-def _spring(written: str) -> SpringOnJoint:
-    from symoro_elastic.machine.formats.format import SpringOnJoint
-
-    stiffness, colon, inertia = written.partition(":")
-    values = [number(stiffness), *([number(inertia)] if colon else [])]
-    if min(values) <= 0:
-        raise ValueError(": both are positive")
-    return SpringOnJoint(*values)
+    return named(given, option, lambda written: tuple(map(number, written.split(":"))), form)
 
 
 def grid(given: Sequence[str], option: str) -> dict[str, list[float]]:

@@ -87,30 +87,15 @@ def scene_of(
 ) -> Scene:
     """Return the scene of the file or of the machine, with models, constants and outputs added.
 
-    Models of the command line replace those of the scene, and their outputs go with them. Springs in series that the
-    scene condenses are named on stderr.
+    Springs in series that the scene condenses are named on stderr.
     """
-    from symoro_elastic.machine.formats import read_scene
-    from symoro_elastic.machine.resolve import resolve
-    from symoro_elastic.machine.scene import ALL, Scene
-    from symoro_elastic.machine.series_springs import condensed
-    from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS
+    from symoro_elastic.api.scenes import Asked
 
-    scene = read_scene(file, machine, MODELS) if file else machine.scene or Scene()
-    if models:
-        dropped = set(scene.models or DEFAULT_MODELS) - set(models)
-        kept = {model: names for model, names in scene.outputs.items() if model not in dropped}
-        scene = replace(scene, models=tuple(dict.fromkeys(models)), outputs=kept)
-    if fold:
-        everything = ALL in fold or scene.fold == ALL
-        scene = replace(scene, fold=ALL if everything else (*scene.fold, *fold))
-    added = resolve(Scene(outputs=outputs(only, "--only")), machine, MODELS, "symoro-elastic").outputs
-    merged = {m: (*scene.outputs.get(m, ()), *added.get(m, ())) for m in (*scene.outputs, *added)}
-    scene = resolve(replace(scene, outputs=merged), machine, MODELS, file or machine.source)
-    if scene.condense:
-        for note in condensed(machine).notes:
-            click.echo(f"note: {note}", err=True)
-    return scene
+    return Asked(models, fold, outputs(only, "--only")).of(machine, file, _note)
+
+
+def _note(line: str) -> None:
+    click.echo(f"note: {line}", err=True)
 
 
 def of_parameters(values: Mapping[str, float], machine: Machine) -> dict[str, float]:

@@ -13,23 +13,19 @@ import click
 
 from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import JSON, MACHINE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
-from symoro_elastic.cli.output import print_json, print_table, staged
-from symoro_elastic.cli.parsing import Number, among, numbers, parsed_by
+from symoro_elastic.cli.output import print_json, print_parts, staged
+from symoro_elastic.cli.parsing import Number, numbers, parsed_by
 from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
+    from symoro_elastic.api.motions import Integration, Plan
     from symoro_elastic.machine.wanted import Wanted
-    from symoro_elastic.model_ladder.simulate import Request
-    from symoro_elastic.progress import Announce, Progress
-    from symoro_elastic.simulation.reference import Reference
     from symoro_elastic.simulation.simulated import Simulation
-
-NEITHER = "choose even steps (--method, --step) or adapted ones (--adaptive)"
 
 
 @dataclass(frozen=True)
-class Integration:
+class Steps:
     """How to integrate: even steps of a method, or steps that are adapted and find events."""
 
     method: str | None
@@ -38,29 +34,12 @@ class Integration:
     events: Mapping[str, float]
     stop: bool
 
-    def __post_init__(self) -> None:
-        if self.adaptive and (self.method or self.step is not None):
-            raise InputError("symoro-elastic", "--adaptive", NEITHER)
-        if self.events and not self.adaptive:
-            raise InputError("symoro-elastic", "--event", "even steps find no events: add --adaptive")
-        if self.stop and not self.events:
-            raise InputError("symoro-elastic", "--stop", "there is no event to stop at: name one by --event")
+    @property
+    def integration(self) -> Integration:
+        """The integration."""
+        from symoro_elastic.api.motions import Integration
 
-    def run(self, reference: Reference, request: Request, announce: Announce, progress: Progress) -> Simulation:
-        """Return the simulated motion."""
-        from symoro_elastic.model_ladder.simulate import simulate
-        from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
-
-        if self.adaptive:
-            return simulate_adaptively(reference, request, self.events, self.stop, announce, progress)
-        return simulate(reference, request, announce, progress)
-
-
-def _method(name: str | None, option: str) -> str | None:
-    """The name of a method of even steps, or None."""
-    from symoro_elastic.integration.methods import METHODS
-
-    return name and among([name], list(METHODS), option)[0]
+        return Integration(self.method, self.step, self.adaptive, self.events, self.stop)
 
 
 @click.command()
@@ -71,12 +50,11 @@ def _method(name: str | None, option: str) -> str | None:
     type=InputFile(),
     help="TOML file with [motion], or several, [wanted] and [scene] (default: those of MACHINE).",
 )
-@gather("integration", Integration)
+@gather("integration", Steps)
 @click.option(
     "--method",
     metavar="NAME",
     shell_complete=completion.METHODS,
-    callback=parsed_by(_method),
     help="Method of even steps: w3, w2, rk4, rodas4 or midpoint (default: the cheapest by prediction).",
 )
 @click.option("--step", type=Number(), metavar="S", help="Step, s (default: the longest that is exact enough).")
@@ -103,7 +81,7 @@ def _method(name: str | None, option: str) -> str | None:
 def simulate(
     machine: str,
     scene: str | None,
-    integration: Integration,
+    integration: Steps,
     values: dict[str, float],
     out: str | None,
     plots: Plots,
@@ -116,22 +94,20 @@ def simulate(
     error is measured by halving the step. Exit code 1 where it is above a tolerance of [wanted].
     """
     from symoro_elastic.simulation.plots import plot_simulations
-    from symoro_elastic.simulation.tables import simulation_columns
     from symoro_elastic.time_series.writing import write_columns
 
     with _interruptible():
-        references, wanted = _references(machine, scene, values)
-        paths = _numbered(out, len(references)) if out else []
-        request = _request(references[0], wanted, integration)
+        planned = _planned(machine, scene, integration.integration, values)
+        paths = _numbered(out, len(planned.references)) if out else []
         found = []
-        for reference in references:
+        for reference in planned.references:
             with staged("predict") as (announce, progress):
-                found.append(integration.run(reference, request, announce, progress))
+                found.append(planned.run(reference, announce, progress))
     for path, one in zip(paths, found, strict=False):
-        write_columns(simulation_columns(one), path)
-    _print(found, wanted, paths, as_json)
+        write_columns(one.arrays(), path)
+    _print(found, planned.wanted, paths, as_json)
     plots.write(partial(plot_simulations, found))
-    return int(bool(request.tolerance) and not all(one.is_within for one in found))
+    return int(bool(planned.request.tolerance) and not all(one.is_within for one in found))
 
 
 @contextmanager
@@ -144,43 +120,16 @@ def _interruptible() -> Iterator[None]:
         raise
 
 
-def _references(
-    machine: str, scene: str | None, values: Mapping[str, float]
-) -> tuple[tuple[Reference, ...], Wanted | None]:
-    """Return the motions of a scene, of a machine whose joints the scene locks, and what is wanted of them."""
-    from symoro_elastic.machine.formats.motions import read_motions, read_wanted
-    from symoro_elastic.machine.named_cells import with_values
-    from symoro_elastic.machine.restrict import restricted
-    from symoro_elastic.simulation.reference import reference_of
-    from symoro_elastic.simulation.tolerances import refuse_rounding
+def _planned(machine: str, scene: str | None, integration: Integration, values: Mapping[str, float]) -> Plan:
+    """Return the motions of a scene, of a machine whose joints the scene locks, and how they are simulated."""
+    from symoro_elastic.api.motions import plan
 
     source = scene or machine
     whole = read(machine)
-    moving = with_values(restricted(whole, scene_of(whole, scene)), values)
+    scene_of(whole, scene)
     if Path(source).suffix.lower() != ".toml":
         raise InputError(source, "motion", "no motion can stand here: give --scene FILE with a table [motion]")
-    motions = read_motions(source, whole)
-    if not motions:
-        what = "missing: write a table [motion] with duration and moves, or give --scene FILE that has one"
-        raise InputError(source, "motion", what)
-    wanted = read_wanted(source)
-    references = tuple(reference_of(moving, motion) for motion in motions)
-    if wanted:
-        for reference in references:
-            refuse_rounding(wanted, reference)
-    return references, wanted
-
-
-def _request(reference: Reference, wanted: Wanted | None, integration: Integration) -> Request:
-    from symoro_elastic.model_ladder.simulate import Request
-    from symoro_elastic.simulation.tolerances import output_signals, tolerances
-
-    if wanted is None:
-        return Request(method=integration.method, step=integration.step)
-    machine = reference.machine
-    outputs, allowed = output_signals(wanted, machine), tolerances(wanted, machine)
-    names = tuple(dict.fromkeys((*outputs, *allowed)))
-    return Request(names, allowed or None, integration.method, integration.step, wanted.period)
+    return plan(whole, scene, integration, values)
 
 
 def _numbered(out: str, count: int) -> list[str]:
@@ -195,17 +144,13 @@ def _numbered(out: str, count: int) -> list[str]:
 
 
 def _print(found: Sequence[Simulation], wanted: Wanted | None, paths: Sequence[str], as_json: bool) -> None:
-    from symoro_elastic.simulation.tables import errors_table, simulation_json, simulation_lines, steps_table
-
-    name = found[0].reference.machine.name
     if as_json:
         written = {"written": list(paths)} if paths else {}
-        print_json({"name": name, "motions": [simulation_json(one) for one in found], **written})
+        name = found[0].reference.machine.name
+        print_json({"name": name, "motions": [one.as_json() for one in found], **written})
     else:
         for one in found:
-            print_table(steps_table(one), f"{name}: {one.reference.prescribed.place}, {one.motion.t[-1]:g} s")
-            print_table(errors_table(one))
-            click.echo("\n".join([*simulation_lines(one), *_periods(one, wanted)]))
+            print_parts([*one.parts(), *_periods(one, wanted)])
     for path in paths:
         click.echo(f"wrote {path}", err=as_json)
 

@@ -12,10 +12,9 @@ from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import AT, VALUE, Command, gather
 from symoro_elastic.cli.parsing import gains, numbers, numbers_or_none, parsed_by
 from symoro_elastic.cli.reading import read_restricted
-from symoro_elastic.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+    from symoro_elastic.api.vibrations import OperatingPoint
     from symoro_elastic.vibration.linearization import Linearization
 
 
@@ -33,56 +32,18 @@ class Situation:
     hover: bool
     thrusts: Mapping[str, float | None]
 
-    def motion(self, path: str, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> EquationsOfMotion:
-        """Return the equations of motion of the machine in a file."""
-        from symoro_elastic.vibration.hover import with_thrusts
-        from symoro_elastic.vibration.linearization import motion_of
+    @property
+    def point(self) -> OperatingPoint:
+        """The operating point."""
+        from symoro_elastic.api.vibrations import OperatingPoint
 
-        return motion_of(with_thrusts(read_restricted(path), self.thrusts), dict(self.values), inputs, outputs)
-
-    def held(self, motion: EquationsOfMotion) -> list[str]:
-        """Names of the motors that are held."""
-        return [motion.names[k] for k in motion.motors] if "all" in self.hold else list(self.hold)
-
-    def state(self, motion: EquationsOfMotion) -> State:
-        """Return the given state, or the equilibrium."""
-        from symoro_elastic.vibration.equilibrium import equilibrium, given_state
-        from symoro_elastic.vibration.hover import hover
-
-        self._refuse_mixture()
-        if self.thrusts and not self.as_given:
-            return hover(motion, self.positions, self.thrusts)
-        if self.as_given:
-            return given_state(motion, self.positions, self.rates, self.torques)
-        if self.rates:
-            what = "an equilibrium is at rest: add --as-given, or leave it out"
-            raise InputError("symoro-elastic", "--rate", what)
-        return equilibrium(motion, self.positions, self.torques, self.hover)
-
-    def _refuse_mixture(self) -> None:
-        """Raise `InputError` for options that exclude each other."""
-        unknown = [name for name, x in self.thrusts.items() if x is None]
-        for wrong, option, what in (
-            (self.hover and (self.thrusts or self.as_given), "--hover", "leave out --thrust and --as-given, or it"),
-            (unknown and self.as_given, "--thrust", f"{unknown} is found for an equilibrium: give its size"),
-            (
-                self.thrusts and self.torques and not self.as_given,
-                "--torque",
-                "motors are held in a hover: leave it out",
-            ),
-        ):
-            if wrong:
-                raise InputError("symoro-elastic", option, what)
+        return OperatingPoint(
+            self.positions, self.torques, self.rates, self.as_given, self.hold, self.gains, self.hover, self.thrusts
+        )
 
     def linearization(self, path: str, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> Linearization:
         """Return the machine of a file linearized here, with its motors held or controlled."""
-        from symoro_elastic.vibration.linearization import linearize, with_motors
-
-        motion = self.motion(path, inputs, outputs)
-        linear = linearize(motion, self.state(motion), inputs or None, outputs or None)
-        found = with_motors(linear, self.held(motion), self.gains)
-        _refuse_held_signals(linear, found, inputs, outputs)
-        return found
+        return self.point.linearization(read_restricted(path), self.values, inputs, outputs)
 
 
 OPTIONS = (
@@ -143,17 +104,3 @@ def takes_situation(command: Command) -> Command:
     for option in reversed(OPTIONS):
         command = option(command)
     return command
-
-
-def _refuse_held_signals(
-    linear: Linearization, held: Linearization, inputs: Sequence[str], outputs: Sequence[str]
-) -> None:
-    """Raise `InputError` where an input or output was requested that belongs to a held motor."""
-    for option, asked, before, left in (
-        ("--input", inputs, linear.inputs, held.inputs),
-        ("--output", outputs, linear.outputs, held.outputs),
-    ):
-        still = [name for name in before if name not in left]
-        if asked and still:
-            what = f"{still[0]} is of a motor that is held, so nothing moves there: leave out one of the two"
-            raise InputError(linear.motion.source, option, what)

@@ -24,7 +24,7 @@ from symoro_elastic.cli.options import (
     gather,
     writes,
 )
-from symoro_elastic.cli.output import counted, print_json, print_table
+from symoro_elastic.cli.output import counted, print_json, print_parts
 from symoro_elastic.cli.parsing import NumberRange, WholeRange, parsed_by
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
     from symoro_elastic.trade_off.advice import Advice
-    from symoro_elastic.trade_off.trade import Request, Trade
+    from symoro_elastic.trade_off.trade import Trade
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,6 @@ class Effort:
     extreme: bool
     rounds: int
     seed: int
-
-    def request(self) -> Request:
-        """Return the request to `trade`."""
-        from symoro_elastic.trade_off.trade import Request
-
-        return Request(self.level or "usual", self.states, self.extreme, self.rounds, self.seed)
 
 
 @dataclass(frozen=True)
@@ -121,17 +115,16 @@ def trade(
     double, rounding them counts. What is recommended keeps the tolerance at 100 000 states that were not tried, with
     95 % confidence: a bound from the tail of the errors measured.
     """
-    from symoro_elastic.trade_off.advice import advice
     from symoro_elastic.trade_off.plots import plot
     from symoro_elastic.trade_off.tables import trade_json
 
     given, scene = selection.read(machine)
-    found = _found(given, scene, effort.request(), machine)
+    found = _found(given, scene, effort)
     words = [machine, *selection.as_words()]
     plots.write(partial(plot, found, with_fast_math=verdict.fast_math))
     failed, advised = None, None
     try:
-        advised = advice(found, verdict.tolerance, verdict.fast_math)
+        advised = found.advice(verdict.tolerance, fast_math=verdict.fast_math)
     except InputError as error:
         failed = error
     if as_json:
@@ -142,10 +135,8 @@ def trade(
         raise failed
 
 
-def _found(machine: Machine, scene: Scene, request: Request, source: str) -> Trade:
-    from symoro_elastic.codegen.compile import CompilationFailed
-    from symoro_elastic.numerics.values import NoValues
-    from symoro_elastic.trade_off.trade import trade
+def _found(machine: Machine, scene: Scene, effort: Effort) -> Trade:
+    from symoro_elastic.api import models as api
 
     with ExitStack() as shown:
 
@@ -153,36 +144,19 @@ def _found(machine: Machine, scene: Scene, request: Request, source: str) -> Tra
             shown.close()
             return shown.enter_context(counted(step))
 
-        try:
-            return trade(machine, scene, request, progress)
-        except (CompilationFailed, NoValues) as error:
-            raise InputError(source, "trade", str(error)) from None
+        return api.trade(
+            machine, scene=scene, effort=effort.level or "usual", states=effort.states, extreme=effort.extreme,
+            rounds=effort.rounds, seed=effort.seed, watched=progress,
+        )  # fmt: skip
 
 
 def _print(found: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
     from symoro_elastic.trade_off.advice import commands, sentence
-    from symoro_elastic.trade_off.tables import drifts_table
+    from symoro_elastic.trade_off.tables import trade_parts
 
-    _print_points(found, verdict)
-    if found.drifts:
-        steps = f"{found.drifts[0].steps} steps of {found.drifts[0].step:.1e} s"
-        print_table(drifts_table(found.drifts), f"free motion without losses, {steps}")
+    print_parts(trade_parts(found, verdict.fast_math, verdict.points))
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
     if advised:
         click.echo(sentence(advised))
         click.echo("\n".join(f"  {line}" for line in commands(advised.fastest, words)))
-
-
-def _print_points(found: Trade, verdict: Verdict) -> None:
-    from symoro_elastic.trade_off.factors import effects
-    from symoro_elastic.trade_off.front import front
-    from symoro_elastic.trade_off.tables import effects_table, measurements_table
-
-    kind = "extreme" if found.request.extreme else "moderate"
-    of = "every point" if verdict.points else "none is faster and as accurate"
-    for model, figures in found.measurements.items():
-        best = front(figures, verdict.fast_math)
-        title = f"{found.machine.name}, {model}: {of}, {found.request.states} {kind} states"
-        print_table(measurements_table(figures if verdict.points else best, best), title)
-        print_table(effects_table(effects(figures)), f"{model}: what a choice does by itself")

@@ -23,7 +23,8 @@ class Dialect:
     functions: Mapping[str, str]
 
 
-def _c_continued(head: str, parts: list[str]) -> str:
+def c_continued(head: str, parts: list[str]) -> str:
+    """A long statement of a language in which a line may end anywhere."""
     return "\n        ".join([head + parts[0], *parts[1:]])
 
 
@@ -31,7 +32,7 @@ def _python_continued(head: str, parts: list[str]) -> str:
     return "\n        ".join([f"{head}(", *parts]) + "\n    )"
 
 
-C = Dialect("const double ", ";", lambda text: f"/* {text} */", _c_continued, {})
+C = Dialect("const double ", ";", lambda text: f"/* {text} */", c_continued, {})
 PYTHON = Dialect(
     "",
     "",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.time_steps import MethodText, Variant
+from symoro_elastic.codegen.time_steps import WRENCH, MethodText, Variant, entries_of_state, rows_of_nodes
 
 
 class StepCalls:
@@ -40,10 +40,21 @@ class StepCalls:
 
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
-        if variant.right_side == "inverse_dynamics":
-            return self._model("inverse_dynamics", [*position, "qd", "ydd"], ["tau", "qdd"])
-        return self._model("direct_dynamics", [*position, "qd", "torque" if variant.of_step else "tau"], ["qdd"])
+        position = [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
+        driven = variant.right_side == "inverse_dynamics"
+        given = "ydd" if driven else "torque" if variant.of_step else "tau"
+        on_base = ["turned", "qd", WRENCH] if self.package.base else []
+        found = [*(["tau"] if driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
+        return self._model(variant.right_side, [*position, self._joints("qd"), given, *on_base], found)
+
+    def displacement(self, x: str) -> str:
+        """Return the call that finds how far a floating base is from its pose at the start of the step."""
+        orientation = self.package.base[0].name
+        return self._model("base_displacement", [orientation, x], [f"{orientation}_change", "P0_change"])
+
+    def base_rates(self) -> str:
+        """Return the call that finds the rates of the coordinates and of the velocity of a floating base."""
+        return self._model("base_rates", ["q", "qd", "V0d"], ["x0d", "qdd"])
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
@@ -71,13 +82,21 @@ class StepCalls:
 
     def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1) -> str:
         """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`."""
-        offset = node * len(self.package.motor_names)
-        place = f"{offset}U{'*count' if self.many else ''}"
-        rows = [f"&{row}[{place}]" if offset else row for row in variant.of_nodes]
+        rows = [self._from(row, node * size) for row, size in rows_of_nodes(variant, self.package).items()]
         dependent = ["q_dep", "stage_dep"] if self.package.takes_dependent else []
-        arrays = ["q_s", "v_s", *rows, *variant.of_step, *dependent, "p", *(["c"] if self.constants else []), qdd]
+        turned = [self.package.base[0].name] if self.package.base else []
+        others = [*variant.of_step, *dependent, *turned, "p", *(["c"] if self.constants else [])]
+        arrays = ["q_s", "v_s", *rows, *others, qdd]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
+
+    def _joints(self, array: str) -> str:
+        """Return the place of the joints in an array of the whole state, after a floating base."""
+        return self._from(array, entries_of_state(self.package) - len(self.package.axes))
+
+    def _from(self, array: str, offset: int) -> str:
+        """Return the place of an entry in an array."""
+        return f"&{array}[{offset}U{'*count' if self.many else ''}]" if offset else array
 
     @property
     def _count(self) -> list[str]:
@@ -102,4 +121,4 @@ def functions_of(methods: Sequence[MethodText]) -> list[str]:
     implicit = [method for method in methods if method.kind in ("w", "midpoint")]
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
         found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
-    return [*found, "assemble"]
+    return [*found, "assemble", "base_displacement", "base_rates"]

@@ -13,7 +13,16 @@ from symoro_elastic.codegen.c_step_calls import StepCalls
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import Literals, MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import (
+    Literals,
+    MethodText,
+    Terms,
+    Variant,
+    entries_of_state,
+    error_meaning,
+    method_text,
+    rows_of_nodes,
+)
 from symoro_elastic.integration.methods import METHODS
 
 LANES = 16
@@ -93,7 +102,7 @@ class CSteps:
             variant=variant,
             with_error=with_error,
             name=name,
-            comment="\n * ".join(_comment(method, variant, with_error)),
+            comment="\n * ".join(_comment(method, variant, with_error, self.package)),
             working=with_arguments(
                 f"static void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared
             ),
@@ -114,8 +123,8 @@ class CSteps:
     def _read(self, method: MethodText, variant: Variant) -> Iterator[Array]:
         """Rows for the nodes, gains, and the rate of the torques."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
-        for name in variant.of_nodes:
-            rows = len(method.nodes) * torques
+        for name, entries in rows_of_nodes(variant, self.package).items():
+            rows = len(method.nodes) * entries
             yield Array(state, name, str(rows), rows)
         for name in (*variant.of_step, *(("taud",) if method.kind == "rosenbrock" else ())):
             yield Array(state, name, motors, torques)
@@ -126,8 +135,10 @@ class CSteps:
         yield from (Array(state, name, f"{self.macro}_JOINTS", n, True) for name in ("q", "qd"))
         if self.package.takes_dependent:
             yield Array(state, "q_dep", f"{self.macro}_DEPENDENT", len(self.package.dependent or ()), True)
+        yield from (Array(state, one.name, str(one.size), one.size, True) for one in self.package.base)
         if with_error:
-            yield Array(state, "error", f"2*{self.macro}_JOINTS", 2 * n, True)
+            size = 2 * entries_of_state(self.package)
+            yield Array(state, "error", str(size) if self.package.base else f"2*{self.macro}_JOINTS", size, True)
 
     @property
     def _p(self) -> Array:
@@ -151,8 +162,12 @@ class CSteps:
             "times": "*count" if self.many else "",
             "lanes": f"*{self.macro}_LANES" if self.many else "",
             "lanes_each": LANES,
-            "n": len(package.axes),
-            "motors": package.motors,
+            "n": entries_of_state(package),
+            "joints": len(package.axes),
+            "base": package.base,
+            "at_q": "x" if package.base else "q",
+            "at_v": "v" if package.base else "qd",
+            "motors": [k + entries_of_state(package) - len(package.axes) for k in package.motors],
             "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
             "steps": self.steps,
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
@@ -170,10 +185,12 @@ class CSteps:
     def _rate_head(self, variant: Variant) -> str:
         """The head of the function that computes accelerations; motors on prescribed motions are put in their place."""
         state = self.precision.state
-        moved = [Array(state, name, "", 0, variant.right_side == "inverse_dynamics") for name in ("q", "qd")]
-        given = [Array(state, name, "", 0) for name in (*variant.of_nodes, *variant.of_step)]
+        driven = variant.right_side == "inverse_dynamics"
+        moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
+        given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
         dependent = [Array(state, "q_dep", "", 0), Array(state, "stage_dep", "", 0, True)]
-        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), self._p]
+        turned = [Array(state, one.name, "", 0) for one in self.package.base[:1]]
+        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self._p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
         count = ["size_t count"] if self.many else []
         name = f"static void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
@@ -194,11 +211,11 @@ def sum_of(terms: Terms, array: str) -> str:
     return text
 
 
-def _comment(method: MethodText, variant: Variant, with_error: bool) -> Iterator[str]:
+def _comment(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
     yield f"One step h [s] of the {method.title}{variant.words}."
-    yield f"{', '.join(variant.of_nodes)}: a row for each of the times {', '.join(method.times)}"
+    yield f"{', '.join(rows_of_nodes(variant, package))}: a row for each of the times {', '.join(method.times)}"
     if method.kind == "rosenbrock":
         yield "taud: derivative of the torques by time at t, that of kp r + kd rd with it"
-    yield "q, qd: the state, at t when called, at t + h then"
+    yield f"{', '.join(('q', 'qd', *(one.name for one in package.base)))}: the state, at t when called, at t + h then"
     if with_error:
-        yield "-> error: difference of q, then of qd, from the embedded method"
+        yield f"-> error: {error_meaning(package)}"

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 from symoro_elastic.codegen.c_lines import with_arguments
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.time_steps import MethodText, Terms, Variant, method_text
+from symoro_elastic.codegen.time_steps import (
+    WRENCH,
+    MethodText,
+    Terms,
+    Variant,
+    error_meaning,
+    method_text,
+    rows_of_nodes,
+)
 from symoro_elastic.integration.methods import METHODS
 
 
@@ -23,6 +31,7 @@ class NumpyStep:
     described: tuple[str, ...]
     arrays: str
     takes_dependent: bool
+    base: tuple[str, ...]
     needs: str
 
     @property
@@ -34,6 +43,21 @@ class NumpyStep:
     def stage_position(self) -> str:
         """The arguments for the position of a stage."""
         return "q, dependent" if self.takes_dependent else "q"
+
+    @property
+    def on_base(self) -> str:
+        """The arguments of a dynamic model for a floating base."""
+        return f"turned, V0, {WRENCH}[..., node, :], " if self.base else ""
+
+    @property
+    def found(self) -> str:
+        """The accelerations that a dynamic model finds."""
+        return "qdd, V0d" if self.base else "qdd"
+
+    @property
+    def carried(self) -> str:
+        """The positions and velocities that the method carries."""
+        return "x, v" if self.base else "q, qd"
 
     @property
     def gains(self) -> str:
@@ -64,17 +88,19 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
     of_rate = ("taud",) if method.kind == "rosenbrock" else ()
-    arrays = [*variant.of_nodes, *variant.of_step, *of_rate]
+    arrays = [*rows_of_nodes(variant, package), *variant.of_step, *of_rate]
     dependent = ["q_dep"] if package.takes_dependent else []
+    base = tuple(one.name for one in package.base)
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
     return NumpyStep(
         method=method,
         variant=variant,
         with_error=with_error,
-        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, "p=DEFAULTS"], "):"),
+        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, *base, "p=DEFAULTS"], "):"),
         described=tuple(_described(method, variant, with_error, package)),
-        arrays=", ".join(["h", "q", "qd", *arrays]),
+        arrays=", ".join(["h", "q", "qd", *arrays, *base]),
         takes_dependent=package.takes_dependent,
+        base=base,
         needs=NEEDS[method.kind],
     )
 
@@ -90,15 +116,18 @@ NEEDS = {
 
 def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
     motors = len(package.motor_names)
-    rows = ", ".join(variant.of_nodes)
-    yield f"{rows} (..., {len(method.nodes)}, {motors}): a row for each of the times {', '.join(method.times)}."
+    rows, times = ", ".join(variant.of_nodes), ", ".join(method.times)
+    yield f"{rows} (..., {len(method.nodes)}, {motors}): a row for each of the times {times}."
+    if package.base:
+        yield f"f0 (..., {len(method.nodes)}, 6): the wrench on the base at these times, in its axes."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":
         yield f"taud ({motors}): derivative by time of the torques at t, that of kp r + kd rd with it."
     dependent = ", q_dep" if package.takes_dependent else ""
-    error = "; difference of q, then of qd, from the embedded method" if with_error else ""
-    yield f"-> q, qd{dependent} at t + h{error}"
+    base = "".join(f", {one.name}" for one in package.base)
+    error = f"; {error_meaning(package)}" if with_error else ""
+    yield f"-> q, qd{dependent}{base} at t + h{error}"
 
 
 def _tables(method: MethodText) -> dict[str, str]:

@@ -121,7 +121,8 @@ class Package:
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
     shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
-    without a variable of their own that move, by name. `steps` names the methods of time steps.
+    without a variable of their own that move, by name. `steps` names the methods of time steps, `base` the arguments
+    that are the state of a floating base in them: orientation, position, velocity.
     """
 
     name: str
@@ -140,6 +141,7 @@ class Package:
     driven: tuple[Axis, ...] | None = None
     following: tuple[tuple[str, str], ...] = ()
     steps: tuple[str, ...] = ()
+    base: tuple[Argument, ...] = ()
 
     @property
     def takes_dependent(self) -> bool:

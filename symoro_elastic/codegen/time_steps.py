@@ -33,6 +33,8 @@ class Variant:
         return "inverse_dynamics" if self is DRIVEN else "direct_dynamics"
 
 
+WRENCH, DEGREES = "f0", 6
+"""The wrench on a floating base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd")
@@ -94,8 +96,27 @@ def variants(method: Method, package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
     if not package.motors or not package.has_motors_in_q:
         return (TORQUE,)
-    follows = len(package.motors) < len(package.axes) and not isinstance(method, Rosenbrock | Midpoint)
+    moves = bool(package.base) or len(package.motors) < len(package.axes)
+    follows = moves and not isinstance(method, Rosenbrock | Midpoint)
     return (TORQUE, SERVO, DRIVEN) if follows else (TORQUE, SERVO)
+
+
+def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
+    """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on a floating base."""
+    of_motors = dict.fromkeys(variant.of_nodes, len(package.motor_names))
+    return of_motors | ({WRENCH: DEGREES} if package.base else {})
+
+
+def entries_of_state(package: Package) -> int:
+    """Return the positions that a method carries: the coordinates of a floating base, then the joints."""
+    return (DEGREES if package.base else 0) + len(package.axes)
+
+
+def error_meaning(package: Package) -> str:
+    """Return what the error of a step holds, in words."""
+    if package.base:
+        return "difference of the base's pose in its axes, q, V0, then of qd, from the embedded method"
+    return "difference of q, then of qd, from the embedded method"
 
 
 class Literals:

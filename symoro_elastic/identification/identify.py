@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.numerics.independent_joints import moved_by
 from symoro_elastic.progress import Announce, announce_nothing
+from symoro_elastic.results import Result
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.time_series.measurements import Measurements
 
@@ -110,8 +112,8 @@ class Equations:
         return [average(x, chosen) if chosen else x for x in (motion.t[piece], *both)]
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Result):
     """What was found: the estimation, the rows it used (t, tau measured, averages), the filter, notes, what springs
     and dampers exert by the estimates (rows, n), neutral positions and their standard deviations."""
 
@@ -133,6 +135,23 @@ class Identification:
     def estimates(self) -> tuple[Estimate, ...]:
         """One for each parameter or group."""
         return self.estimation.estimates
+
+    @property
+    def headline(self) -> str:
+        """Machine, parameters and samples."""
+        return f"Identification of {self.machine.name}: {len(self.estimates)} parameters from {len(self.t)} samples"
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each parameter or group: label, formula, value, standard deviation, unit, verdict."""
+        found = self.estimates
+        return {
+            "label": [e.unknown.label for e in found],
+            "formula": [e.unknown.formula for e in found],
+            "value": [e.value for e in found],
+            "std": [e.std for e in found],
+            "unit": [e.unknown.unit for e in found],
+            "verdict": [str(e.verdict) for e in found],
+        }
 
 
 def identify(

@@ -73,3 +73,12 @@ def _figures(fit: Fit) -> dict[str, object]:
 
 def _finite(x: float) -> float | None:
     return x if math.isfinite(x) else None
+
+
+def neutral_positions(result: Identification) -> list[str]:
+    """Return a line for each spring with an identified neutral position."""
+    units = {joint.name: joint.unit for joint in result.machine.joints}
+    return [
+        f"neutral position of {name}: {q0:.5g} {units[name]}, std {std:.2g}"
+        for name, (q0, std) in result.neutral.items()
+    ]

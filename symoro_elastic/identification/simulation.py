@@ -10,6 +10,7 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.integration.explicit import step
 from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.numerics.assembled_states import start_of
@@ -64,7 +65,7 @@ def simulate(
 
     Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
     qdd of the motors; `start` is the position at rest (0, or where loops start, unless given; motors on the
-    reference). Raises `InputError` for loops without closed form, and motors that loops move.
+    reference). Raises `InputError` for floating bases, loops without closed form, motors that loops move.
     """
     _refuse(machine)
     model, motors = numpy_model(machine), list(machine.motor_entries)
@@ -96,6 +97,7 @@ def simulate(
 
 
 def _refuse(machine: Machine) -> None:
+    refuse_floating(machine, "simulation")
     if Bound(machine).takes_dependent:
         raise machine.error("simulation", "its loops have no closed form, and nothing here assembles them at each step")
     if set(machine.motors) & set(machine.dependent):

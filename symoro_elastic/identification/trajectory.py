@@ -141,12 +141,17 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
 
 def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> None:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv, with units, or .npz; raises `InputError`."""
-    names = [joint.name for joint in machine.motor_joints]
-    blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
     units = {"t": "s"}
     for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
         units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in machine.motor_joints}
-    write_columns(columns_of(trajectory.t, *blocks), path, units)
+    write_columns(columns(trajectory, machine), path, units)
+
+
+def columns(trajectory: Trajectory, machine: Machine) -> dict[str, Array]:
+    """Return t, q_<motor>, qd_<motor>, qdd_<motor>, a row a sample."""
+    names = [joint.name for joint in machine.motor_joints]
+    blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
+    return columns_of(trajectory.t, *blocks)
 
 
 def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from symoro_elastic.machine.columns import Cell, Dimension, cells, columns
@@ -14,9 +13,8 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, did_you_mean, free_name, quoted, reserved
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import Models, resolve
+from symoro_elastic.machine.unit_checks import Doubt, UnitsOfNames, parameter_faults
 
-NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
-NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
 MOST_JOINTS = 1000
 """Rows of a table; the models of larger ones take hours."""
 
@@ -36,13 +34,17 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     _refuse(machine, cut_faults(machine), loop_faults(machine, taken))
     _check_declared(machine)
     _refuse(machine, cell_faults(machine))
-    _check_units(machine)
+    _refuse(machine, (), parameter_faults(machine))
+    doubts = [*_doubts(machine)]
+    _refuse(machine, (), ((place, doubt.what) for place, doubt in doubts if doubt.is_certain))
     values = parameter_values(machine)
     _check_values(machine, values)
     _refuse(machine, share_faults(machine, values), start_faults(machine, values))
     if machine.scene is not None:
         resolve(machine.scene, machine, models)
-    return [*machine.remarks, *warnings(machine, values), *share_warnings(machine), *loop_warnings(machine)]
+    of_units = [f"{place}: {doubt.what}" for place, doubt in doubts]
+    lines = [*machine.remarks, *warnings(machine, values), *of_units]
+    return [*lines, *share_warnings(machine), *loop_warnings(machine)]
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:
@@ -53,17 +55,27 @@ def place_of(j: int, joint: Joint, key: str = "") -> str:
 
 def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
     """Every expression of the machine over its parameters, with its place."""
-    return ((place, formula) for place, _, formula in _cells(machine))
+    return ((place, formula) for place, _, _, formula in _cells(machine))
 
 
-def _cells(machine: Machine) -> Iterator[tuple[str, Cell, Formula]]:
-    """Every cell of the machine, with its place."""
+def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]]:
+    """Every cell of the machine, with its place and its joint, if it is that of one."""
     for j, joint in enumerate(machine.joints, start=1):
         place = place_of(j, joint)
-        yield from ((f"{place}, {cell.label}", cell, formula) for cell, formula in cells(joint))
+        yield from ((f"{place}, {cell.label}", joint, cell, formula) for cell, formula in cells(joint))
     if machine.floating:
-        yield from ((f"base, {cell.label}", cell, formula) for cell, formula in cells(machine.floating.body))
-    yield from ((cell.label, cell, formula) for cell, formula in cells(machine.base))
+        yield from ((f"base, {cell.label}", None, cell, formula) for cell, formula in cells(machine.floating.body))
+    yield from ((cell.label, None, cell, formula) for cell, formula in cells(machine.base))
+
+
+def _doubts(machine: Machine) -> Iterator[tuple[str, Doubt]]:
+    """What is wrong or doubtful about units of formulas, with its place."""
+    units = UnitsOfNames(machine)
+    for place, joint, cell, formula in _cells(machine):
+        if formula.names:
+            unit = joint.unit_of(cell) if joint else cell.column.dimension.units[0]
+            position = joint is not None and cell.column.key == SELECTED.get(joint.sigma)
+            yield from ((place, doubt) for doubt in units.doubts(formula, unit, gives_position=position))
 
 
 def refuse_floating(machine: Machine, place: str) -> None:
@@ -199,7 +211,7 @@ def _of_joint(machine: Machine, name: str) -> str:
 
 
 def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
-    for place, cell, formula in _cells(machine):
+    for place, _, cell, formula in _cells(machine):
         if formula.is_zero:
             continue
         try:
@@ -223,11 +235,3 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
     if tree[0] == "/" and parts[1] == 0:
         raise FormulaError("division by zero")
     return None if None in parts else Formula(tree[0], tree).table_value(values)
-
-
-def _check_units(machine: Machine) -> None:
-    """Refuse parameters in units other than SI: values are not converted."""
-    for parameter in machine.parameters:
-        if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
-            what = f"its unit is {quoted(parameter.unit)}, but nothing converts values: write it in m, kg, s, rad, N"
-            raise machine.error(f"parameter {parameter.name}", what)

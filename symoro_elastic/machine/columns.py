@@ -26,6 +26,7 @@ class Dimension(Enum):
     """Physical dimension of a number: its unit at a revolute and at a prismatic joint."""
 
     NUMBER = "number", ""
+    RATIO = "ratio of a gear", "rad/rad", "rad/m"
     ANGLE = "angle", "rad"
     LENGTH = "length", "m"
     MASS = "mass", "kg"

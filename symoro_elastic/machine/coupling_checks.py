@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.formula import Formula, Tree
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import quoted
 
 Fault = tuple[str, str]
 """Key of a joint, and what is wrong with it."""
-LENGTHS = ("an angle", "a length")
 
 
 def row_faults(joint: Joint) -> Iterator[Fault]:
@@ -38,7 +37,7 @@ def _on_coupled(joint: Joint) -> Iterator[tuple[str, str]]:
 def cell_faults(machine: Machine) -> Iterator[tuple[int, Fault]]:
     """Faults of cells that hold the variables of other joints, with the number of the joint.
 
-    Doubled own variables, coupled joints that follow nothing, angles added to lengths, and cycles.
+    Doubled own variables, coupled joints that follow nothing, and cycles.
     """
     for j in machine.articulated:
         joint = machine.joint(j)
@@ -48,7 +47,6 @@ def cell_faults(machine: Machine) -> Iterator[tuple[int, Fault]]:
         if joint.kind == Kind.COUPLED and names.isdisjoint(machine.variables):
             what = f"{quoted(joint.selected)} holds no variable of another joint"
             yield j, (key, f"{what}: a joint that does not move is fixed, with sigma = 2")
-        yield from ((j, (key, what)) for what in _mixed_units(machine, joint))
     yield from _cycle(machine)
 
 
@@ -68,42 +66,6 @@ def _cycle(machine: Machine) -> Iterator[tuple[int, Fault]]:
         needed = [*(str(machine.joint(other).variable) for other in others), cell]
         if others:
             yield j, (cell, f"{cell} needs {', which needs '.join(needed)}: break the cycle")
-
-
-def _mixed_units(machine: Machine, joint: Joint) -> Iterator[str]:
-    """Angles that are added to lengths as they are; a factor of any kind may be a radius or a pitch."""
-    variables = machine.variables
-    sigmas = {name: machine.joint(variables[name]).sigma for name in joint.selected.names if name in variables}
-    for sigma, sum_ in _sums(joint.selected.tree, joint.sigma):
-        bare = [str(tree[1]) for tree in sum_ if tree[0] == "name" and tree[1] in sigmas]
-        kinds = {sigmas[name] for name in bare} | ({sigma} if sigma is not None else set())
-        if len(kinds) > 1:
-            other = next(name for name in bare if sigmas[name] != (sigma if sigma is not None else 1))
-            yield f"{_added(other, sigmas)} in {quoted(joint.selected)}: a radius or a pitch is missing, as in R*q1"
-            return
-
-
-def _added(name: str, sigmas: Mapping[str, int]) -> str:
-    sigma = sigmas[name]
-    return f"{name} is {LENGTHS[sigma]}, added to {LENGTHS[1 - sigma]}"
-
-
-def _sums(tree: Tree, sigma: int | None) -> Iterator[tuple[int | None, list[Tree]]]:
-    """The terms of a formula, with the type of joint whose position they add up to, and of all sums within them."""
-    terms = [*_terms(tree)]
-    yield sigma, terms
-    for term in terms:
-        for part in term[1:]:
-            if isinstance(part, tuple):
-                yield from _sums(part, None)
-
-
-def _terms(tree: Tree) -> Iterator[Tree]:
-    if tree[0] in ("+", "-", "neg"):
-        for part in tree[1:]:
-            yield from _terms(part)
-    else:
-        yield tree
 
 
 def share_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[tuple[int, Fault]]:

@@ -27,6 +27,8 @@ SMALLEST, LARGEST = 1e-100, 1e50
 """Of a number of a table that is not zero, in SI units: products of such numbers stay within double precision."""
 FUNCTIONS = {"sin": 1, "cos": 1, "tan": 1, "sqrt": 1, "atan2": 2}
 PI = ("pi", "Pi")
+BINDING = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "power": 4}
+"""How strongly operations bind; numbers, names and functions bind most."""
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|[-+*/^(),]))",
@@ -62,7 +64,7 @@ class Formula:
     @cached_property
     def names(self) -> frozenset[str]:
         """Names of the parameters and variables that occur."""
-        return frozenset(_names(self.tree))
+        return frozenset(names_in(self.tree))
 
     @property
     def is_zero(self) -> bool:
@@ -120,6 +122,27 @@ def refuse_range(x: float) -> None:
         raise FormulaError(f"{x:g} is out of range ({SMALLEST:g} to {LARGEST:g}): check the units")
 
 
+def written(tree: Tree, within: int = 0) -> str:
+    """The text of a part of an expression for messages, numbers to six digits; in brackets where it binds weaker."""
+    operation, *parts = tree
+    strength = BINDING.get(operation, 5)
+    match operation:
+        case "number":
+            text, strength = f"{float(parts[0]):g}", 5 if parts[0] >= 0 else 3
+        case "pi" | "name":
+            text = str(parts[0]) if parts else "pi"
+        case "neg":
+            text = f"-{written(parts[0], 4)}"
+        case "power":
+            text = f"{written(parts[0], 5)}^{parts[1] if parts[1] >= 0 else f'({parts[1]})'}"
+        case "+" | "-" | "*" | "/":
+            sign = f" {operation} " if strength == 1 else operation
+            text = f"{written(parts[0], strength)}{sign}{written(parts[1], strength + 1)}"
+        case _:
+            text = f"{operation}({', '.join(map(written, parts))})"
+    return f"({text})" if strength < within else text
+
+
 def _plain_number(value: SupportsFloat) -> str:
     if isinstance(value, Fraction):
         return str(value)
@@ -145,10 +168,11 @@ def _tangent(angle: SupportsFloat) -> float:
     return math.tan(x)
 
 
-def _names(tree: Tree) -> set[str]:
+def names_in(tree: Tree) -> set[str]:
+    """Names in a part of an expression."""
     if tree[0] == "name":
         return {tree[1]}
-    return {name for part in tree[1:] if isinstance(part, tuple) for name in _names(part)}
+    return {name for part in tree[1:] if isinstance(part, tuple) for name in names_in(part)}
 
 
 def _degree(tree: Tree) -> int:

@@ -35,7 +35,7 @@ def _freed(joint: Joint, j: int, sections: Collection[str], used: dict[str, str]
             return formula
         name = _unused(f"{_stem(cell)}{j}", used)
         used[name] = IN_USE
-        named.append(Parameter(name, formula, cell.column.dimension.units[joint.sigma == 1]))
+        named.append(Parameter(name, formula, joint.unit_of(cell)))
         return Formula.parse(name)
 
     return with_cells(joint, free)

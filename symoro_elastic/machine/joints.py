@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from symoro_elastic.machine.columns import AXES, TENSOR, Column, Dimension, column
+from symoro_elastic.machine.columns import AXES, TENSOR, Cell, Column, Dimension, column
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.quantities.units import FORCE, POSITION
 
@@ -209,11 +209,12 @@ class Joint:
         *(Dimension.ROTOR_INERTIA, "motors", "IA"),
         symbol="Ia",
         tunable=True,
-        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio",
+        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio; on a coupled "
+        "joint it turns with that joint, and is counted beside the body of the row",
         example="1.2",
     )
     ratio: Formula = column(
-        *(Dimension.NUMBER, "motors", "ratio"),
+        *(Dimension.RATIO, "motors", "ratio"),
         meaning="turns of the rotor for one of the joint, rad/m where it slides: rotor_inertia is then that of the "
         "rotor about its own axis, kg m2",
         example="100",
@@ -247,6 +248,11 @@ class Joint:
     def unit(self) -> str:
         """Unit of the joint variable: m where the joint is prismatic, else rad."""
         return POSITION.of(int(self.sigma == 1))
+
+    def unit_of(self, cell: Cell) -> str:
+        """Unit of one of its cells; empty for a number without unit."""
+        of_rotor = cell.column.dimension is Dimension.ROTOR_INERTIA and not self.ratio.is_zero
+        return cell.column.dimension.units[int(self.sigma == 1 and not of_rotor)]
 
     @property
     def force_unit(self) -> str:

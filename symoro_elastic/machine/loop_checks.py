@@ -179,7 +179,18 @@ def loop_warnings(machine: Machine) -> list[str]:
         other = seen.setdefault(machine.around(loop), loop.name)
         if other != loop.name:
             lines.append(f"loop {loop.name}: it closes around the same joints as loop {other}: closed twice?")
-    if machine.extras.get("Type") == "2" and not machine.loops:
+    return lines + [f"Type = {said}: {what}" for said, what in _structure(machine)]
+
+
+def _structure(machine: Machine) -> Iterator[Fault]:
+    """The type of structure that a .par file gives, where it is not that of its rows."""
+    said, count = machine.extras.get("Type", ""), len(machine.loops)
+    if said == "2" and not count:
         what = "a .par file with closed loops has NJ > NL, with rows for cut joints and for the frames that they meet"
-        lines.append(f"Type = 2: there is no closed loop, the machine is taken as a tree; {what}")
-    return lines
+        yield said, f"there is no closed loop, the machine is taken as a tree; {what}"
+    if said in ("0", "1") and count:
+        kind, loops = "a chain" if said == "0" else "a tree", "a closed loop" if count == 1 else f"{count} closed loops"
+        yield (
+            said,
+            f"that is {kind}, but NJ > NL: the machine is taken with {loops}; write Type = 2, or leave those rows out",
+        )

@@ -30,6 +30,7 @@ from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.wanted import Wanted
+from symoro_elastic.results import Part, Shown, Titled
 
 __all__ = [
     "BASE_PARAMETERS",
@@ -125,8 +126,8 @@ class Floating:
     body: Body = Body()
 
 
-@dataclass(frozen=True)
-class Machine:
+@dataclass(frozen=True, repr=False)
+class Machine(Shown):
     """A tree of bodies joined by motors, springs, passive and coupled joints and fixed frames, closed by `loops`.
 
     `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
@@ -152,6 +153,21 @@ class Machine:
     wanted: Wanted | None = None
     static: dict[int, Joint] = field(default_factory=dict)
     remarks: tuple[str, ...] = field(default=(), compare=False)
+
+    @property
+    def headline(self) -> str:
+        """Its name, and how many joints and motors it has."""
+        counts = {"coordinate": len(self.moving), "motor": len(self.motors), "spring": len(self.elastic)}
+        counts |= {"row": len(self.joints), **({"loop": len(self.loops)} if self.loops else {})}
+        numbered = (f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items())
+        return f"Machine {self.name}: {', '.join(numbered)}"
+
+    def parts(self) -> list[Part]:
+        """Return the table of geometric parameters, and the values of named parameters."""
+        from symoro_elastic.machine.table import machine_table
+
+        values = (f"{p.name} = {p.value or 'no value'} {p.unit}".rstrip() for p in self.parameters)
+        return [self.headline, Titled(machine_table(self), self.name, keys=2), *values]
 
     @property
     def is_grouped(self) -> bool:

@@ -22,7 +22,13 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     lines = [f"base: {line}" for line in _inertia(machine.floating.body, values)] if machine.floating else []
     for j, joint in enumerate(machine.joints, start=1):
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
-        found = (*_angles(joint, values), *inertia, *_without_effect(joint), *_gears(joint, values))
+        found = (
+            *_angles(joint, values),
+            *inertia,
+            *_without_effect(joint),
+            *_doubled_rotor(joint),
+            *_gears(machine, joint, values),
+        )
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
     return lines + _moving_nothing(machine, values)
 
@@ -191,7 +197,33 @@ def _without_effect(joint: Joint) -> Iterator[str]:
         yield "rotor inertia on an elastic joint: kept, and counted in its inertia"
 
 
-def _gears(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
+def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
+    """Ratios, and cells of joints that turn with others, beyond those of gears."""
     ratio = _value(joint.ratio, values)
     if ratio is not None and abs(ratio) > FAST:
         yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"
+    turning = sorted(name for name, j in machine.variables.items() if machine.joint(j).sigma == 0)
+    leaders = [name for name in turning if name in joint.selected.names]
+    for name in leaders if joint.sigma == 0 else ():
+        rate = _rate(joint.selected, name, {**dict.fromkeys(leaders, 0.0), **values})
+        if rate > FAST:
+            yield f"theta = {joint.selected}: the joint turns {rate:g} times as fast as {name}; is this meant?"
+        if 0 < rate * FAST < 1 and len(leaders) == 1:
+            yield f"theta = {joint.selected}: {name} turns {1 / rate:g} times as fast as the joint; is this meant?"
+
+
+def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
+    """The size of the rate at which a formula changes with one name; 0 where that varies or is not known."""
+    here, there, further = (_value(formula, {**values, name: x}) for x in (0.0, 1.0, 3.0))
+    if here is None or there is None or further is None:
+        return 0.0
+    rate = there - here
+    return abs(rate) if math.isclose(further - here, 3 * rate, rel_tol=ROUNDING) else 0.0
+
+
+def _doubled_rotor(joint: Joint) -> Iterator[str]:
+    """A coupled joint whose row has the body of a rotor, and a rotor inertia beside it."""
+    XX, XY, XZ, YY, YZ, ZZ = joint.body.inertia
+    balanced = XX.tree == YY.tree and all(x.is_zero for x in (XY, XZ, YZ, *joint.body.moments[:2]))
+    if joint.kind == Kind.COUPLED and balanced and not (ZZ.is_zero or joint.rotor_inertia.is_zero):
+        yield "inertia ZZ of the body and rotor_inertia are both counted: one of them where they are of the same rotor"

@@ -69,11 +69,27 @@ class AppliedForce:
 
 
 @dataclass(frozen=True)
+class BaseStart:
+    """Start of a floating base, and the wrench on it, which stays.
+
+    `position` of its origin in the world, m. `orientation` is a quaternion w x y z or a rotation to axes of the world,
+    row by row. `velocity` (m/s, rad/s) and `wrench` (N, N m; weight is no part of it) have six entries each, in axes
+    of the base.
+    """
+
+    position: tuple[float, ...] = (0.0,) * 3
+    orientation: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+    velocity: tuple[float, ...] = (0.0,) * 6
+    wrench: tuple[float, ...] = (0.0,) * 6
+
+
+@dataclass(frozen=True)
 class PrescribedMotion:
     """Motion of the motors over `duration` s: the sum of moves, wobbles and the record in `file`.
 
     `start` gives joints (motors, or others where the search for the equilibrium begins) their position, rad or m.
-    `servo` maps motors to their servos; where it is empty, motors follow exactly. `source` is the file, and
+    `servo` maps motors to their servos; where it is empty, motors follow exactly. `base` is None where the file says
+    nothing of a floating base. `source` is the file, and
     `place` the table in it, in which the motion stands.
     """
 
@@ -84,6 +100,7 @@ class PrescribedMotion:
     file: str = ""
     servo: dict[str, Servo] = field(default_factory=dict)
     forces: tuple[AppliedForce, ...] = ()
+    base: BaseStart | None = None
     source: str = field(default="", compare=False)
     place: str = field(default="motion", compare=False)
 

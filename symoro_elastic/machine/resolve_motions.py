@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from operator import mul
 from typing import TypeVar
 
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.machine.prescribed_motion import AppliedForce, Gains, Move, PrescribedMotion, Servo, Wobble
+from symoro_elastic.machine.prescribed_motion import (
+    AppliedForce,
+    BaseStart,
+    Gains,
+    Move,
+    PrescribedMotion,
+    Servo,
+    Wobble,
+)
 from symoro_elastic.machine.resolve import joints_by_any_name
 from symoro_elastic.machine.wanted import Wanted
 
@@ -16,6 +26,8 @@ LARGEST = 1e9
 """Of a position, a stroke or a force that is given, SI units."""
 ROUNDED = 1e-12
 """Of a duration: sums of times are rounded."""
+NOT_TURNED = 1e-3
+"""Of the numbers of a rotation: written with few digits they are still read as one."""
 PERIODS = 2
 """Of a wobble: one to fade in, one to fade out."""
 Fault = tuple[str, str]
@@ -38,6 +50,8 @@ def resolve_motion(motion: PrescribedMotion, machine: Machine) -> PrescribedMoti
         servo=names.servos(motion.servo),
         forces=tuple(replace(x, at=names.frame(x.at, f"forces {k}, at")) for k, x in enumerate(motion.forces, 1)),
     )
+    if motion.base and machine.floating is None:
+        raise motion.error("base", "the base of the machine is fixed: leave it out, or give floating in [base]")
     for key, what in _faults(resolved):
         raise motion.error(key, what)
     return resolved
@@ -109,6 +123,23 @@ def _faults(motion: PrescribedMotion) -> Iterator[Fault]:
     for k, force in enumerate(motion.forces, 1):
         yield from (fault for x in force.wrench for fault in _too_large(f"forces {k} ({force.at})", x))
         yield from _outside(f"forces {k} ({force.at})", force, motion.duration)
+    yield from _of_base(motion.base or BaseStart())
+
+
+def _of_base(base: BaseStart) -> Iterator[Fault]:
+    for field in fields(base):
+        yield from (fault for x in getattr(base, field.name) for fault in _too_large(f"base, {field.name}", x))
+    if len(base.orientation) == 4:
+        length = math.hypot(*base.orientation)
+        if not abs(length - 1) <= NOT_TURNED:
+            yield "base, orientation", f"the length of the quaternion is {length:.4g}: make it 1"
+        return
+    rows = [base.orientation[k : k + 3] for k in (0, 3, 6)]
+    worst = max(abs(sum(map(mul, a, b)) - (a is b)) for a in rows for b in rows)
+    a, b, c = rows
+    volume = sum(a[k] * (b[k - 2] * c[k - 1] - b[k - 1] * c[k - 2]) for k in range(3))
+    if not (worst <= NOT_TURNED and volume > 0):
+        yield "base, orientation", "this is no rotation: give a right-handed orthogonal matrix, row by row"
 
 
 def _too_large(key: str, x: float) -> Iterator[Fault]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from symoro_elastic.array_types import Array
 from symoro_elastic.integration.methods import METHODS, share_of_halving
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -31,6 +33,7 @@ from symoro_elastic.model_ladder.resolution import resolved_path
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_motors
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
@@ -92,8 +95,8 @@ class Rung:
         )
 
 
-@dataclass(frozen=True)
-class Ladder:
+@dataclass(frozen=True, repr=False)
+class Ladder(Result):
     """All rungs of a machine for its motions, the rung that is chosen, and the whole machine with RK4 to compare with.
 
     `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
@@ -115,6 +118,30 @@ class Ladder:
         rung = self.rungs[self.chosen or 0]
         return self.full.cost / rung.chosen.cost if rung.chosen else 1.0
 
+    @property
+    def headline(self) -> str:
+        """Machine, rungs and the chosen one."""
+        choice = "none fits" if self.chosen is None else f"{self.chosen} chosen, {self.saving:.3g} times less work"
+        return f"Ladder of {self.machine.name}: {len(self.rungs)} rungs, {choice}"
+
+    def parts(self) -> list[Part]:
+        """Return the table of rungs, the advice, and what single precision costs."""
+        from symoro_elastic.model_ladder.tables import advice, arithmetic_line, ladder_table
+
+        lines = [advice(self), arithmetic_line(self)]
+        return [Titled(ladder_table(self), self.headline), *(line for line in lines if line)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all rungs as plain data."""
+        from symoro_elastic.model_ladder.tables import ladder_json
+
+        return ladder_json(self)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each rung, as in `as_json`."""
+        rungs = self.as_json()["rungs"]
+        return {key: [rung[key] for rung in rungs] for key in rungs[0]}
+
 
 def ladder(
     machine: Machine,
@@ -125,6 +152,7 @@ def ladder(
     progress: Progress = no_progress,
 ) -> Ladder:
     """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
+    refuse_floating(machine, "ladder")
     announce("predict")
     references = tuple(reference_of(machine, motion) for motion in motions)
     climb = _Climb(machine, references, tolerance, period)

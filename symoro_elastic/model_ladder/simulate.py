@@ -17,16 +17,16 @@ from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
 from symoro_elastic.integration.rosenbrock import RODAS4
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.model_ladder.path import LinearPath, linear_path
 from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative
 from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
-from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still, ways_of
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
 from symoro_elastic.simulation.reference import Reference
@@ -79,7 +79,10 @@ class Simulating:
 
     @property
     def is_predicted(self) -> bool:
-        """Whether there is a linear model along the motion: not where joints depend on others, nor for long motions."""
+        """Whether there is a linear model along the motion.
+
+        Not on a floating base or where joints depend on others, nor for long motions.
+        """
         return self._path is not None
 
     @property
@@ -90,7 +93,7 @@ class Simulating:
 
     @cached_property
     def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:
-        if self._linear or self.machine.is_coupled:
+        if self._linear or self.machine.is_coupled or self.machine.floating:
             return self._linear
         allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
         path = path_if_resolved(self.reference, allowed)
@@ -138,7 +141,7 @@ class Simulating:
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        if not isinstance(method, Tableau) or self.machine.is_coupled:
+        if not isinstance(method, Tableau) or self.machine.is_coupled or self.machine.floating:
             return math.inf
         return largest_stable_step(method, self.poles)
 
@@ -157,7 +160,7 @@ class Simulating:
     @cached_property
     def cost(self) -> StepCost:
         """Operations of steps."""
-        return StepCost(self.machine, Motors.DRIVEN if self.reference.servo is None else Motors.SERVO)
+        return StepCost(self.machine, ways_of(self.reference))
 
     def cheapest(self) -> str:
         """Return the method whose steps suffice with the fewest operations."""
@@ -372,6 +375,7 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
 
 
 def _free_joints(reference: Reference) -> tuple[str, ...]:
-    """Return the positions of the joints that do not follow exactly."""
+    """Return the pose of a floating base, and the positions of the joints that do not follow exactly."""
     exact = () if reference.servo else reference.motors
-    return tuple(f"{joint.name}.q" for joint in reference.machine.moving_joints if joint.name not in exact)
+    joints = tuple(f"{joint.name}.q" for joint in reference.machine.moving_joints if joint.name not in exact)
+    return (*(COORDINATES if reference.machine.floating else ()), *joints)

@@ -13,6 +13,7 @@ from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.simulation.adaptive import Adapted, CompiledMotion, integrated, method_for
+from symoro_elastic.simulation.adaptive_on_base import compiled_motion
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.events import level_of
 from symoro_elastic.simulation.reference import Reference
@@ -39,7 +40,7 @@ def simulate_adaptively(
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")
     with TemporaryDirectory() as folder:
-        system = CompiledMotion(reference, Path(folder))
+        system = compiled_motion(reference, Path(folder))
         method = method_for(system)
         runs = []
         for precision in PRECISIONS:

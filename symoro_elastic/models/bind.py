@@ -261,9 +261,10 @@ class Bound(Cells):
     def gravity(self) -> Vector:
         """Acceleration of gravity in frame 0; that of a floating base is turned."""
         found = self.vector(self.machine.base.gravity)
-        return self._rotation().T * found if self.machine.floating else found
+        return self.base_rotation.T * found if self.machine.floating else found
 
-    def _rotation(self) -> Matrix:
+    @property
+    def base_rotation(self) -> Matrix:
         """From the axes of a floating base to those of the world."""
         if self.machine.floating and self.machine.floating.orientation is Orientation.QUATERNION:
             return rotation_of(self.on_base["Q0"])

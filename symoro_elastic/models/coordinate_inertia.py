@@ -1,12 +1,21 @@
-"""The inertia matrix over the independent variables."""
+"""The inertia matrix and velocity forces over the independent variables."""
 
 from __future__ import annotations
 
+from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.lagrange import InertiaMatrix, inertia_matrix, of_coordinates
+from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.scalar import Scalar
 
 
 def coordinate_inertia(bound: Bound) -> InertiaMatrix:
     """A over the independent variables: S^T A S of that of the tree (L21)."""
     found = inertia_matrix(bound.without_tip_angles)
     return of_coordinates(found, bound.coordinates.S, bound.machine.moving) if bound.machine.is_coupled else found
+
+
+def coordinate_velocity_forces(bound: Bound) -> dict[int, Scalar]:
+    """Coriolis and centrifugal forces by independent joint, on a base at rest: S^T of those of the tree (L20)."""
+    found = dynamics(without_loads(bound.without_tip_angles), bound.rates(), bound.held_rules())
+    return bound.on_independent(found.Gamma)

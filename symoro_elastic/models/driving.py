@@ -51,9 +51,11 @@ def independent_motors(bound: Bound, rows: Mapping[int, Mapping[int, Scalar]]) -
 
 
 def _too_many(machine: Machine, motors: int, freedoms: int) -> str:
-    combinations = "combination" if freedoms == 1 else "combinations"
+    freedom, determined = "freedoms", "combinations of torques are"
+    if freedoms == 1:
+        freedom, determined = "freedom", "combination of torques is"
     return (
-        f"{motors} motors drive {freedoms} freedoms: only {freedoms} {combinations} of torques are determined; "
+        f"{motors} motors drive {freedoms} {freedom}: only {freedoms} {determined} determined; "
         "give sharing, or make the beam elastic"
     )
 

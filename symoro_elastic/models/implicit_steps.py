@@ -6,6 +6,7 @@ S = g D + g^2 K the system is
     (A + S) x = S r_v + g K r_q,    z_v = r_v - x,    z_q = r_q + g z_v:
 
 the direct model at rest, without loads, whose rotor inertias are Ia + S. What depends on q and g only is computed once.
+A floating base has six rows more, before those of the joints, without stiffness and damping.
 Where joints depend on others, A + S is the matrix over the independent variables, and is factored.
 """
 
@@ -20,7 +21,10 @@ from symoro_elastic.mechanics.coordinates import product
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, TorqueKnown, dynamics
 from symoro_elastic.mechanics.elimination import Rule
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
+from symoro_elastic.mechanics.floating_base import WrenchKnown
+from symoro_elastic.mechanics.lagrange import free_solution
 from symoro_elastic.mechanics.mechanism import without_loads
+from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Model, Result, TracedModel
@@ -51,11 +55,9 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
     """Return the models `implicit_factors` and `implicit_solve` of a machine."""
     bound = Bound(machine, folded)
     system = _System(bound, motors)
-    z_v = {j: r - system.x[j] for j, r in system.r_v.items()}
-    z_q = {j: system.r_q[j] + system.g * z_v[j] for j in z_v}
-    results = {"z_q": Result(machine.moving, tuple(z_q.values())), "z_v": Result(machine.moving, tuple(z_v.values()))}
+    results = system.results
     outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
-    entries = bound.arguments()
+    entries = bound.arguments() | system.sides
     late = {*entries["r_q"], *entries["r_v"]}
     cut = in_two_stages(bound.graph, prune(outputs, bound.names), late, "factors")
     first = _factors(motors, bound)
@@ -110,21 +112,36 @@ class _Diagonals:
 
 
 class _System:
-    """(A + S) x = S r_v + g K r_q of a bound machine."""
+    """(A + S) x = S r_v + g K r_q of a bound machine; a floating base, without springs, is before the joints."""
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
         self.g = bound.graph.symbol(bound.arguments()["g"][0])
+        on_base = [f"0_{k}" for k in range(1, 7)] if bound.machine.floating else []
+        self.sides = {
+            name: (*(stem + k for k in on_base), *bound.arguments()[name])
+            for name, stem in (("r_q", "rhq"), ("r_v", "rhv"))
+        }
+        self.rows = (0,) * len(on_base) + bound.machine.moving
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
-        self.x = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
+        self.x, self.x_0 = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
+
+    @property
+    def results(self) -> dict[str, Result]:
+        """z_v = r_v - x, z_q = r_q + g z_v."""
+        r_q, r_v = (list(map(self.bound.graph.symbol, self.sides[name])) for name in ("r_q", "r_v"))
+        x = [*(self.x_0.entries if self.bound.machine.floating else ()), *self.x.values()]
+        z_v = [r - change for r, change in zip(r_v, x, strict=True)]
+        z_q = [r + self.g * z for r, z in zip(r_q, z_v, strict=True)]
+        return {"z_q": Result(self.rows, tuple(z_q)), "z_v": Result(self.rows, tuple(z_v))}
 
     def _per_joint(self, argument: str) -> Scalars:
         names = self.bound.arguments()[argument]
         return dict(zip(self.bound.machine.moving, map(self.bound.graph.symbol, names), strict=True))
 
-    def _of_recursion(self) -> Scalars:
-        """By the direct model [28]-[36] with rotor inertias Ia + S."""
+    def _of_recursion(self) -> tuple[Scalars, Twist]:
+        """Joints and base by the direct model [28]-[36] with rotor inertias Ia + S."""
         bound, of = self.bound, self._diagonals()
         gK = {j: self.g * x for j, x in of.K.items()}
         S = {j: self.g * (of.D[j] + gK[j]) for j in gK}
@@ -135,9 +152,10 @@ class _System:
         for j in bound.machine.moving:
             torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
             rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
-        found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules)
+        base = WrenchKnown(NO_WRENCH) if bound.machine.floating else None
+        found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules, base)
         name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
-        return {j: found.qdd[j] for j in bound.machine.moving}
+        return {j: found.qdd[j] for j in bound.machine.moving}, Twist(found.vd[0], found.wd[0])
 
     def _name(self, gK: Mapping[int, Scalar], S: Mapping[int, Scalar]) -> None:
         section = Section("Implicit step: springs, dampers and servos as rotor inertias")
@@ -145,8 +163,8 @@ class _System:
             self.bound.names.give(gK[j], f"gK{j}", section)
             self.bound.names.give(S[j], f"Sg{j}", section)
 
-    def _of_matrix(self) -> Scalars:
-        """By factors of A + S over the independent variables."""
+    def _of_matrix(self) -> tuple[Scalars, Twist]:
+        """The same by factors of A + S over the independent variables."""
         bound, g = self.bound, self.g
         free = [j for j in bound.machine.moving if j not in self.held]
         K, D = self._matrices(free)
@@ -155,10 +173,14 @@ class _System:
         left = {i: {j: found.A[i][j] + S[i][j] for j in free} for i in free}
         factors = factorization(free[::-1], left, share_or_one)
         right = {i: product(S[i], self.r_v) + g * product(K[i], self.r_q) for i in free}
-        x = solution(factors, right)
+        x, x_0 = (
+            free_solution(factors, found, NO_WRENCH, right)[::-1]
+            if bound.machine.floating
+            else (solution(factors, right), AT_REST)
+        )
         name_composites(bound, found)
         name_factors(bound, factors, right, x)
-        return dict.fromkeys(bound.machine.moving, 0) | x
+        return dict.fromkeys(bound.machine.moving, 0) | x, x_0
 
     def _matrices(self, free: Sequence[int]) -> tuple[dict[int, Scalars], dict[int, Scalars]]:
         """K and D over the independent variables: S^T K S of those over own ones."""

@@ -1,8 +1,10 @@
 """Rotors behind gears: from which speed on their gyroscopic moments, which Ia leaves out, matter.
 
-A balanced rotor of inertia Z about its axis e, on bearings of body i, turns at s = c . ud relative to it. Its inertia
-as the joint feels it, Ia = c^2 Z, is exact at rest. In motion a moment Z s (w_i x e) acts on body i (L7), so that
-accelerations change by A^-1 J_i^T Z s (w_i x e), which grows with the square of the speed.
+A balanced rotor of inertia Z about its axis e, on bearings of body i, turns at s = c . ud relative to it. In motion a
+moment Z s (w_i x e) acts on body i (L7), of which its inertia as the joint feels it, Ia = c^2 Z, has no part. Where
+joints turn at rates in proportion to v it changes accelerations by A^-1 J_i^T Z s (w_i x e) = v^2 g. The result is an
+acceleration of 1 rad/s2 or 1 m/s2 and what the speeds cause, v^2 h with h = A^-1 H: the change is 1 % of it at
+v^2 = 0.01 / (|g| - 0.01 |h|), and never where that is negative.
 """
 
 from __future__ import annotations
@@ -16,18 +18,19 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.mechanics.coordinates import combination
 from symoro_elastic.mechanics.kinematics import frame_set, jacobian
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia, coordinate_velocity_forces
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 CHANGE = 0.01
-"""Of an acceleration of 1 rad/s2 or 1 m/s2."""
+"""Of an acceleration: of 1 rad/s2 or 1 m/s2, and what the speeds cause."""
 NONE = 1e-12
 POSITIONS, SEED = 8, 20264
 
@@ -36,9 +39,8 @@ POSITIONS, SEED = 8, 20264
 class Rotor:
     """A rotor behind a gear: the joint of its row, and whether it has a body there.
 
-    From `speed` on, rad/s or m/s of the two joints `turning`, its gyroscopic moment changes an acceleration by 0.01
-    rad/s2 or m/s2, in the worst of some positions. It is infinite where the moment does nothing in any of them, NaN
-    where parameters have no value.
+    From `speed` on, rad/s or m/s of the two joints `turning`, its gyroscopic moment changes an acceleration by 1 %, in
+    the worst of some positions. It is infinite where it never does in any of them, NaN where parameters have no value.
     """
 
     joint: str
@@ -50,17 +52,19 @@ class Rotor:
 def rotors(machine: Machine, position: Mapping[str, float]) -> list[Rotor]:
     """The rotors of a machine, at a position by joint and at some others; none on a floating base.
 
-    Of all pairs of joints at one speed, one of which the rotor follows, the worst one counts.
+    Of all pairs of joints at one speed, one of which the rotor follows, or follows the rotor, the worst one counts.
     """
-    rows = {j: machine.joint(j).kind is Kind.COUPLED for j in machine.articulated if _is_rotor(machine, j)}
+    rows = [j for j in machine.articulated if _is_rotor(machine, j)]
     if not rows or machine.floating:
         return []
     numbers = _Numbers(machine)
-    worst = {j: Rotor(machine.joint(j).name, has_body, math.inf, ()) for j, has_body in rows.items()}
+    numbers.move(_by_variable(machine, position))
+    rows = [j for j in rows if not numbers.is_driven_side(j)]
+    worst = {j: Rotor(machine.joint(j).name, _has_body(machine, j), math.inf, ()) for j in rows}
     for known in (_by_variable(machine, position), *_others(machine, position)):
         numbers.move(known)
-        for j, has_body in rows.items():
-            found = _rotor(machine, numbers, j, has_body)
+        for j in rows:
+            found = _rotor(machine, numbers, j)
             if not found.speed >= worst[j].speed:
                 worst[j] = found
     return list(worst.values())
@@ -82,10 +86,26 @@ def _others(machine: Machine, position: Mapping[str, float]) -> Iterator[dict[st
 
 
 def _is_rotor(machine: Machine, j: int) -> bool:
+    """Whether a joint may have the inertia of a rotor behind a gear: as a body, or as that of its motor."""
     joint = machine.joint(j)
+    with_ratio = not joint.ratio.is_zero or joint.kind is Kind.COUPLED
+    return _has_body(machine, j) or (with_ratio and not joint.rotor_inertia.is_zero)
+
+
+def _has_body(machine: Machine, j: int) -> bool:
+    """Whether the body of a row is a rotor: of a joint that follows others, or of a last one that others follow."""
+    joint = machine.joint(j)
+    if joint.sigma != 0 or not _is_balanced(joint.body):
+        return False
     if joint.kind is Kind.COUPLED:
-        return joint.sigma == 0 and _is_balanced(joint.body)
-    return not (joint.ratio.is_zero or joint.rotor_inertia.is_zero)
+        return True
+    return joint.ratio.is_zero and j not in machine.antecedents and _follower(machine, j) is not None
+
+
+def _follower(machine: Machine, j: int) -> int | None:
+    """The first joint whose cell holds the variable of another; None where there is none."""
+    name = machine.joint(j).variable
+    return next((k for k in machine.articulated if name in machine.joint(k).selected.names), None)
 
 
 def _is_balanced(body: Body) -> bool:
@@ -103,6 +123,9 @@ class _Numbers:
         self._values = {parameter.name: math.nan for parameter in machine.parameters} | parameter_values(machine)
         self._seen = frame_set(self.bound.mechanism, 0)
         self._inertia = coordinate_inertia(self.bound).A
+        forces = coordinate_velocity_forces(self.bound)
+        self._velocity_forces = [forces[k] for k in machine.moving]
+        self._rates = arguments(machine)["qd"]
         self._bearings: dict[int, list[Any]] = {}
         self.move({})
 
@@ -115,6 +138,12 @@ class _Numbers:
         """The inertia matrix over the independent variables."""
         k = self.machine.moving
         return self.array([[self._inertia[i][j] for j in k] for i in k])
+
+    def velocity_forces(self, rates: Array) -> Array:
+        """Coriolis and centrifugal forces, a column for each row of rates of the independent variables."""
+        known: dict[str, Any] = {**self._known, **dict(zip(self._rates, rates.T, strict=True))}
+        value: Any = evaluate(self._velocity_forces, known, FLOATS)
+        return np.array([value(x) + np.zeros(len(rates)) for x in self._velocity_forces])
 
     def array(self, cells: list[Any]) -> Array:
         """The numbers of nested lists of expressions."""
@@ -138,35 +167,49 @@ class _Numbers:
     def spin(self, j: int) -> tuple[Array, float]:
         """Rates of a rotor for a unit of each independent rate, and its inertia."""
         joint, row = self.machine.joint(j), self.bound.coordinates.S[j]
-        coupled = joint.kind is Kind.COUPLED
-        turns: Scalar = 1 if coupled else self.bound.cell(joint.ratio)
-        inertia = self.bound.cell(joint.body.inertia[5] if coupled else joint.rotor_inertia)
-        *c, Z = self.array([*(turns * row.get(k, 0) for k in self.machine.moving), inertia])
+        turns: Scalar = 1 if joint.ratio.is_zero else self.bound.cell(joint.ratio)
+        of_body = _has_body(self.machine, j)
+        inertia = self.bound.cell(joint.body.inertia[5] if of_body else joint.rotor_inertia)
+        *c, Z = self.array([*((1 if of_body else turns) * row.get(k, 0) for k in self.machine.moving), inertia])
         return np.array(c), float(Z)
 
+    def driven(self, j: int) -> tuple[int, float]:
+        """The joint that a rotor drives, and the rate of its own variable for a unit of that joint's rate.
 
-def _rotor(machine: Machine, numbers: _Numbers, j: int, has_body: bool) -> Rotor:
-    joint = machine.joint(j)
+        The joint itself and 1 unless the rotor is a body with an independent variable that another joint follows.
+        """
+        leads = j in self.machine.moving and _has_body(self.machine, j)
+        follower = _follower(self.machine, j) if leads else None
+        rate = 0.0 if follower is None else float(self.array([self.bound.coordinates.S[follower].get(j, 0)])[0])
+        return (j, 1.0) if follower is None or rate == 0 else (follower, 1 / abs(rate))
+
+    def is_driven_side(self, j: int) -> bool:
+        """Whether the joint that follows a joint turns as fast or faster: the rotor is there, if anywhere."""
+        driven, ahead = self.driven(j)
+        return driven != j and ahead <= 1
+
+
+def _rotor(machine: Machine, numbers: _Numbers, j: int) -> Rotor:
+    joint, (driven, ahead) = machine.joint(j), numbers.driven(j)
     G, e, (c, Z) = numbers.turning(joint.antecedent), numbers.axis(j), numbers.spin(j)
-    largest, turning = 0.0, tuple[int, ...]()
-    for rates in _pairs(c):
-        moment = Z * (c @ rates) * np.cross(G @ rates, e)
-        try:
-            change = float(np.max(np.abs(np.linalg.solve(numbers.A, G.T @ moment)), initial=0.0))
-        except np.linalg.LinAlgError:
-            change = math.nan
-        if math.isnan(change) or change > largest:
-            largest, turning = change, tuple(int(k) for k in np.flatnonzero(rates))
-        if math.isnan(change):
-            break
-    speed = math.inf if largest < NONE else math.sqrt(CHANGE / largest)
-    names = () if math.isinf(speed) else tuple(machine.moving_joints[k].name for k in turning)
-    return Rotor(joint.name, has_body, speed, names)
+    unit = np.diag([ahead if k == j else 1.0 for k in machine.moving])
+    pairs = np.array([*_pairs(c, unit)]).reshape(-1, len(c))
+    moments = Z * (pairs @ c)[:, None] * np.cross(pairs @ G.T, e)
+    try:
+        g, h = np.abs(np.linalg.solve(numbers.A, np.array([(moments @ G).T, numbers.velocity_forces(pairs)])))
+    except np.linalg.LinAlgError:
+        g = h = np.full(pairs.T.shape, math.nan)
+    excess = np.max(np.where(g < NONE, 0.0, g - CHANGE * h), axis=0, initial=0.0)
+    worst = int(np.argmax(np.nan_to_num(excess, nan=math.inf))) if len(pairs) else 0
+    if not len(pairs) or excess[worst] <= 0:
+        return Rotor(joint.name, _has_body(machine, j), math.inf, ())
+    turning = (machine.moving[k] for k in np.flatnonzero(pairs[worst]))
+    names = tuple(machine.joint(driven if k == j else k).name for k in turning)
+    return Rotor(joint.name, _has_body(machine, j), math.sqrt(CHANGE / excess[worst]), names)
 
 
-def _pairs(c: Array) -> Iterator[Array]:
+def _pairs(c: Array, unit: Array) -> Iterator[Array]:
     """Unit rates of a joint that the rotor follows and of one more, in both senses."""
-    unit = np.eye(len(c))
     for v in np.flatnonzero(np.nan_to_num(c, nan=1.0)):
         yield unit[v]
         yield from (unit[v] + sign * unit[k] for k in range(len(c)) if k != v for sign in (1, -1))

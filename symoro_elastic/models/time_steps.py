@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
@@ -28,6 +29,8 @@ def models_of_steps(
     takes_dependent = any("q_dep" in one.model.arguments for one in (*at_hand, *new))
     if takes_dependent and "assemble" not in known:
         yield trace(machine, "assemble", folded=folded)
+    if machine.floating:
+        yield from base_models(machine, folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
         for motors in ways_to_give_motors(machine):
             yield from implicit_system(machine, motors, folded)
@@ -36,9 +39,8 @@ def models_of_steps(
 def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` where a machine has no time steps, or not those of some method."""
     if machine.floating:
-        what = "time steps are not offered on a floating base, whose pose is no entry of q: leave them out"
-        raise machine.error("steps", what)
-    if not machine.moving:
+        _refuse_base(machine, steps)
+    if not machine.moving and not machine.floating:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
     jumping = [
         joint.name for joint in machine.joints if joint.friction.creep.is_zero and not joint.friction.coulomb.is_zero
@@ -52,9 +54,19 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
         raise machine.error(f"steps, {', '.join(dependent)}", f"{ROSENBROCK[0]} {what}")
 
 
+def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:
+    """Raise `InputError` where the motion of a base is given, and for methods that need exact derivatives."""
+    if machine.floating and machine.floating.known is Given.ACCELERATION:
+        what = 'the acceleration of the base is given, so it is no state of a time step: write known = "wrench"'
+        raise machine.error("base, known", what)
+    if not {*steps}.isdisjoint(ROSENBROCK):
+        what = "needs exact derivatives, and linearization is not offered on a floating base: take w3"
+        raise machine.error("steps", f"{ROSENBROCK[0]} {what}")
+
+
 def ways_to_give_motors(machine: Machine) -> list[Motors]:
     """Return what may be known of motors: servos and motions only where they own independent variables."""
     if not machine.motors or not {*machine.motors} <= {*machine.moving}:
         return [Motors.TORQUE]
-    follows = len(machine.motors) < len(machine.moving)
+    follows = len(machine.motors) < len(machine.moving) or machine.floating is not None
     return [Motors.TORQUE, Motors.SERVO, *([Motors.DRIVEN] if follows else [])]

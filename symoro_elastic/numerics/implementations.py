@@ -17,7 +17,6 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel
@@ -72,11 +71,7 @@ def equations_on_floats(values: Mapping[str, float]) -> Implementation:
 def numpy_model(
     machine: Machine, models: Sequence[str] = ("direct_dynamics",), outputs: Mapping[str, tuple[str, ...]] | None = None
 ) -> ModuleType:
-    """Return the generated numpy package of a machine as a module; raises `InputError` for a floating base.
-
-    `outputs` names the parts that are wanted of a model, as a scene does.
-    """
-    refuse_floating(machine, "simulation")
+    """Return the generated numpy package of a machine as a module; `outputs` names parts of models, as a scene does."""
     files = render_numpy(traced(machine, Scene(models=tuple(models), outputs=dict(outputs or {}))).package)
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))

@@ -64,6 +64,7 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.ANGULAR_ACCELERATION: MOTION,
     Dimension.GRAVITY: GRAVITY,
     Dimension.NUMBER: _one,
+    Dimension.RATIO: _one,
 }
 """How numbers are drawn, in this order; those of bodies depend on one another."""
 

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,7 @@ from symoro_elastic.numerics.reference import Reference, StateReference
 from symoro_elastic.numerics.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.traced import Traced, traced
 
 Runs = list[tuple[str, ResultArrays]]
@@ -105,8 +107,8 @@ class ModelVerification:
         return self.moderate > 0 and all(worst.ok for worst in implementations)
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, repr=False)
+class Verification(Result):
     """Verification of all models of a scene.
 
     `missing` says what kept the C code from being compared (empty when nothing did);
@@ -118,11 +120,44 @@ class Verification:
     states: int
     disagreement: float
     missing: str = ""
+    name: str = ""
 
     @property
     def ok(self) -> bool:
         """Whether everything that was compared is within its bound."""
         return self.disagreement <= AGREEMENT and all(model.ok for model in self.models)
+
+    @property
+    def headline(self) -> str:
+        """Machine, models and the verdict."""
+        verdict = "every error is within its bound" if self.ok else "out of bounds"
+        return f"Verification of {self.name}: {len(self.models)} models, {verdict}"
+
+    def parts(self) -> list[Part]:
+        """Return the table of worst errors, and the verdict."""
+        from symoro_elastic.numerics.tables import verification_table
+
+        verdict = "every error is within its bound" if self.ok else "out of bounds"
+        table = Titled(verification_table(self), f"{self.name}: worst relative error, moderate / extreme states")
+        return [table, f"{self.states} states against 50 digits: {verdict}"]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return worst errors as plain data."""
+        from symoro_elastic.numerics.tables import verification_json
+
+        return verification_json(self)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each model: worst relative errors of C, numpy and floats, the bound, the verdict."""
+        each = self.models
+        return {
+            "model": [one.name for one in each],
+            "c": [one.c.error if one.c else None for one in each],
+            "numpy": [one.numpy.error for one in each],
+            "floats": [one.equations.error for one in each],
+            "bound": [one.bound for one in each],
+            "ok": [one.ok for one in each],
+        }
 
 
 def verify(
@@ -194,7 +229,9 @@ def compare(
             tally.add(state, point)
         progress(k + 1, len(stacked))
     disagreement = _disagreement(reference, models, stacked)
-    return Verification(tuple(tally.verification() for tally in tallies), len(stacked), disagreement, code.missing)
+    return Verification(
+        tuple(tally.verification() for tally in tallies), len(stacked), disagreement, code.missing, programs.whole.name
+    )
 
 
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symoro_elastic.quantities.quantity import Quantity
 from symoro_elastic.quantities.signatures import ARGUMENT, BOTH, RESULT
-from symoro_elastic.quantities.units import ACCELERATION, VELOCITY, Unit, same
+from symoro_elastic.quantities.units import ACCELERATION, NUMBER, POSITION, VELOCITY, Unit, same
 
 OF_TIME_STEPS = (
     Quantity(
@@ -62,4 +62,46 @@ OF_TIME_STEPS = (
     ),
     Quantity(name="z_q", meaning="solution, of positions", symbol="z_q", unit=VELOCITY, shape="n", roles=RESULT),
     Quantity(name="z_v", meaning="solution, of velocities", symbol="z_v", unit=ACCELERATION, shape="n", roles=RESULT),
+    Quantity(
+        name="x0",
+        meaning="displacement of the base in a step, then 2 tan(angle/2) times the axis of its turn",
+        frame="in its axes at the start",
+        symbol="x",
+        index="0",
+        unit=POSITION,
+        shape="6",
+        roles=ARGUMENT,
+        entries=tuple(f"xb0_{k}" for k in range(1, 7)),
+    ),
+    Quantity(name="x0d", meaning="rates of x0", symbol=r"\dot{x}", index="0", unit=VELOCITY, shape="6", roles=RESULT),
+    Quantity(
+        name="V0_rate",
+        meaning="derivatives by time of the components of V0",
+        symbol=r"\dot{V}",
+        index="0",
+        unit=ACCELERATION,
+        shape="6",
+        roles=RESULT,
+    ),
+    Quantity(
+        name="P0_change", meaning="change of P0", symbol=r"\Delta P", index="0", unit=same("m"), shape="3", roles=RESULT
+    ),
+    Quantity(
+        name="Q0_change",
+        meaning="change of Q0, with what gives it the length 1",
+        symbol=r"\Delta Q",
+        index="0",
+        unit=NUMBER,
+        shape="4",
+        roles=RESULT,
+    ),
+    Quantity(
+        name="R0_change",
+        meaning="change of R0, with what keeps it orthogonal",
+        symbol=r"\Delta A",
+        index="0",
+        unit=NUMBER,
+        shape="9",
+        roles=RESULT,
+    ),
 )

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
-WORDS = re.compile(r"([A-Za-z]+)(\d*)")
+FACTOR = re.compile(r"([A-Za-z]+)(?:\^|\*\*)?(-?\d{1,2})?")
+SIGNS = {"²": "2", "³": "3", "·": " ", "⋅": " "}
+_TIMES = re.compile(r"(?<!\*)\*(?!\*)|(?<=[A-Za-z\d])\.(?=[A-Za-z])")
+SI = {
+    **{base: {base: 1} for base in ("kg", "m", "s", "rad")},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "Hz": {"s": -1},
+}
+"""Units of mechanics, as exponents of kg, m, s and rad."""
+Powers = Mapping[str, Fraction]
+"""Exponents of units, none of them zero."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +85,11 @@ def same(unit: str) -> Unit:
 
 def quotient(over: str, under: str) -> str:
     """Quotient of two units: `N m s/rad` for `N m` over `rad/s`."""
-    found = _exponents(over)
-    found.subtract(_exponents(under))
-    powers = {name: power for name, power in found.items() if power}
+    return written(product((_factors(over) or {}, 1), (_factors(under) or {}, -1)))
+
+
+def written(powers: Powers) -> str:
+    """The text of a product of powers of units: `kg m/s2`."""
     above = [_power(name, power) for name, power in powers.items() if power > 0]
     below = [_power(name, -power) for name, power in powers.items() if power < 0]
     if not below:
@@ -81,15 +97,53 @@ def quotient(over: str, under: str) -> str:
     return f"{' '.join(above) or '1'}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
 
 
-def _exponents(unit: str) -> Counter[str]:
-    over, _, under = unit.partition("/")
-    found = Counter({name: int(power or 1) for name, power in WORDS.findall(over)})
-    found.subtract({name: int(power or 1) for name, power in WORDS.findall(under)})
-    return found
+def in_base_units(unit: str) -> Powers | None:
+    """Exponents of kg, m, s and rad in a unit as people write it: `kg*m^2`, `N m/rad`; None for any other text."""
+    factors = _factors(unit)
+    if factors is None or not factors.keys() <= SI.keys():
+        return None
+    return product(*((_fractions(SI[name]), power) for name, power in factors.items()))
 
 
-def _power(name: str, power: int) -> str:
-    return name if power == 1 else f"{name}{power}"
+def product(*factors: tuple[Powers, Fraction | int]) -> Powers:
+    """The product of powers of units, each raised to an exponent."""
+    found: dict[str, Fraction] = {}
+    for powers, exponent in factors:
+        for name, power in powers.items():
+            found[name] = found.get(name, Fraction(0)) + power * exponent
+    return {name: power for name, power in found.items() if power}
+
+
+def _fractions(powers: Mapping[str, int]) -> Powers:
+    return {name: Fraction(power) for name, power in powers.items()}
+
+
+def _factors(unit: str) -> Powers | None:
+    """Exponents of the words of a unit; None where it is no product and quotient of words."""
+    plain = _TIMES.sub(" ", "".join(SIGNS.get(sign, sign) for sign in unit)).strip()
+    over, *under = (part.strip() for part in plain.split("/"))
+    factors = [(_words(over), 1), *((_below(part), -1) for part in under)]
+    known = [(powers, sign) for powers, sign in factors if powers is not None]
+    return product(*known) if plain and len(known) == len(factors) else None
+
+
+def _below(part: str) -> Powers | None:
+    """Exponents of what stands behind a slash: one word, or several in brackets."""
+    if part.startswith("(") and part.endswith(")"):
+        return _words(part[1:-1])
+    return None if " " in part else _words(part)
+
+
+def _words(part: str) -> Powers | None:
+    words = [] if part == "1" else part.split()
+    found = [FACTOR.fullmatch(word) for word in words]
+    if part != "1" and (not words or None in found):
+        return None
+    return product(*(({match[1]: Fraction(match[2] or 1)}, 1) for match in found if match))
+
+
+def _power(name: str, power: Fraction) -> str:
+    return name if power == 1 else f"{name}{power}" if power.denominator == 1 else f"{name}^({power})"
 
 
 NUMBER = same("")

@@ -16,7 +16,8 @@ from symoro_elastic.models.rotors import CHANGE, Rotor, rotors
 
 GYROSCOPIC = (
     "rotors behind gears: from these speeds on of the joints named, rad/s (slides: m/s), the gyroscopic moment of a\n"
-    f"rotor changes an acceleration by {CHANGE:g} rad/s2 (m/s2), 1 % of 1 rad/s2; rotor_inertia leaves that moment out"
+    f"rotor, which rotor_inertia leaves out, changes an acceleration by {100 * CHANGE:g} %: of\n"
+    "1 rad/s2 (m/s2) and what these speeds cause"
 )
 
 
@@ -65,7 +66,7 @@ def closed_chain_lines(found: ClosedChain) -> Iterator[str]:
     yield from (_rotor_line(rotor) for rotor in found.rotors if not math.isinf(rotor.speed))
     idle = [f"{rotor.joint}{_body(rotor)}" for rotor in found.rotors if math.isinf(rotor.speed)]
     if idle:
-        yield f"  at no speed, as no joint that moves feels the moment: {', '.join(idle)}"
+        yield f"  at no speed, as no joint that moves feels the moment, or others feel more: {', '.join(idle)}"
 
 
 def _variables(machine: Machine, joints: Iterable[int]) -> str:

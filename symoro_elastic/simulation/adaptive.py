@@ -29,6 +29,7 @@ from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory, refuse_still, servo_torques
 from symoro_elastic.simulation.events import Crossing, Level, Watch
+from symoro_elastic.simulation.moving_base import BaseStates
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
 
@@ -47,12 +48,14 @@ SAMPLES, SAMPLES_OF_STEP, MOST_SAMPLES = 1000, 4, 100_000
 class CompiledMotion:
     """The right side of a motion and its derivatives."""
 
+    linear_models: tuple[str, ...] = ("linearization",)
+
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         refuse_still(reference)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
-        models = (self.dynamics, "linearization", *(("assemble",) if machine.loops else ()))
+        models = (self.dynamics, *self.linear_models, *(("assemble",) if machine.loops else ()))
         package = traced(machine, Scene(models=models, fold=ALL)).package
         self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
         self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
@@ -102,14 +105,22 @@ class CompiledMotion:
         self._q_dep = Followed(self.reference.machine, given_values(self.reference.machine)).at(q[:1])[0]
         return np.array([self._assembled(row[None])[0] for row in q])
 
-    def _accelerations(self, t: float, q: Array, qd: Array) -> Array:
-        """Return qdd (1, n)."""
+    def base(self, y: Array) -> BaseStates:
+        """Return the states of a floating base at y (N, 2 f); empty where the base is fixed."""
+        return {}
+
+    def _given(self, t: float, q: Array, qd: Array) -> dict[str, Array]:
+        """Return what is known of the motors: accelerations, or torques (1, m)."""
         at = np.array([t])
         if self.reference.servo is None:
-            qdd = self._call(self.dynamics, q=q, qd=qd, qdd_motor=self.reference.at(at)[2])["qdd"]
-        else:
-            qdd = self._call(self.dynamics, q=q, qd=qd, tau=servo_torques(self.reference, at, q, qd))["qdd"]
+            return {"qdd_motor": self.reference.at(at)[2]}
+        return {"tau": servo_torques(self.reference, at, q, qd)}
+
+    def _accelerations(self, t: float, q: Array, qd: Array) -> Array:
+        """Return qdd (1, n)."""
+        qdd = self._call(self.dynamics, q=q, qd=qd, **self._given(t, q, qd))["qdd"]
         if self._forces:
+            at = np.array([t])
             qdd = qdd + self._forces.answer(at, q, None if self._q_dep is None else self._assembled(q))[0]
         return qdd
 
@@ -145,11 +156,11 @@ class Adapted:
 
     def trajectory(self, system: CompiledMotion, t: Array) -> Trajectory:
         """Return the states and torques at times (N,)."""
-        q, qd = system.placed(t, self.dense(t).T)
-        tau = servo_torques(system.reference, t, q, qd)
-        return Trajectory(
-            t, q, qd, tau, self.method, self.ends / self.steps, self.steps, self.seconds, system.dependent(q)
-        )
+        y = self.dense(t).T
+        q, qd = system.placed(t, y)
+        tau, step = servo_torques(system.reference, t, q, qd), self.ends / self.steps
+        dependent, base = system.dependent(q), system.base(y)
+        return Trajectory(t, q, qd, tau, self.method, step, self.steps, self.seconds, dependent, base)
 
 
 def method_for(system: CompiledMotion) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +23,11 @@ from symoro_elastic.integration.midpoint import Midpoint
 from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.simulation.moving_base import BaseStates, rows
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.traced import traced
 
@@ -42,7 +44,8 @@ class Trajectory:
     """States at times t (N,) s: q, qd (N, n) of the independent joints and the torques (N, m), SI units, radians.
 
     `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
-    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none.
+    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none; `base` are the
+    states of a floating base, and the wrench on it.
     """
 
     t: Array
@@ -54,6 +57,7 @@ class Trajectory:
     steps: int
     seconds: float
     q_dep: Array | None = None
+    base: BaseStates = field(default_factory=dict)
 
 
 class CompiledSteps:
@@ -82,7 +86,7 @@ class CompiledSteps:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
         refuse_motors(reference, method)
         h = reference.duration / steps
-        run = self._runs[f"{self.package.name}_step_{method}{'_driven' if reference.servo is None else '_servo'}"]
+        run = self._runs[f"{self.package.name}_step_{method}{ways_of(reference).suffix}"]
         state = self._state(reference, run)
         every = -(-steps // MOST_RECORDED)
         kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
@@ -99,14 +103,16 @@ class CompiledSteps:
             kept.append(record[last])
             progress(first + count, steps)
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
-        return self._trajectory(reference, method, np.array(numbers) * h, np.concatenate(kept), steps, passed / steps)
+        ends = np.cumsum([x.size for x in state.values()])
+        states = dict(zip(state, np.split(np.concatenate(kept), ends[:-1], axis=1), strict=True))
+        return self._trajectory(reference, method, np.array(numbers) * h, states, steps, passed / steps)
 
     def _state(self, reference: Reference, run: Run) -> dict[str, Array]:
         start = reference.start
         state = {"q": start.q.copy(), "qd": start.qd.copy()}
         if "q_dep" in run.written:
             state["q_dep"] = Followed(self.machine, given_values(self.machine)).at(start.q[None])[0]
-        return state
+        return state | {name: x.copy() for name, x in reference.base.items() if name in run.written}
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         held = [np.ascontiguousarray(array) for array in read]
@@ -115,13 +121,20 @@ class CompiledSteps:
         self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
 
     def _trajectory(
-        self, reference: Reference, method: str, t: Array, record: Array, steps: int, seconds: float
+        self, reference: Reference, method: str, t: Array, states: dict[str, Array], steps: int, seconds: float
     ) -> Trajectory:
-        n = len(reference.start.q)
-        q, qd, q_dep = np.split(record, [n, 2 * n], axis=1)
+        q, qd = states["q"], states["qd"]
         tau = servo_torques(reference, t, q, qd)
         h = reference.duration / steps
-        return Trajectory(t, q, qd, tau, method, h, steps, seconds, q_dep if q_dep.size else None)
+        base = rows(reference.base, len(t)) | {name: x for name, x in states.items() if name in reference.base}
+        return Trajectory(t, q, qd, tau, method, h, steps, seconds, states.get("q_dep"), base)
+
+
+def ways_of(reference: Reference) -> Motors:
+    """Return what is known of the motors of a reference."""
+    if not reference.motors:
+        return Motors.TORQUE
+    return Motors.DRIVEN if reference.servo is None else Motors.SERVO
 
 
 def servo_torques(reference: Reference, t: Array, q: Array, qd: Array) -> Array:
@@ -149,6 +162,8 @@ def refuse_motors(reference: Reference, method: str) -> None:
 def refuse_still(reference: Reference) -> None:
     """Raise `InputError` where no equations are left to integrate."""
     machine, given = reference.machine, reference.prescribed
+    if machine.floating:
+        return
     if not machine.motors:
         raise machine.error("motors", "no joint has a motor: nothing moves the machine from its equilibrium")
     if reference.servo is None and len(machine.motors) == len(machine.moving):
@@ -167,8 +182,11 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
     """Return what a step is given of the motors, a row for each node of each step."""
     nodes = np.array([float(x) for x in dict.fromkeys(times_of(METHODS[method]))], dtype=float)
     y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at((begins[:, None] + h * nodes).ravel()))
+    base = {"f0": np.tile(reference.base["f0"], (len(begins), len(nodes)))} if reference.base else {}
+    if not reference.motors:
+        return {"tau": np.zeros((len(begins), 0)), **base}
     if reference.servo is None:
-        return {"y": y, "yd": yd, "ydd": ydd}
+        return {"y": y, "yd": yd, "ydd": ydd, **base}
     kp, kd = reference.servo
     tau = reference.start.tau[list(reference.machine.motor_entries)]
     _, rate, change = reference.at(begins)
@@ -179,6 +197,7 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
         "kp": kp,
         "kd": kd,
         "taud": kp * rate + kd * change,
+        **base,
     }
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +60,8 @@ def _power(reference: Reference, motion: Motion) -> Array:
     found: Array = (motion.tau * motion.qd[:, list(machine.motor_entries)]).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
     found = found + _power_of(machine, unloaded, motion)
+    if reference.base:
+        found = found + (motion.base["f0"] * motion.base["V0"]).sum(axis=1)
     if reference.frames:
         found = found + (AppliedForces(reference).on_joints(motion.t, motion.q, motion.q_dep) * motion.qd).sum(axis=1)
     return found
@@ -75,7 +79,17 @@ def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:
     if machine == other:
         return np.zeros(len(motion.t))
     model = numpy_model(machine, ("inertia_matrix", "direct_dynamics"))
-    more = motion.given_to(model.direct_dynamics)
-    more = more - motion.given_to(numpy_model(other, ("direct_dynamics",)).direct_dynamics)
-    found: Array = np.einsum("ti,tij,tj->t", motion.qd, motion.given_to(model.inertia_matrix), more)
+    more = _accelerations(model.direct_dynamics, motion)
+    more = more - _accelerations(numpy_model(other, ("direct_dynamics",)).direct_dynamics, motion)
+    rates = np.concatenate([motion.base["V0"], motion.qd], axis=1) if motion.base else motion.qd
+    found: Array = np.einsum("ti,tij,tj->t", rates, motion.given_to(model.inertia_matrix), more)
     return found
+
+
+def _accelerations(model: Callable[..., Any], motion: Motion) -> Array:
+    """Return the accelerations (N, n) of the joints, or (N, 6 + n) of a floating base and the joints."""
+    found = motion.given_to(model)
+    if not motion.base:
+        return np.asarray(found)
+    qdd, V0d = found
+    return np.concatenate([V0d, qdd], axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import signature
 from types import ModuleType
@@ -21,6 +21,7 @@ from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory
+from symoro_elastic.simulation.moving_base import BaseStates, in_world, placed_in_world, rows
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs, outputs
 
@@ -32,7 +33,8 @@ FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 class Motion:
     """q, qd, qdd (N, n) of the independent joints and the torques tau (N, m) at times t (N,), SI units, radians.
 
-    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none.
+    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none; `base` are the
+    states of a floating base, the wrench on it, and its accelerations V0d.
     """
 
     t: Array
@@ -41,10 +43,12 @@ class Motion:
     qdd: Array
     tau: Array
     q_dep: Array | None = None
+    base: BaseStates = field(default_factory=dict)
 
     def given_to(self, model: Callable[..., Any], **others: Array) -> Any:
         """Return the results of a generated function at the states of the motion, with further arguments."""
-        known = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "q_dep": self.q_dep} | others
+        known = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau, "q_dep": self.q_dep}
+        known |= {**self.base, **others}
         return model(**{name: known[name] for name in signature(model).parameters if name in known})
 
 
@@ -60,26 +64,33 @@ class Observer:
 
     def motion(self, found: Trajectory) -> Motion:
         """Return accelerations and torques with the states."""
-        states = Motion(found.t, found.q, found.qd, np.zeros_like(found.q), found.tau, found.q_dep)
+        states = Motion(found.t, found.q, found.qd, np.zeros_like(found.q), found.tau, found.q_dep, found.base)
         if self.reference.servo is None:
             _, _, ydd = self.reference.at(found.t)
-            tau, qdd = states.given_to(self._dynamics.inverse_dynamics, qdd_motor=ydd)
+            tau, *accelerations = states.given_to(self._dynamics.inverse_dynamics, qdd_motor=ydd)
         else:
-            tau, qdd = found.tau, states.given_to(self._dynamics.direct_dynamics)
+            results = states.given_to(self._dynamics.direct_dynamics)
+            tau, accelerations = found.tau, list(results) if found.base else [results]
+        qdd, *of_base = accelerations
+        base = {**found.base, **({"V0d": of_base[0]} if of_base else {})}
         if self._forces:
             by_forces, held = self._forces.answer(found.t, found.q, found.q_dep)
             qdd, tau = qdd + by_forces, tau + held
-        return replace(states, qdd=qdd, tau=tau)
+        return replace(states, qdd=qdd, tau=tau, base=base)
 
     def along_reference(self, t: Array) -> Array:
         """Return the outputs (N, names) where motors follow exactly and springs stay; NaN for torques."""
         q, v, a = self.reference.states(t)
         takes = "q_dep" in signature(self._dynamics.inverse_dynamics).parameters
         q_dep = Followed(self.machine, given_values(self.machine)).at(q) if takes else None
-        return self.outputs(Motion(t, q, v, a, np.full((len(t), len(self.reference.motors)), np.nan), q_dep))
+        torques = np.full((len(t), len(self.reference.motors)), np.nan)
+        return self.outputs(Motion(t, q, v, a, torques, q_dep, rows(self.reference.base, len(t))))
 
     def outputs(self, motion: Motion) -> Array:
-        """Return the outputs (N, names); rotations are vectors from the attitude at the start, in axes of frame 0."""
+        """Return the outputs (N, names); rotations are vectors from the attitude at the start.
+
+        In axes of frame 0, on a floating base in those of the world.
+        """
         columns = [self._column(signal, motion) for signal in self.signals]
         return np.stack(columns, axis=1) if columns else np.zeros((len(motion.t), 0))
 
@@ -89,11 +100,22 @@ class Observer:
             if signal.name.endswith(f".{MOTOR_TORQUE}"):
                 return motion.tau[:, self.machine.motor_entries.index(k)]
             return (motion.q, motion.qd, motion.qdd)[signal.order][:, k]
-        row = self._frames.index(_in_base(self.machine, signal))
         if signal.order == 0:
-            return _pose(self._placements(motion)[:, row])[:, signal.component]
+            return _pose(placed_in_world(motion.base, self._placement(signal, motion)))[:, signal.component]
+        return in_world(motion.base, self._twist(signal, motion))[:, signal.component]
+
+    def _placement(self, signal: FrameSignal, motion: Motion) -> Array:
+        """Return the placements (N, 4, 4) of a frame relative to frame 0."""
+        if not signal.number:
+            return np.tile(np.eye(4), (len(motion.t), 1, 1))
+        return self._placements(motion)[:, self._frames.index(_in_base(self.machine, signal))]
+
+    def _twist(self, signal: FrameSignal, motion: Motion) -> Array:
+        """Return velocities or accelerations (N, 6) of a frame, in axes of frame 0."""
+        if not signal.number:
+            return motion.base["V0d" if signal.order == 2 else "V0"]
         found: Array = motion.given_to(getattr(self._frame_models, FRAME_MODELS[signal.order]))
-        return found[:, row, signal.component]
+        return found[:, self._frames.index(_in_base(self.machine, signal))]
 
     def _placements(self, motion: Motion) -> Array:
         """Return the placements of frames (N, frames, 4, 4), static springs deflected."""
@@ -107,7 +129,8 @@ class Observer:
 
     @cached_property
     def _frames(self) -> tuple[str, ...]:
-        named = (_in_base(self.machine, signal) for signal in self.signals if isinstance(signal, FrameSignal))
+        of_frames = (signal for signal in self.signals if isinstance(signal, FrameSignal) and signal.number)
+        named = (_in_base(self.machine, signal) for signal in of_frames)
         return tuple(dict.fromkeys(named))
 
     @cached_property

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.simulation.motor_motion import Record, risen, wobble
+from symoro_elastic.simulation.moving_base import BaseStates, held_machine, start_of_base
 from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium
 from symoro_elastic.vibration.shared_motors import refuse_dependent_motors
@@ -29,6 +29,7 @@ class Reference:
 
     `start` has the springs at their equilibrium, and the motors at the position and the velocity of the motion.
     `servo` holds the gains kp and kd (m,), in N m/rad and N m s/rad or N/m and N s/m; None where motors follow exactly.
+    `base` is the start of a floating base and the wrench on it, empty where the base is fixed.
     """
 
     machine: Machine
@@ -36,6 +37,7 @@ class Reference:
     start: State
     servo: tuple[Array, Array] | None
     record: Record | None = None
+    base: BaseStates = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -98,18 +100,20 @@ def reference_of(
 ) -> Reference:
     """Return the reference of a motion, with joints locked as `machine` has them, for these values of parameters.
 
-    Raises `InputError` for a floating base, motors on dependent joints, motors that the scene locks, servos of some
-    motors only, records that are no motion of all motors, and joints that nothing supports.
+    Springs on a floating base start at the equilibrium of a base held there. Raises `InputError` for a base of known
+    acceleration, motors on dependent joints, motors that the scene locks, servos of some motors only, records that are
+    no motion of all motors, and joints that nothing supports.
     """
-    refuse_floating(machine, prescribed.place)
+    base = start_of_base(machine, prescribed)
     refuse_dependent_motors(machine)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None
-    motion = EquationsOfMotion(machine, values)
+    held = held_machine(machine, base)
+    motion = EquationsOfMotion(held, values)
     at = _positions(machine, prescribed, record)
-    refuse_soft_static(machine, at, values)
+    refuse_soft_static(held, at, values)
     start = equilibrium(motion, at)
-    reference = Reference(machine, prescribed, start, _gains(motion, prescribed, start), record)
+    reference = Reference(machine, prescribed, start, _gains(motion, prescribed, start), record, base)
     qd = np.zeros_like(start.qd)
     qd[motion.motors] = reference.at(np.zeros(1))[1][0]
     _refuse_large(reference)

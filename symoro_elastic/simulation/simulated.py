@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.simulation.compiled_steps import Trajectory
 from symoro_elastic.simulation.energy_balance import EnergyBalance
 from symoro_elastic.simulation.events import Crossing
@@ -13,8 +15,8 @@ from symoro_elastic.simulation.observed import Motion
 from symoro_elastic.simulation.reference import Reference
 
 
-@dataclass(frozen=True)
-class Simulation:
+@dataclass(frozen=True, repr=False)
+class Simulation(Result):
     """A simulated motion: states with accelerations and torques, outputs (N, names), and what is known of its error.
 
     `deviation` (N, names) are the outputs less those where motors follow exactly and springs stay; NaN for torques.
@@ -49,3 +51,33 @@ class Simulation:
     def steps_of_period(self) -> int:
         """Steps in a period of the controller; 0 where there is none."""
         return round(self.period / self.trajectory.step) if self.period else 0
+
+    @property
+    def headline(self) -> str:
+        """Machine, motion, method and steps."""
+        run = self.trajectory
+        what = f"{self.motion.t[-1]:g} s by {run.steps} steps of {run.method}"
+        return f"Simulation of {self.reference.machine.name}: {self.reference.prescribed.place}, {what}"
+
+    def parts(self) -> list[Part]:
+        """Return the tables of steps and of errors, and sentences about energy and vibrations."""
+        from symoro_elastic.simulation.tables import errors_table, simulation_lines, steps_table
+
+        title = f"{self.reference.machine.name}: {self.reference.prescribed.place}, {self.motion.t[-1]:g} s"
+        return [Titled(steps_table(self), title), Titled(errors_table(self)), *simulation_lines(self)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return steps, errors, energies and crossings as plain data."""
+        from symoro_elastic.simulation.tables import simulation_json
+
+        return simulation_json(self)
+
+    def arrays(self) -> dict[str, Array]:
+        """Return t, q_, qd_, qdd_ of joints and tau_ of motors, a row a step."""
+        from symoro_elastic.simulation.tables import simulation_columns
+
+        return simulation_columns(self)
+
+    def columns(self) -> dict[str, Array]:
+        """Return `arrays`, and the outputs."""
+        return {**self.arrays(), **dict(zip(self.names, self.outputs.T, strict=True))}

@@ -11,10 +11,13 @@ from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.symbolic.program import OperationCount
 
+DEGREES = 6
+"""Of freedom of a floating base."""
 DIVISION, SINE = 5, 15
 """Products that take about as long as a division, and as a sine and a cosine."""
 
@@ -33,8 +36,11 @@ class StepCost:
 
     def of(self, method: Method) -> int:
         """Return the operations of a step, weighted: those of its right sides, systems and sums."""
-        rows, n = _sums(method), len(self.machine.moving)
+        rows, n = _sums(method), len(self.machine.moving) + (DEGREES if self.machine.floating else 0)
         found = _stages(method) * self._of_model(self._right_side) + 4 * n * rows
+        if self.machine.floating:
+            displacement, rates = (weighted(one.program.count) for one in base_models(self.machine, self._folded))
+            found += (_stages(method) + 1) * displacement + _stages(method) * rates
         if isinstance(method, Rosenbrock):
             dense = 2 * n**3 // 3 + len(method.m) * 6 * n**2
             return found + self._of_model("linearization") + dense

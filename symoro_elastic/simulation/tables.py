@@ -11,6 +11,8 @@ from rich.table import Table
 from symoro_elastic.array_types import Array
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
+from symoro_elastic.quantities import ON_BASE
+from symoro_elastic.simulation.moving_base import BaseStates
 from symoro_elastic.simulation.periods import quantity
 from symoro_elastic.simulation.simulated import Simulation
 from symoro_elastic.simulation.tolerances import unit_of
@@ -25,7 +27,14 @@ def simulation_columns(found: Simulation) -> dict[str, Array]:
     motion = found.motion
     joints = [joint.name for joint in found.reference.machine.moving_joints]
     blocks = (("q", motion.q, joints), ("qd", motion.qd, joints), ("qdd", motion.qdd, joints))
-    return columns_of(motion.t, *blocks, ("tau", motion.tau, found.reference.motors))
+    of_joints = columns_of(motion.t, *blocks, ("tau", motion.tau, found.reference.motors))
+    return of_joints | _base_columns(motion.base)
+
+
+def _base_columns(base: BaseStates) -> dict[str, Array]:
+    """Return a column for each entry of the arrays of a floating base, named as in generated code: P0_x, V0_1 ..."""
+    found = [(row.entries, base[row.name]) for row in ON_BASE if row.name in base]
+    return {entry: block[:, k] + 0.0 for entries, block in found for k, entry in enumerate(entries)}
 
 
 def steps_table(found: Simulation) -> Table:

@@ -56,8 +56,17 @@ def read_measurements(
     Raises `InputError` naming file and column: columns that are missing, unknown or double, cells that are no
     numbers, time that does not increase or has gaps, NaN, too few samples, lengths that are probably mm.
     """
-    columns = read_columns(path, machine)
-    record = from_columns(columns, machine, str(path))
+    return measurements_of(read_columns(path, machine), machine, str(path), prepare)
+
+
+def measurements_of(
+    columns: Mapping[str, Array],
+    machine: Machine,
+    source: str,
+    prepare: Callable[[Measurements, Machine], Measurements] | None = None,
+) -> Measurements:
+    """Return measurements from columns by header, as `read_measurements` gives those of a file."""
+    record = from_columns(columns, machine, source)
     return check(prepare(record, machine) if prepare else record, machine, with_units(columns))
 
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from symoro_elastic.reports.tables import count_json, operations
+from symoro_elastic.models.tables import count_json, operations
+from symoro_elastic.results import Part, Titled
 from symoro_elastic.trade_off.advice import Advice, commands, sentence
 from symoro_elastic.trade_off.configurations import Measurement
 from symoro_elastic.trade_off.drift import Drift
@@ -61,6 +62,22 @@ def drifts_table(drifts: Sequence[Drift]) -> Any:
         share = one.drift / one.energy if one.energy else math.inf
         table.add_row(one.title, f"{one.drift:.1e}", f"{share:.1e}")
     return table
+
+
+def trade_parts(trade: Trade, with_fast_math: bool = False, every: bool = False) -> list[Part]:
+    """Return tables of what none beats (or of `every` point), of what a choice does by itself, and of drifts."""
+    kind = "extreme" if trade.request.extreme else "moderate"
+    of = "every point" if every else "none is faster and as accurate"
+    parts: list[Part] = []
+    for model, figures in trade.measurements.items():
+        best = front(figures, with_fast_math)
+        title = f"{trade.machine.name}, {model}: {of}, {trade.request.states} {kind} states"
+        parts.append(Titled(measurements_table(figures if every else best, best), title))
+        parts.append(Titled(effects_table(effects(figures)), f"{model}: what a choice does by itself"))
+    if trade.drifts:
+        steps = f"{trade.drifts[0].steps} steps of {trade.drifts[0].step:.1e} s"
+        parts.append(Titled(drifts_table(trade.drifts), f"free motion without losses, {steps}"))
+    return parts
 
 
 def trade_json(

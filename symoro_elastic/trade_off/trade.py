@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.codegen.compile import CompilerMissing
 from symoro_elastic.errors import InputError
@@ -19,6 +20,7 @@ from symoro_elastic.numerics.states import States, extreme_states, moderate_stat
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
 from symoro_elastic.progress import Progress, StepProgress, no_step_progress
+from symoro_elastic.results import Part, Result
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.trade_off.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
 from symoro_elastic.trade_off.configurations import BATCH, Measurement, judged_in
@@ -26,6 +28,9 @@ from symoro_elastic.trade_off.drift import Drift, drifts
 from symoro_elastic.trade_off.formulations import BY_MATRIX, Formulation, asked_models, formulations, refuse_stateless
 from symoro_elastic.trade_off.running import Ready, compiled_configurations, numpy_configurations
 from symoro_elastic.trade_off.timing import ROUNDS, timed
+
+if TYPE_CHECKING:
+    from symoro_elastic.trade_off.advice import Advice
 
 MEASURED_STATES, COMPARED_STATES = 20_000, 1000
 PATIENCE = 60.0  # s of compiling, unless every combination is tried
@@ -42,8 +47,8 @@ class Request:
     seed: int = 0
 
 
-@dataclass(frozen=True)
-class Trade:
+@dataclass(frozen=True, repr=False)
+class Trade(Result):
     """Measurements of every configuration by model, drifts where motion was computed, and notes."""
 
     machine: Machine
@@ -51,6 +56,35 @@ class Trade:
     measurements: dict[str, list[Measurement]]
     drifts: list[Drift] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def headline(self) -> str:
+        """Machine, models and ways to compute them."""
+        count = sum(map(len, self.measurements.values()))
+        return f"Trade of {self.machine.name}: {count} ways to compute {', '.join(self.measurements)}"
+
+    def parts(self) -> list[Part]:
+        """Return for each model the points that none beats, and what each choice does by itself."""
+        from symoro_elastic.trade_off.tables import trade_parts
+
+        return trade_parts(self)
+
+    def advice(self, tolerance: float = 1e-12, *, fast_math: bool = False) -> Advice:
+        """Return the fastest build for all models within a relative error; raises `InputError` if there is none."""
+        from symoro_elastic.trade_off.advice import advice
+
+        return advice(self, tolerance, fast_math)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row for each way to compute a model: words, ns a state, error and bound."""
+        rows = [(model, one) for model, measured in self.measurements.items() for one in measured]
+        return {
+            "model": [model for model, _ in rows],
+            "way": [one.configuration.words for _, one in rows],
+            "ns": [one.ns for _, one in rows],
+            "error": [one.error for _, one in rows],
+            "bound": [one.bound for _, one in rows],
+        }
 
 
 def trade(

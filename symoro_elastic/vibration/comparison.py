@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
 from symoro_elastic.numerics.independent_joints import moved_by, with_independent, with_independent_motors
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.inverse_model import InverseModel
@@ -58,11 +60,11 @@ class Loss:
         return _size(self.by_rigid - self.by_full)
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Result):
     """Frequencies (Hz) of the full and of the reduced model, paired, and of the rigid limit; losses on a motion.
 
-    `alike`: no rotor is coupled, the reduced model is the full one.
+    `alike`: no rotor is coupled, the reduced model is the full one. `held`: frequencies are those with motors held.
     """
 
     full: Modes
@@ -71,6 +73,7 @@ class Comparison:
     course: Course
     losses: tuple[Loss, ...]
     alike: bool
+    held: bool = True
 
     @property
     def is_rigid(self) -> bool:
@@ -85,6 +88,26 @@ class Comparison:
             for modal in (self.full, self.rigid)
         )
         return (*full, *(f"rigid limit: {line}" for line in rigid if not full))
+
+    @property
+    def headline(self) -> str:
+        """Machine and motion."""
+        return f"Comparison of {self.full.linear.motion.machine.name} with simpler models on {self.course.source}"
+
+    def parts(self) -> list[Part]:
+        """Return frequencies and losses of the simpler models, and a conclusion."""
+        from symoro_elastic.vibration.tables import comparison_conclusion, frequencies_table, losses_table
+
+        motors = "held" if self.held else "free"
+        title = f"{self.full.linear.motion.machine.name}: motors {motors}"
+        tables = [Titled(frequencies_table(self), title), Titled(losses_table(self), self.course.source)]
+        return [*tables, *self.notes, comparison_conclusion(self)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return frequencies and losses as plain data."""
+        from symoro_elastic.vibration.tables import comparison_json
+
+        return comparison_json(self)
 
 
 def compare(
@@ -120,6 +143,7 @@ def compare(
         course,
         tuple(losses(whole, less, stiff, course)),
         whole == less,
+        held,
     )
 
 

@@ -20,6 +20,7 @@ from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -38,8 +39,8 @@ NUMBERS_AT_ONCE = 2_000_000
 JUMPS = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
 
 
-@dataclass(frozen=True)
-class FeedForward:
+@dataclass(frozen=True, repr=False)
+class FeedForward(Result):
     """Feed-forward of all motors: t (N,) s, tau (N, m) of the motors, q and qd (N, n) of all moving joints.
 
     `reference` is the motion of what they drive, `orders` its derivatives that each motor needs; SI units, radians.
@@ -71,6 +72,31 @@ class FeedForward:
         """Return the columns of the motors of q or qd."""
         names = [joint.name for joint in self.machine.moving_joints]
         return block[:, [names.index(name) for name in self.motors]]
+
+    @property
+    def headline(self) -> str:
+        """Machine, motors and samples."""
+        return f"FeedForward of {self.machine.name}: {len(self.motors)} motors, {len(self.t)} samples"
+
+    def parts(self) -> list[Part]:
+        """Return the table of motors, the samples, and notes."""
+        from symoro_elastic.vibration.tables import feed_forward_table
+
+        found = figures(self)
+        samples = f"{found['duration']:.6g} s, {found['samples']} samples"
+        return [Titled(feed_forward_table(self), f"{self.machine.name}: {found['motion']}"), samples, *found["notes"]]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return orders, largest torques and notes as plain data."""
+        return figures(self)
+
+    def arrays(self) -> dict[str, Array]:
+        """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
+        return columns(self)
+
+    def columns(self) -> dict[str, Array]:
+        """Return the same as `arrays`."""
+        return self.arrays()
 
 
 def orders(machine: Machine) -> dict[str, int]:
@@ -266,6 +292,11 @@ def _left_out(command: FeedForward) -> dict[str, Any] | None:
 
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:
     """Write t, q_<joint>, qd_<joint>, tau_<motor> to .csv or .npz for `read_measurements`. Raises `InputError`."""
+    write_columns(columns(command), path)
+
+
+def columns(command: FeedForward) -> dict[str, Array]:
+    """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
     joints = [joint.name for joint in command.machine.moving_joints]
     blocks = (("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors))
-    write_columns(columns_of(command.t, *blocks), path)
+    return columns_of(command.t, *blocks)

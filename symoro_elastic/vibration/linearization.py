@@ -11,14 +11,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.results import Part, Result
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.inertia import refuse_singular
 from symoro_elastic.vibration.shared_motors import undetermined
@@ -55,8 +57,8 @@ class StateSpace:
     outputs: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Linearization:
+@dataclass(frozen=True, repr=False)
+class Linearization(Result):
     """M, D, K (n, n), F (n, inputs), Cq, Cv, Ca (outputs, n) about a state, SI units, radians.
 
     `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
@@ -143,6 +145,30 @@ class Linearization:
             self.inputs,
             self.outputs,
         )
+
+    @property
+    def headline(self) -> str:
+        """Machine, coordinates, inputs and outputs."""
+        signals = f"{len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"Linearization of {self.motion.machine.name}: {len(self.kept)} coordinates, {signals}"
+
+    def parts(self) -> list[Part]:
+        """Return the state, the names of coordinates and signals, and whether the machine is stable there."""
+        from symoro_elastic.vibration.tables import linearization_lines
+
+        return [*linearization_lines(self)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return matrices and state as plain data."""
+        from symoro_elastic.vibration.tables import linearization_json
+
+        return linearization_json(self)
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return mass, damping, stiffness, A, B, C, D ... by name."""
+        from symoro_elastic.vibration.export import arrays_of
+
+        return arrays_of(self)
 
 
 def linearize(

@@ -7,14 +7,20 @@ the rounding errors of the computation are set to zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, ComplexArray
+from symoro_elastic.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import for_vibrations
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.vibration.inertia import MATRIX_ROUNDING, refuse_singular
 from symoro_elastic.vibration.linearization import Linearization
+
+if TYPE_CHECKING:
+    from symoro_elastic.vibration.sensitivity import Sensitivity
 
 LEAST_DAMPING = 1e-12
 """Damping ratios up to here are rounding."""
@@ -22,8 +28,8 @@ ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
 
 
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, repr=False)
+class Modes(Result):
     """Modes by ascending frequency; `shapes` (n, m) are columns phi with phi^T M phi = 1 in coordinates of q.
 
     `eigenvalues` (m,) are omega^2, rad2/s2, negative where the state is unstable; `damping_ratios` (m,) are NaN at
@@ -42,6 +48,13 @@ class Modes:
         hertz: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
         return hertz
 
+    @cached_property
+    def sensitivity(self) -> Sensitivity:
+        """Derivatives of the frequencies by stiffnesses, inertias and other parameters."""
+        from symoro_elastic.vibration.sensitivity import sensitivity
+
+        return sensitivity(self)
+
     @property
     def growth(self) -> Array:
         """Rate 1/s of unstable motions exp(growth t); 0 for all others."""
@@ -56,6 +69,42 @@ class Modes:
     def clusters(self) -> list[slice]:
         """Return the modes of each repeated frequency, a slice each."""
         return clusters(self.eigenvalues)
+
+    @property
+    def headline(self) -> str:
+        """Machine, modes and the lowest frequency."""
+        moving = self.frequencies[self.frequencies > 0]
+        first = f", first {moving.min():.4g} Hz" if len(moving) else ""
+        return f"Modes of {self.linear.motion.machine.name}: {len(self.eigenvalues)}{first}"
+
+    def parts(self) -> list[Part]:
+        """Return the state, the table of modes, and the spring that limits the first."""
+        from symoro_elastic.vibration.tables import modes_conclusion, modes_table, state_lines
+
+        slopes = self.sensitivity
+        table = Titled(modes_table(self, slopes), self.linear.motion.machine.name)
+        return [*state_lines(self.linear), *self.linear.doubts, table, modes_conclusion(self, slopes)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return frequencies, shapes, energies and sensitivities as plain data."""
+        from symoro_elastic.vibration.tables import modes_json
+
+        return modes_json(self, self.sensitivity)
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return frequencies, damping, poles, shapes and sensitivities by name."""
+        from symoro_elastic.vibration.export import modes_arrays
+
+        return modes_arrays(self, self.sensitivity)
+
+    def columns(self) -> dict[str, Any]:
+        """Return a row for each mode: Hz, damping ratio, 1/s of growth, share of the strain energy by spring."""
+        from symoro_elastic.vibration.energies import strain_shares
+
+        strain = strain_shares(self)
+        shares = {f"strain in {name}": row for name, row in zip(strain.names, strain.shares, strict=True)}
+        figures = {"frequency": self.frequencies, "damping_ratio": self.damping_ratios, "growth": self.growth}
+        return {**figures, **shares}
 
 
 def modes(linear: Linearization) -> Modes:

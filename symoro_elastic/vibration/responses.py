@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray, ComplexArray
+from symoro_elastic.array_types import AnyArray, Array, BoolArray, ComplexArray
 from symoro_elastic.errors import InputError
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.vibration.linearization import Linearization
 from symoro_elastic.vibration.modes import damped, modes
 from symoro_elastic.vibration.signals import input_unit, output_unit
+from symoro_elastic.vibration.zeros import PolesAndZeros
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
@@ -25,11 +28,12 @@ LOWEST, HIGHEST = 1e-9, 1e12
 BLOCK = 256
 
 
-@dataclass(frozen=True)
-class Response:
+@dataclass(frozen=True, repr=False)
+class Response(Result):
     """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
 
     `notes` are lines about frequencies that were skipped; units are those of inputs and outputs, by name.
+    `transfers` are poles and zeros from every input to every output, where they were asked for.
     """
 
     frequencies: Array
@@ -38,6 +42,8 @@ class Response:
     outputs: tuple[str, ...]
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    transfers: tuple[PolesAndZeros, ...] = ()
+    machine: str = ""
 
     def unit(self, output: str, source: str) -> str:
         """Return the unit of a response, such as m/N; SI where it is not known."""
@@ -45,6 +51,49 @@ class Response:
             return "SI"
         below = self.units[source]
         return f"{self.units[output]} / {f'({below})' if ' ' in below else below}"
+
+    @property
+    def headline(self) -> str:
+        """Inputs, outputs and frequencies."""
+        band = f"{len(self.frequencies)} frequencies from {self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} Hz"
+        return f"Response of {', '.join(self.outputs)} to {', '.join(self.inputs)}: {band}"
+
+    def parts(self) -> list[Part]:
+        """Return the table of poles and zeros, and notes."""
+        from symoro_elastic.vibration.tables import response_table
+
+        low, high = self.frequencies[0], self.frequencies[-1]
+        band = f"{len(self.frequencies)} frequencies, {low:.4g} to {high:.4g} Hz"
+        return [Titled(response_table(self.transfers), self.machine), band, *self.all_notes]
+
+    @property
+    def all_notes(self) -> list[str]:
+        """Notes about frequencies, and about poles and zeros."""
+        from symoro_elastic.vibration.tables import response_notes
+
+        return [*self.notes, *response_notes(self.transfers)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return poles, zeros and the band as plain data; the values are `arrays`."""
+        from symoro_elastic.vibration.tables import response_json
+
+        low, high = float(self.frequencies[0]), float(self.frequencies[-1])
+        band = {"points": len(self.frequencies), "low": low, "high": high, "notes": self.all_notes}
+        return {"transfers": response_json(self.transfers), **band}
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return frequencies, G (frequencies, outputs, inputs), and the names of inputs and outputs."""
+        names: dict[str, Any] = {"inputs": list(self.inputs), "outputs": list(self.outputs)}
+        return {"frequencies": self.frequencies, "G": self.values, **names}
+
+    def columns(self) -> dict[str, AnyArray]:
+        """Return a row for each frequency: Hz, and the complex response of each pair."""
+        pairs = {
+            f"{output} / {name}": self.values[:, i, j]
+            for i, output in enumerate(self.outputs)
+            for j, name in enumerate(self.inputs)
+        }
+        return {"frequency": self.frequencies, **pairs}
 
 
 def frequency_grid(
@@ -90,7 +139,15 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     machine = linear.motion.given
     units = {name: input_unit(machine, name) for name in linear.inputs}
     units |= {name: output_unit(machine, name) for name in linear.outputs}
-    return Response(frequencies, values, linear.inputs, linear.outputs, (*linear.notes, *notes), units)
+    return Response(
+        frequencies,
+        values,
+        linear.inputs,
+        linear.outputs,
+        (*linear.notes, *notes),
+        units,
+        machine=linear.motion.machine.name,
+    )
 
 
 def _refuse_large(linear: Linearization, count: int) -> None:

@@ -13,7 +13,7 @@ from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.prescribed_motion import WRENCH
-from symoro_elastic.machine.scene import Asked, Point
+from symoro_elastic.machine.scene import BASE, Asked, Point
 from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
@@ -155,6 +155,8 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
     except FormulaError as error:
         raise _error(machine, place, f"{quoted(name)}: {error}") from None
     names = [joint.name for joint in machine.joints]
+    if asked.name == BASE and BASE not in names and machine.floating and not asked.at:
+        return FrameSignal(name, 0, component, order)
     if asked.seen_from:
         raise _error(
             machine, place, f"{quoted(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'"

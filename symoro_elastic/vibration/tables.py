@@ -80,6 +80,15 @@ def linearization_json(linear: Linearization) -> dict[str, Any]:
     return {**arrays, "poles": [[pole.real, pole.imag] for pole in damped(linear)[0].tolist()]}
 
 
+def linearization_lines(linear: Linearization) -> list[str]:
+    """Return lines with the state, the names of coordinates and signals, and whether a pole is unstable."""
+    growth = damped(linear)[0].real.max(initial=0.0)
+    signals = (", ".join(names) or "none" for names in (linear.inputs, linear.outputs))
+    stable = f"fastest growth {growth:.3g} 1/s: unstable" if growth > 0 else "no pole is unstable"
+    named = [f"coordinates: {', '.join(linear.coordinates)}", "inputs: {}; outputs: {}".format(*signals)]
+    return [*state_lines(linear), *named, *linear.notes, stable]
+
+
 def modes_table(modal: Modes, slopes: Sensitivity) -> Any:
     """Return a row for each mode: Hz, damping, strain energy by spring, kinetic energy by body, sensitivity."""
     from rich.table import Table

@@ -11,14 +11,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.equilibrium import equilibrium
@@ -31,8 +33,8 @@ MATRICES = 8  # of the order of the joints, at each position
 Grid = Mapping[str, Sequence[float]]
 
 
-@dataclass(frozen=True)
-class Tracked:
+@dataclass(frozen=True, repr=False)
+class Tracked(Result):
     """Modes at every position of a grid, column k of all being one mode.
 
     `positions` (points, joints of the grid), `modes` those there, `mac` (points, m) how alike each is to the
@@ -60,6 +62,36 @@ class Tracked:
     def doubtful(self) -> list[tuple[int, int]]:
         """(point, mode) of pairs with a MAC below one half: the grid is too coarse there."""
         return [(int(i), int(k)) for i, k in np.argwhere(self.mac < DOUBTFUL_MAC)]
+
+    @property
+    def headline(self) -> str:
+        """Machine, modes and positions."""
+        name = self.modes[0].linear.motion.machine.name
+        return f"Modes of {name} at {len(self.modes)} positions of {', '.join(self.joints)}"
+
+    def parts(self) -> list[Part]:
+        """Return the table of frequencies, and where they are lowest and highest."""
+        from symoro_elastic.vibration.tables import tracked_conclusion, tracked_table
+
+        name = self.modes[0].linear.motion.machine.name
+        return [Titled(tracked_table(self), f"{name}: frequencies, Hz"), tracked_conclusion(self)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return positions and frequencies as plain data."""
+        from symoro_elastic.vibration.tables import tracked_json
+
+        return tracked_json(self)
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return positions, frequencies, growth, shapes by name."""
+        from symoro_elastic.vibration.export import tracked_arrays
+
+        return tracked_arrays(self)
+
+    def columns(self) -> dict[str, AnyArray]:
+        """Return a row for each position: the joints, and the frequency of each mode, Hz."""
+        places = dict(zip(self.joints, self.positions.T, strict=True))
+        return {**places, **{f"mode {k + 1}": f for k, f in enumerate(self.frequencies.T)}}
 
 
 def over_grid(

@@ -72,7 +72,8 @@ REFUSED = {
     "no position near start": (
         changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }")),
         (),
-        r"loop diamond: no position near start: 0\.\d+ m stay open after 50 steps of Newton's method",
+        r"loop diamond: no position near start: 0\.\d+ m stay open after 50 steps of Newton's method: "
+        r"check the lengths b, d and r around it, or give another start",
     ),
     "no position, no start": (
         changed("five_bar", ("L2 = { value = 0.5 }", "L2 = { value = 0.1 }"), (START, "")),
@@ -91,10 +92,32 @@ REFUSED = {
         r"loop parallelogram: 2 equations for 3 dependent variables \(3 of 5 are fulfilled by the plane\): "
         r"keep one of th3, th7, th8 independent",
     ),
+    "offsets that cannot meet": (
+        changed("four_bar", ("d = 0.6,", "d = 0.6, r = 0.1,")),
+        (),
+        r"loop linkage: no position near start: 0\.1 m stay open that no joint of the loop changes: "
+        r"check the lengths b, d and r around it",
+    ),
+    "axes that cannot meet": (
+        changed("four_bar", ("d = 0.6,", "alpha = 0.3, d = 0.6,")),
+        (),
+        r"loop linkage: no position near start: 0\.21 rad stay open that no joint of the loop changes: "
+        r"check the angles gamma and alpha around it",
+    ),
+    "two motors on one freedom": (
+        changed(
+            "four_bar",
+            ('kind = "passive", sigma = 0, d = 0.55', 'kind = "motor", sigma = 0, d = 0.55'),
+            ('meets = "pin_end",', 'meets = "pin_end", dependent = ["q2", "q3"],'),
+        ),
+        (),
+        r"inverse_dynamics: 2 motors drive 1 freedom: only 1 combination of torques is determined; "
+        r"give sharing, or make the beam elastic",
+    ),
     "too few dependent joints": (
         changed("four_bar", ('meets = "pin_end",', 'meets = "pin_end", dependent = ["q2"],')),
         (),
-        r"loop linkage: 2 equations for 1 dependent variables? \(3 of 5 are fulfilled by the plane\): "
+        r"loop linkage: 2 equations for 1 dependent variable \(3 of 5 are fulfilled by the plane\): "
         r"name more joints in dependent",
     ),
     "dependent joints on one axis": (

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c_steps import CSteps, StepText
@@ -26,7 +27,7 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.machine import Floating, Kind, Machine
+from symoro_elastic.machine.machine import Floating, Given, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.scene import STEPS, Scene
 from symoro_elastic.numerics.implementations import import_package
@@ -36,6 +37,7 @@ from tests.closed_chains.machines import machine as of_loops
 from tests.closed_chains.machines import situations
 from tests.generated_code import COMPILERS
 from tests.models.test_creep import creeping
+from tests.models.test_floating_base import on
 from tests.references.random_machines import planar_2r, random_machine
 
 STRICT = ("-O0", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
@@ -47,6 +49,8 @@ CASES = {
     "ring": ("w2",),
     "delta": ("w2", "rk4"),
     "ball_screw": ("w2",),
+    "on_base": ("w3", "rk4", "midpoint"),
+    "body": ("w2",),
 }
 
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="no C compiler")
@@ -58,6 +62,11 @@ def machine(name: str) -> Machine:
         return creeping(random_machine(3, joints=4, kinds=kinds, symbolic=True, massless=0))
     if name == "planar":
         return planar_2r(elastic=[2])
+    if name == "on_base":
+        kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE)
+        return on(creeping(random_machine(3, joints=3, kinds=kinds, massless=0)), turned=Orientation.QUATERNION)
+    if name == "body":
+        return on(Machine("body", (Joint("tip", 0, Kind.FIXED, 2),)))
     return creeping(of_loops(name))
 
 
@@ -85,6 +94,13 @@ def generated(name: str) -> Generated:
 def state_of(name: str, package: Package, module: ModuleType) -> dict[str, Array]:
     """q, qd and, where loops are assembled, q_dep of some states."""
     rng, n = np.random.default_rng(1), len(package.axes)
+    if package.base:
+        joints = {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
+        turned = Rotation.random(STATES, random_state=1)
+        by_matrix = package.base[0].name == "R0"
+        first = turned.as_matrix().reshape(STATES, 9) if by_matrix else turned.as_quat()
+        others = {"P0": rng.normal(size=(STATES, 3)), "V0": rng.normal(size=(STATES, 6))}
+        return joints | {package.base[0].name: first} | others
     if package.dependent is None:
         return {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
     first = situations(name)[0].state
@@ -138,7 +154,9 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     """Results for all states at once."""
     motors = len(of.package.motor_names)
     read = given(step, of.package, of.state["q"])
-    rows = [x.reshape(STATES, -1, motors) if name in step.variant.of_nodes else x for name, x in read.items()]
+    widths = dict.fromkeys(step.variant.of_nodes, motors) | {"f0": 6}
+    nodes = len(step.method.nodes)
+    rows = [x.reshape(STATES, nodes, widths[name]) if name in widths else x for name, x in read.items()]
     function = getattr(of.module, step.name.removeprefix(f"{of.package.name}_"))
     found: tuple[Array, ...] = function(*rows, H, *of.state.values(), parameters(of.package)[:-1])
     return found
@@ -153,6 +171,8 @@ def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
         one, many = by_c(of, step), by_numpy(of, step)
         rounding = 1e-10 if step.method.kind == "rosenbrock" else 1e-12
         for array, ours, other in zip(step.written, one, many, strict=True):
+            if not ours.size:
+                continue
             assert np.abs(ours).max() > 0, step.name
             np.testing.assert_allclose(ours, other, rtol=0, atol=rounding * np.abs(ours).max(), err_msg=step.name)
             moved = array.name == "error" or np.abs(ours - of.state[array.name]).max() > 1e-7
@@ -210,28 +230,36 @@ def functions_of(package: Package) -> Any:
 
 
 @pytest.mark.skipif(not available(), reason="no valgrind")
-def test_a_step_takes_the_same_instructions_at_every_state(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("which", "words"), [("random", "0134"), ("on_base", "04")])
+def test_a_step_takes_the_same_instructions_at_every_state(which: str, words: str, tmp_path: Path) -> None:
     """Moderate angles: those beyond the range of the generated sine are another path of it."""
-    package = generated("random").package
+    package = generated(which).package
     name, n, m = package.name, len(package.axes), len(package.motor_names)
+    base = [f"b{k}" for k in range(len(package.base))]
+    sizes = dict(zip(base, (one.size for one in package.base), strict=True))
+    arrays = "".join(f", {b}[{size}]" for b, size in sizes.items()) + (f", f0[{4 * 6}]" if base else "")
+    filled = "".join(
+        f"for (int k = 0; k < {size}; ++k) {b}[k] = 0.3 + 0.1*x*k;\n        " for b, size in sizes.items()
+    ) + (f"for (int k = 0; k < {4 * 6}; ++k) f0[k] = x*k;\n        " if base else "")
+    p = f"{name}_defaults" if package.parameters else "0"
     program = f"""
 #include "{name}.h"
 
 int main(int count, char **words)
 {{
-    double tau[{4 * m}], q[{n}], qd[{n}];
+    double tau[{4 * m}], q[{n}], qd[{n}]{arrays};
     const double x = 0.43*(words[count - 1][0] - '2');
     for (int call = 0; call < 20; call++) {{
         for (int k = 0; k < {4 * m}; ++k) tau[k] = 0.3*k*x;
         for (int k = 0; k < {n}; ++k) q[k] = 0.1*k + 0.2*x;
         for (int k = 0; k < {n}; ++k) qd[k] = 0.4 - x*k;
-        {name}_step_w3(tau, 1e-4, {name}_defaults, q, qd);
+        {filled}{name}_step_w3({", ".join(["tau", *(["f0"] if base else []), "1e-4", p, "q", "qd", *base])});
     }}
     return 0;
 }}
 """
     files = render_c(package) | {"main.c": program}
-    counts = {counted(files, COMPILERS[0], word) for word in "0134"}
+    counts = {counted(files, COMPILERS[0], word) for word in words}
     assert len(counts) == 1
 
 
@@ -284,8 +312,13 @@ def test_a_machine_without_moving_joints_has_no_steps() -> None:
     assert "no joint moves" in refused(described, "w3")
 
 
-def test_a_floating_base_has_no_steps() -> None:
-    assert "not offered on a floating base" in refused(replace(planar_2r(), floating=Floating()), "w3")
+def test_a_base_of_known_acceleration_has_no_steps() -> None:
+    driven = replace(planar_2r(), floating=Floating(known=Given.ACCELERATION))
+    assert "base, known: the acceleration of the base is given, so it is no state" in refused(driven, "w3")
+
+
+def test_a_floating_base_has_no_rodas4() -> None:
+    assert "rodas4 needs exact derivatives" in refused(replace(planar_2r(), floating=Floating()), "rodas4")
 
 
 @pytest.mark.parametrize(("names", "says"), [(("w3", "w5"), "no time step 'w5'"), (("w3", "w3"), "w3 is named twice")])

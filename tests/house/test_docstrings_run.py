@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import importlib
 
 import pytest
@@ -9,7 +10,14 @@ import pytest
 from tests.golden import ROOT
 
 
-@pytest.mark.parametrize("module", ["symoro_elastic", "symoro_elastic.vibration"])
+def test_the_first_session_prints_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    found = doctest.testmod(importlib.import_module("symoro_elastic"))
+    assert found.attempted >= 5
+    assert not found.failed
+
+
+@pytest.mark.parametrize("module", ["symoro_elastic.vibration"])
 def test_programs_in_docstrings_run(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the first import to the next sentence."""
     pytest.importorskip("scipy")

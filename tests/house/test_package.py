@@ -57,7 +57,7 @@ def outside(*command: object, folder: Path) -> subprocess.CompletedProcess[str]:
 def test_the_wheel_holds_code_templates_and_nothing_else(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     code = {str(path.relative_to(ROOT)) for path in (ROOT / "symoro_elastic").rglob("*.py")}
-    templates = {f"symoro_elastic/{path.relative_to(ROOT)}" for path in (ROOT / "templates").rglob("*.j2")}
+    templates = {f"symoro_elastic/{path.relative_to(ROOT)}" for path in (ROOT / "templates").rglob("*.*")}
     assert code | templates <= names and len(templates) >= 5
     others = {name for name in names - code - templates if ".dist-info/" not in name}
     assert others == {"symoro_elastic/py.typed"}

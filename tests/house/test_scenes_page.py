@@ -2,92 +2,27 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib
-import io
 import re
-import shlex
 import shutil
-import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
-from decimal import Decimal, InvalidOperation
-from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from tests.command_line import EXAMPLES, ended
+from tests.command_line import EXAMPLES
+from tests.documented_pages import BELOW, BLOCK, differences, output, runs
 from tests.golden import ROOT
 
 PAGE = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
-SCENE, REDUCED = (text for language, text in BLOCKS if language == "toml")
+SCENE, REDUCED = (text for language, text in BLOCK.findall(PAGE) if language == "toml")
 IN_REAL_TIME = sys.platform.startswith("linux") and shutil.which("cc")
 pytestmark = pytest.mark.skipif(not IN_REAL_TIME, reason="the loop is for Linux and its compiler")
 
-TIME = re.compile(r"[\d.e+-]+ [num]?s\b")
-VERDICT = re.compile(r"(within|more than) the TIME that|\d+ overruns|\d\.\de-1\d|-?─+")
-BELOW = Decimal("1e-9")
-"""Of a number that is rounding: positions that are zero but for that."""
-
-
-class Run(NamedTuple):
-    """A command or a program, and what the page shows of its output."""
-
-    language: str
-    text: str
-    shown: str
-
-
-RUNS = [
-    Run(language, text, shown)
-    for (language, text), (kind, shown) in pairwise([*BLOCKS, ("sh", "")])
-    if language in ("sh", "python")
-    for shown in [shown if not kind else ""]
-]
-
-
-def words(text: str) -> list[str]:
-    """Without times, what depends on them, and the last digits of rounding errors."""
-    return VERDICT.sub("", TIME.sub("TIME", text)).split()
-
-
-def differ(shown: str, printed: str) -> bool:
-    """Whether two words are other texts, or numbers by more than one of the last digit that is shown."""
-    if shown == printed:
-        return False
-    try:
-        x, y = Decimal(shown.strip(",[]")), Decimal(printed.strip(",[]"))
-    except InvalidOperation:
-        return True
-    digit = Decimal(1).scaleb(int(x.as_tuple().exponent))
-    return abs(x - y) > max(digit, BELOW)
-
-
-def differences(shown: str, printed: str) -> list[tuple[str, str]]:
-    before, after = words(shown), words(printed)
-    if len(before) != len(after):
-        return [(shown, printed)]
-    return [pair for pair in zip(before, after, strict=True) if differ(*pair)]
-
-
-def output(run: Run) -> str:
-    """Standard output, then the error stream."""
-    if run.language == "python":
-        with contextlib.redirect_stdout(io.StringIO()) as out:
-            exec(run.text, {})
-        return out.getvalue()
-    program, *arguments = shlex.split(run.text)
-    if program == "symoro-elastic":
-        done = ended(*arguments)
-        assert done.code == 0, done.err
-        return done.out + done.err
-    finished = subprocess.run([program, *arguments], capture_output=True, text=True, check=True)
-    return finished.stdout
+RUNS = runs(PAGE)
 
 
 @pytest.fixture

@@ -14,9 +14,9 @@ from click.testing import CliRunner, Result
 pytest.importorskip("scipy")
 
 from symoro_elastic.cli import cli
-from symoro_elastic.cli.identification import neutral_positions
 from symoro_elastic.errors import InputError
 from symoro_elastic.identification.excitation import Limits, random_motion
+from symoro_elastic.identification.report import neutral_positions
 from symoro_elastic.identification.trajectory import limits_of, trajectory
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.scene import Scene

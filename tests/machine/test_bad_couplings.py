@@ -408,8 +408,36 @@ def test_couplings_with_a_pitch_are_legal(cell: str) -> None:
 
 
 def test_a_ratio_that_no_gear_has_is_warned_about() -> None:
+    """In the motor's ratio, in the cell of the rotor, and in that of the joint behind the gear."""
     found = check(toml.read(COUPLED.replace("N1 = 100", "N1 = 2e4"), "arm.toml"))
-    assert found == ["joint 3 (arm): ratio = N1: the rotor turns 20000 times as fast as the joint; is this meant?"]
+    assert found == [
+        "joint 2 (rotor): theta = N1*q1: the joint turns 20000 times as fast as q1; is this meant?",
+        "joint 3 (arm): ratio = N1: the rotor turns 20000 times as fast as the joint; is this meant?",
+        "joint 5 (crank): theta = qm/N1: qm turns 20000 times as fast as the joint; is this meant?",
+    ]
+
+
+@pytest.mark.parametrize(
+    "cell", ["1e4*q1", "q1/1e4", "q1 + 1e-5*q2", "2e4*sin(q1)", "q1*q2*1e5", "1/q1", "N*q1", "1e6"]
+)
+def test_other_cells_are_no_gears_beyond_measure(cell: str) -> None:
+    """Gears up to 10000, small couplings beside a large one, cams, ratios without value."""
+    text = COUPLED.replace('"N1*q1"', f'"{cell} + 0*q1"').replace("N1 = 100", "N1 = 100\nN = nan")
+    assert check(toml.read(text, "arm.toml")) == []
+
+
+def test_a_rotor_with_a_body_and_a_rotor_inertia_is_questioned() -> None:
+    row = side('theta = "50*q1"', "coupled")
+    text = COUPLED.replace(END, row).replace("[motors]", "[motors]\nside = { rotor_inertia = 1e-3 }")
+    body = "[bodies]\nside = { mass = 1, center_of_mass = [X, 0, 0], inertia = [1e-3, 1e-3, 2e-3] }"
+    questioned, eccentric = (
+        check(toml.read(text.replace("[bodies]", body.replace("X", x)), "arm.toml")) for x in ("0", "0.1")
+    )
+    assert questioned == [
+        "joint 11 (side): inertia ZZ of the body and rotor_inertia are both counted: one of them where they are of the "
+        "same rotor"
+    ]
+    assert check(toml.read(text, "arm.toml")) == eccentric == []
 
 
 def test_frames_of_cut_joints_are_not_asked_for() -> None:

@@ -14,9 +14,9 @@ from symoro_elastic.machine.formats import par, par_extensions, par_syntax, toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.named_cells import with_named_cells
+from symoro_elastic.machine.table import machine_table
 from symoro_elastic.models.base_parameters import grouped
 from symoro_elastic.numerics.values import DRAWS, parameter_values
-from symoro_elastic.reports.tables import machine_table
 
 BODIES = (Dimension.MASS, Dimension.FIRST_MOMENT, Dimension.INERTIA)
 

@@ -127,7 +127,7 @@ def random_couplings(seed: int) -> tuple[Machine, dict[str, float]]:
         if not leaders:
             continue
         first, second = rng.choice(leaders), rng.choice(leaders)
-        text = rng.choice(["N*{0}", "N*{0} - {1}/3", "sin({0})*{1}", "2*({0} + N*{1}) + pi", "-{0}/N"])
+        text = rng.choice(["N*{0}", "N*{0} - {1}/3", "sin({0}/N)*{1}", "2*({0} + N*{1}) + pi", "-{0}/N"])
         cell = parse(text.format(first, second))
         kind = rng.choice([Kind.MOTOR, Kind.ELASTIC, Kind.COUPLED])
         variable = None if kind is Kind.COUPLED else f"x{j}"

@@ -189,6 +189,16 @@ def test_a_tree_that_says_it_has_loops_is_warned_about() -> None:
     the_same_after_writing(machine)
 
 
+@pytest.mark.parametrize(("said", "kind"), [("0", "a chain"), ("1", "a tree")])
+def test_a_type_without_loops_is_questioned_where_rows_close_one(said: str, kind: str) -> None:
+    machine = par.read(PAR_LOOP.replace("Type = 2", f"Type = {said}"), "arm.par")
+    assert check(machine) == [
+        f"Type = {said}: that is {kind}, but NJ > NL: the machine is taken with a closed loop; write Type = 2, or "
+        "leave those rows out"
+    ]
+    assert check(par.read(PAR_LOOP, "arm.par")) == check(par.read(PAR_LOOP.replace("Type = 2\n", ""), "arm.par")) == []
+
+
 def test_start_without_a_loop_is_refused() -> None:
     said = message(f"{PAR}(*! start = {{q1 = 0}} *)")
     assert said == "(*! start *): there is no closed loop (NJ = NL = 3): leave it out"

@@ -60,3 +60,14 @@ def test_the_reduced_model_leaves_the_gyroscopic_part_out() -> None:
     (full, _), (less, _) = inertia_and_bias(by_body()), inertia_and_bias(by_ratio())
     assert full[1, 1] == pytest.approx(less[1, 1], rel=1e-13)
     assert full[0, 1] - less[0, 1] == pytest.approx(50 * 2e-3 * np.cos(np.pi / 3), rel=1e-12)
+
+
+def test_a_rotor_inertia_on_a_coupled_joint_turns_with_that_joint() -> None:
+    """As a ratio on the joint that it follows; beside a body both count."""
+    motor = "rotor = { rotor_inertia = 2e-3 }"
+    alone = toml.read(ARM.format(rotor=ROTOR, body="", motor=motor), "arm.toml")
+    for first, second in zip(inertia_and_bias(alone), inertia_and_bias(by_ratio()), strict=True):
+        np.testing.assert_allclose(first, second, rtol=1e-12, atol=1e-13)
+    body = "rotor = { mass = 0, center_of_mass = [0, 0, 0], inertia = [0, 0, 2e-3] }"
+    both = toml.read(ARM.format(rotor=ROTOR, body=body, motor=motor), "arm.toml")
+    assert inertia_and_bias(both)[0][1, 1] - inertia_and_bias(by_body())[0][1, 1] == pytest.approx(50**2 * 2e-3)

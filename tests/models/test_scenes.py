@@ -22,8 +22,8 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
+from symoro_elastic.models.tables import models_json
 from symoro_elastic.pipeline import generate, is_part
-from symoro_elastic.reports.tables import models_json
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import OperationCount

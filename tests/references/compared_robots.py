@@ -64,7 +64,7 @@ class ComparedRobot:
         """Of the inverse model."""
         return self.traced.models[0].program.count
 
-    @property
+    @cached_property
     def own(self) -> list[str]:
         """Joints of the file with a variable, in the order of the rows."""
         return [joint.name for joint in self.tree.moving if joint.follows is None]

@@ -271,3 +271,34 @@ def constraint_dynamics(
         given += sign * pin.rnea(model, scratch, position, rest, rest, *wrenches)
     found = pin.constraintDynamics(model, state, position, velocity, given, constraints, data, settings)
     return np.array(found[built.order])
+
+
+class FreeFlyer:
+    """Accelerations of a machine on a floating base, springs and dampers included; built once for many states."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._built = _build(machine, None)
+        self.rows = [*range(6), *self._built.order]
+
+    def equations(self, base: BaseState, q: Numbers, qd: Numbers) -> tuple[Array, Array]:
+        """A by `crba`, and what A (V0d, qdd) is where the base and the motors push with nothing; base first."""
+        built, model, data = self._built, self._built.model, self._built.data
+        position, velocity = _put(built, q, position=True), _put(built, qd)
+        position[:7] = [0.0, 0, 0, *pin.Quaternion(base.rotation).coeffs()]
+        velocity[:6] = base.velocity
+        still = np.zeros(model.nv)
+        still[:6] = BaseState(base.rotation, base.velocity, np.zeros(6)).spatial
+        bias = np.array(pin.rnea(model, data, position, velocity, still, _external_forces(built)))[self.rows]
+        pin.crba(model, data, position)
+        A = np.triu(data.M) + np.triu(data.M, 1).T
+        passive = np.concatenate([np.zeros(6), _joint_forces(built, np.asarray(q), np.asarray(qd))])
+        return A[np.ix_(self.rows, self.rows)], passive - bias
+
+    def momentum(self, rotation: Array, position: Array, velocity: Array, q: Numbers, qd: Numbers) -> Array:
+        """Linear momentum, and the angular one about the centre of mass, in axes of the world."""
+        built = self._built
+        place, speed = _put(built, q, position=True), _put(built, qd)
+        place[:7] = [*position, *pin.Quaternion(rotation).coeffs()]
+        speed[:6] = velocity
+        found = pin.computeCentroidalMomentum(built.model, built.data, place, speed)
+        return np.array([*found.linear, *found.angular])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ class Robot:
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "data", model.createData())
 
-    @property
+    @cached_property
     def joints(self) -> list[str]:
         """Names of all joints that move."""
         return [str(name) for name in self.model.names][1:]
@@ -51,7 +52,7 @@ class Robot:
         """Names of those with a variable of their own."""
         return [name for name in self.joints if name not in self.followed]
 
-    @property
+    @cached_property
     def followed(self) -> dict[str, tuple[str, float, float]]:
         """The joint that a joint mimics, multiplier and offset."""
         found = {}
@@ -62,7 +63,7 @@ class Robot:
                 found[str(joint.get("name"))] = (str(mimic.get("joint")), *numbers)
         return found
 
-    @property
+    @cached_property
     def links(self) -> list[str]:
         return [str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY]
 

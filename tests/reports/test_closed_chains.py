@@ -14,6 +14,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.models.loops.description import described_loops
 from symoro_elastic.models.rotors import rotors
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.reports.closed_chains import closed_chain
 from tests.closed_chains.machines import FILES, machine
 from tests.command_line import EXAMPLES, ended, run
@@ -127,11 +128,28 @@ def test_a_start_next_to_a_singular_position_is_warned_of(length: str, bent: str
 
 
 def test_the_speed_from_which_a_rotor_matters() -> None:
-    """Turn and roll at w: the moment Z N w w on tilt, whose inertia is 1.5 + 0.4 + 0.1, gives it 0.01 rad/s2."""
+    """Turn and roll at w: 0.4 w^2 of the roll and Z N w^2 of the rotor act on tilt, 2 kg m2.
+
+    The moment of the rotor is 1 % of the result: of 1 rad/s2 and what both moments cause.
+    """
     wrist = toml.read(WRIST, "wrist.toml")
     (rotor,) = rotors(wrist, placed_machine(wrist, {"tilt": math.pi / 2}).q)
     assert rotor.turning == ("turn", "roll") and rotor.has_body
-    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 2.0 / (50 * 0.003)), rel=1e-12)
+    ZN = 50 * 0.003
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 2.0 / (ZN - 0.01 * (0.4 + ZN))), rel=1e-12)
+
+
+BY_INERTIA = WRIST.replace("[0.1, 0.1, 0.003]", "[0.1, 0.1, 0]") + "[motors]\nrotor = { rotor_inertia = 0.003 }\n"
+
+
+def test_there_the_rotor_body_differs_by_one_percent_from_its_inertia() -> None:
+    """By the generated direct models of both, where a torque would give 1 rad/s2 at rest."""
+    body, inertia = (toml.read(text, "wrist.toml") for text in (WRIST, BY_INERTIA))
+    (rotor,) = rotors(body, placed_machine(body, {"tilt": math.pi / 2}).q)
+    q, qd = np.array([0, math.pi / 2, 0]), rotor.speed * np.array([1.0, 0.0, 1.0])
+    codes = (numpy_model(one, ("direct_dynamics",)) for one in (body, inertia))
+    full, less = (code.direct_dynamics(q, qd, np.zeros(3))[1] for code in codes)
+    assert abs(full - less) / (1 + abs(full)) == pytest.approx(0.01, rel=1e-9)
 
 
 def test_a_ratio_has_the_speed_of_a_rotor_about_the_axis_of_the_joint() -> None:
@@ -139,7 +157,34 @@ def test_a_ratio_has_the_speed_of_a_rotor_about_the_axis_of_the_joint() -> None:
     short = toml.read("\n".join(x for x in text.splitlines() if "rotor" not in x or "ratio" in x), "short.toml")
     (rotor,) = rotors(short, placed_machine(short, {"tilt": math.pi / 2}).q)
     assert not rotor.has_body
-    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 1.9 / (50 * 0.003)), rel=1e-12)
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 1.9 / (50 * 0.003 - 0.01 * 0.4)), rel=1e-12)
+
+
+def test_an_inertia_on_a_coupled_joint_has_the_speed_of_a_rotor_that_turns_with_it() -> None:
+    inertia = toml.read(BY_INERTIA, "wrist.toml")
+    (rotor,) = rotors(inertia, placed_machine(inertia, {"tilt": math.pi / 2}).q)
+    assert (rotor.has_body, rotor.turning) == (False, ("turn", "roll"))
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 2.0 / (50 * 0.003 - 0.01 * 0.4)), rel=1e-12)
+
+
+def test_a_rotor_with_a_variable_of_its_own_has_the_speed_of_the_joint_that_it_drives() -> None:
+    """Behind an elastic gear: at the speed of the roll, which the rotor drives, as that of a coupled rotor."""
+    text = WRIST.replace('"motor",   sigma = 0, alpha = "pi/2", theta = "q3"', '"elastic", sigma = 0, ROLL')
+    text = text.replace("ROLL", 'alpha = "pi/2", theta = "qm/N + q3", variable = "q3"')
+    text = text.replace('kind = "coupled"', 'kind = "motor"').replace('"N*q3"', '"qm"')
+    wrist = toml.read(text.replace("[bodies]", "[springs]\nroll = { stiffness = 1e4 }\n[bodies]"), "wrist.toml")
+    (rotor,) = rotors(wrist, placed_machine(wrist, {"tilt": math.pi / 2}).q)
+    assert (rotor.joint, rotor.has_body, rotor.turning) == ("rotor", True, ("turn", "roll"))
+    ZN = 50 * 0.003
+    assert rotor.speed == pytest.approx(math.sqrt(0.01 * 2.0 / (ZN - 0.01 * (0.4 + ZN))), rel=1e-12)
+    (unknown,) = rotors(toml.read(text.replace("N = 50", "N = nan"), ""), placed_machine(wrist, {}).q)
+    assert math.isnan(unknown.speed)
+
+
+def test_a_joint_that_others_follow_faster_is_no_rotor() -> None:
+    """The roll, whose body is one of revolution, too."""
+    wrist = toml.read(WRIST.replace("N = 50", "N = 1"), "wrist.toml")
+    assert [rotor.joint for rotor in rotors(wrist, placed_machine(wrist, {}).q)] == ["rotor"]
 
 
 def test_rotors_on_the_base_matter_at_no_speed() -> None:

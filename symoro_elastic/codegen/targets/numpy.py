@@ -58,7 +58,9 @@ def render_numpy(package: Package) -> Files:
     }
     if methods:
         kinds = {method.text.kind for method in methods}
-        files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=methods, kinds=kinds)
+        files["_steps.py"] = render(
+            "numpy/steps.py.j2", name=package.name, methods=methods, kinds=kinds, base=package.base
+        )
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -53,3 +53,14 @@ class Conversion:
 
     snap: float | None = None
     springs: Mapping[str, SpringOnJoint] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, snap: float | None, springs: Mapping[str, float | Sequence[float]]) -> Conversion | None:
+        """The conversion with this tolerance and these springs by joint; None where it changes nothing.
+
+        A spring is its stiffness, alone or with the inertia of the rotor.
+        """
+        found = {
+            name: SpringOnJoint(*x) if isinstance(x, Sequence) else SpringOnJoint(x) for name, x in springs.items()
+        }
+        return cls(snap, found) if found or snap is not None else None

@@ -154,7 +154,10 @@ def _table_of_texts(table: Table, key: str) -> dict[str, str]:
 
 def _number(table: Table, key: str) -> float:
     """The value of a formula of numbers."""
-    cell = table.formula(key)
+    return _value(table, key, table.formula(key))
+
+
+def _value(table: Table, key: str, cell: Formula) -> float:
     for name in sorted(cell.names):
         raise table.fail(key, f"{quoted(name)} is a name: only numbers stand here, and formulas of numbers")
     try:
@@ -210,6 +213,15 @@ LISTS_OF_TEXTS = Type(
 TABLE_OF_TEXTS = Type("table of texts", {"type": "object", "additionalProperties": {"type": "string"}}, _table_of_texts)
 NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INERTIA}
 """Zero of each type of a column."""
+
+
+def list_of_numbers(*lengths: int) -> Type:
+    """A list of numbers, of one of these lengths."""
+
+    def read(table: Table, key: str) -> tuple[float, ...]:
+        return tuple(_value(table, key, cell) for cell in table.formulas(key, lengths))
+
+    return Type(f"{' or '.join(map(str, lengths))} numbers", _list_schema(*lengths), read)
 
 
 def one_of(known: tuple[str, ...]) -> Type:

@@ -12,9 +12,12 @@ from symoro_elastic.machine.formats.keys import (
     Key,
     Section,
     Type,
+    list_of_numbers,
 )
 from symoro_elastic.machine.formats.tables import Table
-from symoro_elastic.machine.prescribed_motion import WRENCH
+from symoro_elastic.machine.prescribed_motion import WRENCH, BaseStart
+
+_OF_BASE = BaseStart()
 
 MOTOR = Key("motor", NAMED, "motor that moves, by name or variable", '"motor_x"')
 FROM = Key("from", NUMBER, "time at which it begins", "0.1", default=0.0, otherwise="0", unit="s")
@@ -75,6 +78,42 @@ FORCES = Section(
     ),
     rows=True,
 )
+BASE_START = Section(
+    "base of [motion]",
+    "Start of a floating base, and the wrench on it, in its axes. It is let go at time 0, with the springs at the "
+    "equilibrium that they have on a base held there.",
+    (
+        Key(
+            *("position", list_of_numbers(3), "position of its origin in the world", "[0, 0, 2]"),
+            default=_OF_BASE.position,
+            otherwise="0",
+            unit="m",
+        ),
+        Key(
+            *("orientation", list_of_numbers(4, 9), "quaternion w x y z, or rotation to axes of the world by rows"),
+            "[1, 0, 0, 0]",
+            default=_OF_BASE.orientation,
+            otherwise="axes of the world",
+        ),
+        Key(
+            *("velocity", list_of_numbers(6), "velocity of its origin, then angular velocity", "[0, 0, 0, 0, 0, 0.5]"),
+            default=_OF_BASE.velocity,
+            otherwise="0",
+            unit="m/s and rad/s",
+        ),
+        Key(
+            *("wrench", list_of_numbers(6), "force, then moment about its origin; its weight is no part of it"),
+            "[0, 0, 34.3, 0, 0, 0]",
+            default=_OF_BASE.wrench,
+            otherwise="0",
+            unit="N and N m",
+        ),
+    ),
+)
+BASE = Key(
+    *("base", BASE_START.type, "start of a floating base, and the wrench on it", "{ velocity = [0, 0, 0, 0, 0, 0.5] }"),
+    otherwise="at rest in axes of the world, without a wrench",
+)
 MOTION = Section(
     "[motion]",
     "A motion of the motors, each of its own variable: the sum of moves, wobbles and a record. Springs start at "
@@ -122,6 +161,7 @@ MOTION = Section(
             default=(),
             otherwise="none",
         ),
+        BASE,
     ),
 )
 
@@ -161,5 +201,5 @@ WANTED = Section(
         Key("time", NUMBER, "largest time of the steps of a period", "50e-6", otherwise="none", unit="s"),
     ),
 )
-OF_MOTION = (MOTION, MOVES, WOBBLES, SERVO, FORCES, WANTED)
+OF_MOTION = (MOTION, MOVES, WOBBLES, SERVO, FORCES, BASE_START, WANTED)
 """The tables of motions and of what is wanted, in the order of the reference."""

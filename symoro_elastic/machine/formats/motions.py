@@ -11,6 +11,8 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.motion_keys import (
     BANDWIDTH,
+    BASE,
+    BASE_START,
     FORCES,
     GAINS,
     MOTION,
@@ -26,6 +28,7 @@ from symoro_elastic.machine.prescribed_motion import (
     WRENCH,
     AppliedForce,
     Bandwidth,
+    BaseStart,
     Gains,
     Move,
     PrescribedMotion,
@@ -72,7 +75,8 @@ def wanted_of(top: Table) -> Wanted | None:
 
 def _motion(table: Table) -> PrescribedMotion:
     """The motion in a table, its names as written."""
-    found = {**MOTION.within(table)}
+    table.only(MOTION.names)
+    found = {key.name: key.read(table) for key in MOTION.keys if key is not BASE}
     moves, wobbles, forces = (_rows(table, key) for key in ("moves", "wobbles", "forces"))
     servos = table.table("servo")
     found |= {
@@ -80,6 +84,7 @@ def _motion(table: Table) -> PrescribedMotion:
         "wobbles": tuple(Wobble(**WOBBLES.within(entry)) for entry in wobbles),
         "servo": {name: _servo(servos.table(name)) for name in servos.entries},
         "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
+        "base": BaseStart(**BASE_START.within(table.table(BASE.name))) if BASE.name in table.entries else None,
     }
     return PrescribedMotion(**found, source=table.source, place=table.place)
 
@@ -115,6 +120,9 @@ def entries_of_motion(motion: PrescribedMotion) -> Entries:
         "file": motion.file,
         "servo": {name: _entries_of_servo(servo) for name, servo in motion.servo.items()},
         "forces": [_entries_of_force(x) for x in motion.forces],
+        "base": {}
+        if motion.base is None
+        else {key.name: list(getattr(motion.base, key.name)) for key in BASE_START.keys},
     }
     return {key: x for key, x in table.items() if x}
 

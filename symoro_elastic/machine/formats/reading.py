@@ -19,6 +19,8 @@ from symoro_elastic.output_files import write_text
 
 FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, MJCF, DISTAL)
 """Every format; a new one is a module and its line here."""
+ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"}
+"""What to do with files of other suffixes."""
 
 
 def read_machine(path: str | Path, taken: Reasons = NONE, models: Models | None = None) -> tuple[Machine, list[str]]:
@@ -69,7 +71,7 @@ def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
     for form in formats:
         if suffix in form.suffixes:
             return form
-    what = f"the suffix {suffix!r} is no machine format: use {_suffixes(formats)}"
+    what = ADVICE.get(suffix) or f"the suffix {suffix!r} is no machine format: use {_suffixes(formats)}"
     raise InputError(str(path), "file", what)
 
 

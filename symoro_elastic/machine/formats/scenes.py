@@ -21,11 +21,15 @@ def read_scene(path: str | Path, machine: Machine, models: Models | None = None)
 
     Its keys stand under [scene] or at the top; tables of motions beside it are left to `read_motions`.
     """
-    top = load(load_text(path), str(path))
-    top = replace(top, entries={key: x for key, x in top.entries.items() if key not in BESIDE})
+    return scene_in(load(load_text(path), str(path)), machine, models)
+
+
+def scene_in(top: Table, machine: Machine, models: Models | None = None) -> Scene:
+    """The scene in the top table of a file, as `read_scene` gives it."""
+    source, top = top.source, replace(top, entries={key: x for key, x in top.entries.items() if key not in BESIDE})
     if "scene" in top.entries:
         top = top.only(("scene",)).table("scene")
-    return resolve(scene_of(top), machine, models, str(path))
+    return resolve(scene_of(top), machine, models, source)
 
 
 def scene_of(table: Table) -> Scene:

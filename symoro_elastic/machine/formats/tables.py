@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +37,29 @@ def load(text: str, source: str) -> Table:
         raise InputError(source, "file", "nested too deeply: no entry needs more than four levels") from None
     except ValueError:
         raise InputError(source, "file", "a number has too many digits") from None
+
+
+def table_of(entries: Mapping[str, Any], source: str) -> Table:
+    """Return the table of a mapping of Python as if it stood in a TOML file; raises `InputError`."""
+    return Table(_as_written(entries, source), source)
+
+
+def _as_written(value: Any, source: str) -> Any:
+    """Return a value of Python as the TOML reader gives it: numbers with a point as texts, lists for all sequences."""
+    if isinstance(value, Mapping):
+        return {str(key): _as_written(x, source) for key, x in value.items()}
+    if isinstance(value, bool | str):
+        return value
+    if hasattr(value, "tolist"):
+        return _as_written(value.tolist(), source)
+    if isinstance(value, Sequence):
+        return [_as_written(x, source) for x in value]
+    if isinstance(value, int):
+        return value
+    if isinstance(value, float):
+        return Number(repr(value))
+    what = f"{type(value).__name__} is no value of a table: give numbers, texts, truth values, lists and mappings"
+    raise InputError(source, "table", what)
 
 
 def _check_keys(text: str, source: str) -> None:

@@ -60,7 +60,12 @@ __all__ = ["FORMAT", "read", "write"]
 
 def read(text: str, source: str) -> Machine:
     """The machine in a TOML text; raises `InputError`. Consistency is checked by `checks.check`."""
-    top = load(text, source).only(MACHINE.names)
+    return machine_of(load(text, source))
+
+
+def machine_of(top: Table) -> Machine:
+    """The machine in the top table of a file, as `read` gives it."""
+    top, source = top.only(MACHINE.names), top.source
     listed = PARAMETERS.type.read(top, PARAMETERS.name)
     parameters = tuple(Parameter(name, *PARAMETER.read(listed, name)) for name in listed.entries)
     joints = _joints(top, {parameter.name for parameter in parameters})

@@ -64,7 +64,8 @@ VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no v
 UNIT = Key(
     "unit",
     keys.TEXT,
-    "unit for the reader; SI, as nothing converts values: mm, deg and the like are refused",
+    "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; other text "
+    "is printed only, but mm, deg and the like are refused, as nothing converts values",
     '"m"',
     default="",
     otherwise='""',

@@ -51,7 +51,8 @@ def refuse_wrong_number(machine: Machine, assembly: Assembly, kept: Sequence[int
 def _wrong_number(machine: Machine, dependent: Sequence[int], rows: int, total: int) -> str:
     names = ", ".join(str(machine.joint(j).variable) for j in dependent)
     dropped = f" ({total - rows} of {total} are fulfilled by the plane)" if total > rows else ""
-    what = f"{rows} equations for {len(dependent)} dependent variables{dropped}: "
+    count = f"{len(dependent)} dependent variable{'s' if len(dependent) != 1 else ''}"
+    what = f"{rows} equation{'s' if rows != 1 else ''} for {count}{dropped}: "
     return what + (f"keep one of {names} independent" if len(dependent) > rows else "name more joints in dependent")
 
 

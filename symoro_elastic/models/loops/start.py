@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import CLOSED, SEED, STEPS, Assembly, Position
 from symoro_elastic.models.loops.closed_forms import Angles, mapped
@@ -39,14 +40,24 @@ def assembled_start(machine: Machine, assembly: Assembly) -> Position:
         error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.moving) else math.inf
     if not error < CLOSED:
         _refuse_singular_anywhere(machine, assembly)
-        found, _ = assembly.assembled(rough, machine.dependent)
-        errors = np.abs(assembly.numbers(found)[0])
-        worst = assembly.equations[int(np.argmax(errors))]
-        what = f"no position near start: {np.max(errors):.2g} {'m' if worst.row < 3 else 'rad'} stay open"
-        what += f" after {STEPS} steps of Newton's method"
-        started = any(loop.start for loop in machine.loops if loop.name == worst.loop)
-        raise machine.error(f"loop {worst.loop}", what if started else f"{what}: write start = {{ ... }}")
+        _refuse_open(machine, assembly, rough)
     return found
+
+
+def _refuse_open(machine: Machine, assembly: Assembly, rough: Position) -> None:
+    """Raise `InputError` for the loop that is open most: by how much, and what to check."""
+    found, _ = assembly.assembled(rough, machine.dependent)
+    errors, _ = assembly.numbers(found)
+    row = int(np.argmax(np.abs(errors)))
+    worst = assembly.equations[row]
+    unit, cells = ("m", "lengths b, d and r") if worst.row < 3 else ("rad", "angles gamma and alpha")
+    what = f"no position near start: {abs(errors[row]):.2g} {unit} stay open"
+    if all(np.max(np.abs(W[row])) < CLOSED for W in _anywhere(machine, assembly)):
+        what += f" that no joint of the loop changes: check the {cells} around it"
+        raise machine.error(f"loop {worst.loop}", what)
+    started = any(loop.start for loop in machine.loops if loop.name == worst.loop)
+    check = f"check the {cells} around it, or give another start" if started else "write start = { ... }"
+    raise machine.error(f"loop {worst.loop}", f"{what} after {STEPS} steps of Newton's method: {check}")
 
 
 def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
@@ -54,11 +65,19 @@ def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
 
     Where loops close the rank of W is at most what it is elsewhere.
     """
-    source = random.Random(SEED)
-    positions = [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
-    columns = independent([assembly.numbers(position)[1].T for position in positions])
+    columns = independent([W.T for W in _anywhere(machine, assembly)])
     if len(columns) >= len(machine.dependent):
-        refuse_singular(machine, assembly, range(len(assembly.equations)), positions)
+        refuse_singular(machine, assembly, range(len(assembly.equations)), _open_positions(machine))
+
+
+def _anywhere(machine: Machine, assembly: Assembly) -> list[Array]:
+    """W at some positions, the loops open."""
+    return [assembly.numbers(position)[1] for position in _open_positions(machine)]
+
+
+def _open_positions(machine: Machine) -> list[Position]:
+    source = random.Random(SEED)
+    return [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
 
 
 def positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:

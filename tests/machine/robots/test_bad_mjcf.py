@@ -194,6 +194,15 @@ def test_what_is_missing_without_the_package_is_said(tmp_path: Path, monkeypatch
         read(tmp_path / "robot.xml")
 
 
+def test_an_old_package_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import mujoco
+
+    monkeypatch.setattr(mujoco, "__version__", "3.9.1")
+    (tmp_path / "robot.xml").write_text(robot(), encoding="utf-8")
+    with pytest.raises(InputError, match=r"mujoco: version 3\.9\.1 is installed, reading MJCF needs 4"):
+        read(tmp_path / "robot.xml")
+
+
 LEFT_OUT = """
 <mujoco><option density="1000"/><worldbody>
   <body name="arm"><joint name="j" range="-1 1"/><geom size="0.1"/><site name="s"/>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,9 +66,9 @@ def test_a_spring_stands_behind_the_motor_of_its_joint() -> None:
         (("--elastic", "elbow"), "symoro-elastic: --elastic: 'elbow' is not JOINT=K or JOINT=K:IA"),
         (
             ("--elastic", "elbow=0:1"),
-            "symoro-elastic: --elastic: 'elbow=0:1' is not JOINT=K or JOINT=K:IA, in N m/rad and",
+            "arm.urdf: joint 'elbow': --elastic elbow: stiffness and inertia of the rotor must",
         ),
-        (("--elastic", "elbow=1:-1"), "symoro-elastic: --elastic: 'elbow=1:-1' is not JOINT=K or JOINT=K:IA"),
+        (("--elastic", "elbow=1:-1"), "arm.urdf: joint 'elbow': --elastic elbow: stiffness and"),
         (("--elastic", "elbow=1:2:3"), "symoro-elastic: --elastic: 'elbow=1:2:3' is not JOINT=K or JOINT=K:IA"),
     ],
 )
@@ -87,6 +88,12 @@ def test_other_machines_are_not_converted() -> None:
     for options in (("--snap",), ("--elastic", "a=1:1")):
         said = refused("convert", EXAMPLES / "planar_2r.toml", "out.toml", *options)
         assert said.endswith("file: --snap and --elastic are for robots as links and joints, not for TOML files")
+
+
+def test_xacro_files_are_to_be_expanded() -> None:
+    Path("arm.urdf.xacro").write_text(ARM, encoding="utf-8")
+    said = refused("show", "arm.urdf.xacro")
+    assert said == "arm.urdf.xacro: file: xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"
 
 
 def test_snapping_says_both_errors_and_simplifies() -> None:
@@ -133,6 +140,19 @@ def test_robots_go_through_all_formats() -> None:
     assert [row.name for row in first.joints] == [row.name for row in second.joints]
     said = refused("convert", "arm.urdf", "out.csv")
     assert said == "out.csv: file: standard DH table files can be read, but not written: use .toml or .par or .urdf"
+
+
+def test_python_reads_robots_and_converts_them() -> None:
+    import symoro_elastic as se
+
+    with pytest.warns(se.MachineWarning, match="angles and lengths are snapped within 1e-09"):
+        machine = se.read("skew.urdf", snap=1e-9, elastic={"one": (2e3, 0.1), "two": [1e3, 0.2]})
+    assert [row.kind.value for row in machine.joints] == ["motor", "elastic"] * 2
+    with pytest.raises(se.InputError, match=r"symoro_elastic: snap: 0\.5 is no tolerance"):
+        se.read("arm.urdf", snap=0.5)
+    link = SimpleNamespace(a=0.4, mdh=True, m=2.0, r=[0.2, 0, 0], I=np.eye(3))
+    arm = se.read(SimpleNamespace(name="for", links=[link, link]))
+    assert arm.name == "for_" and len(arm.moving) == 2
 
 
 # Names

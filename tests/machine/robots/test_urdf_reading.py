@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats.robots.description import JointType
 from symoro_elastic.machine.formats.robots.modified_dh import machine_of
 from symoro_elastic.machine.formats.robots.urdf import describe, rotation
 from symoro_elastic.machine.formats.robots.xml_text import MOST_DEPTH, MOST_ELEMENTS
-from tests.machine.robots.samples import ARM, joint, link, robot
+from symoro_elastic.machine.renaming import renamed
+from symoro_elastic.packaging import reserved_words
+from tests.machine.robots.samples import ARM, GRIPPER, joint, link, robot
 
 BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>
 <robot name="&b;"/>"""
@@ -178,3 +183,49 @@ def test_rotors_of_drake_are_those_of_the_joint() -> None:
     assert [joint.rotor_inertia for joint in description.joints] == pytest.approx([0.5, 0.0])
     with pytest.raises(InputError, match="joint 'one': its rotor inertia is negative"):
         describe(text.replace("2e-4", "-2e-4"), "")
+
+
+# Damage
+
+PIECES = (
+    "",
+    "0",
+    "-1",
+    "nan",
+    "1e999",
+    "<",
+    "/>",
+    '"',
+    "&lt;",
+    "<joint",
+    "link",
+    "parent",
+    'type="fixed"',
+    "mimic",
+    "\x00",
+    "ä",
+)
+
+
+def damaged(rng: random.Random) -> str:
+    """A robot with up to three pieces taken out, put in, or taken from another place."""
+    text = rng.choice((ARM, GRIPPER))
+    for _ in range(rng.randint(1, 3)):
+        start = rng.randrange(len(text))
+        other = rng.randrange(len(text))
+        piece = rng.choice((*PIECES, text[other : other + rng.randrange(60)]))
+        text = text[:start] + piece + text[start + rng.choice((0, 1, 5, 40)) :]
+    return text
+
+
+def test_no_damage_raises_anything_else() -> None:
+    """A damaged file is a robot, or refused in one line."""
+    rng, refused = random.Random(7), 0
+    for _ in range(400):
+        text = damaged(rng)
+        try:
+            check(renamed(machine_of(describe(text, "robot.urdf"), "robot.urdf"), reserved_words()))
+        except InputError as error:
+            assert str(error).startswith("robot.urdf: ") and "\n" not in str(error), text
+            refused += 1
+    assert 200 < refused < 400

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.format import Conversion
 from symoro_elastic.machine.formats.robots.description import Description
 from symoro_elastic.machine.formats.robots.modified_dh import Deviation, table_of
 from symoro_elastic.machine.formats.robots.spring_joints import with_springs
 from symoro_elastic.machine.machine import Machine
+
+MOST_SNAP = 1e-3
 
 
 def converted(description: Description, source: str, conversion: Conversion) -> Machine:
@@ -17,6 +20,9 @@ def converted(description: Description, source: str, conversion: Conversion) -> 
     Where angles and lengths are snapped, a remark says how far frames are from those of the robot, and how far those of
     the exact table are.
     """
+    if conversion.snap is not None and not 0 < conversion.snap <= MOST_SNAP:
+        what = f"{conversion.snap:g} is no tolerance, rad and m: give more than 0, at most {MOST_SNAP:g}"
+        raise InputError("symoro-elastic", "--snap", what)
     robot = with_springs(description, conversion.springs, source)
     exact = table_of(robot, source)
     if conversion.snap is None:

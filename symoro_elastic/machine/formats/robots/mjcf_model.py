@@ -20,7 +20,10 @@ from symoro_elastic.packages import imported
 SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins", "cameras", "lights", "textures")
 """Lists of what moves nothing and may be large, or name files."""
 
-FINITE = {
+OLDEST = 4
+LARGEST = 1e50
+WITHOUT_MEASURE = f"that is not finite, or beyond {LARGEST:g}"
+READ = {
     "body_pos": ("body", "pos"),
     "body_quat": ("body", "its orientation"),
     "body_ipos": ("body", "pos of <inertial>"),
@@ -36,6 +39,8 @@ FINITE = {
     "qpos0": ("", "ref"),
     "qpos_spring": ("", "springref"),
     "actuator_gear": ("actuator", "gear"),
+    "actuator_damping": ("actuator", "damping"),
+    "actuator_armature": ("actuator", "armature"),
     "eq_data": ("equality", "it"),
 }
 """Arrays of MuJoCo that are read: the kind of element that owns a row, and what it is in the file."""
@@ -65,7 +70,7 @@ def compiled(text: str, source: str) -> Compiled:
     Shapes are dropped where they give no inertia, so their files are not needed.
     """
     sources = sources_of(text, source)
-    mujoco = imported("mujoco", "reading MJCF", "mjcf")
+    mujoco = _mujoco()
     try:
         with _in_silence(mujoco):
             spec = mujoco.MjSpec.from_string(sources.text, include=sources.parts)
@@ -76,9 +81,18 @@ def compiled(text: str, source: str) -> Compiled:
             model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise _said(str(error), source) from None
-    _refuse_not_finite(model, source)
+    _refuse_without_measure(model, source)
     name = "" if spec.modelname == "MuJoCo Model" else spec.modelname
     return Compiled(mujoco, model, name, source, has_contacts)
+
+
+def _mujoco() -> Any:
+    """The package, in a version whose models tell which springs are linear."""
+    mujoco = imported("mujoco", "reading MJCF", "mjcf")
+    if int(mujoco.__version__.partition(".")[0]) < OLDEST:
+        what = f"version {mujoco.__version__} is installed, reading MJCF needs {OLDEST}: pip install -U mujoco"
+        raise InputError("symoro-elastic", "mujoco", what)
+    return mujoco
 
 
 @contextmanager
@@ -93,15 +107,15 @@ def _in_silence(mujoco: Any) -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _refuse_not_finite(model: Any, source: str) -> None:
-    """Raise `InputError` for infinite numbers, which MuJoCo takes."""
-    for array, (kind, key) in FINITE.items():
-        for k in np.argwhere(~np.isfinite(getattr(model, array)))[:1, 0]:
+def _refuse_without_measure(model: Any, source: str) -> None:
+    """Raise `InputError` for infinite and huge numbers, which MuJoCo takes."""
+    for array, (kind, key) in READ.items():
+        for k in np.argwhere(~(np.abs(getattr(model, array)) < LARGEST))[:1, 0]:
             owner = model.dof_jntid[k] if array.startswith("dof") else k
             place = f"{kind} {quoted(getattr(model, kind)(int(owner)).name or f'number {owner}')}" if kind else "joints"
-            raise InputError(source, place, f"{key} holds a number that is not finite")
-    if not np.isfinite(model.opt.gravity).all():
-        raise InputError(source, "option", "gravity holds a number that is not finite")
+            raise InputError(source, place, f"{key} holds a number {WITHOUT_MEASURE}")
+    if not (np.abs(model.opt.gravity) < LARGEST).all():
+        raise InputError(source, "option", f"gravity holds a number {WITHOUT_MEASURE}")
 
 
 def _said(message: str, source: str) -> InputError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -52,6 +53,8 @@ def _refuse(description: Description, name: str, spring: SpringOnJoint, source: 
         what = f"no joint that moves is called {quoted(name)}{did_you_mean(name, joints)}"
         raise InputError(source, "--elastic", what)
     place = f"joint {quoted(name)}"
+    if not 0 < spring.stiffness < math.inf or not 0 <= (spring.rotor_inertia or 0) < math.inf:
+        raise InputError(source, place, f"--elastic {name}: stiffness and inertia of the rotor must be positive")
     if joint.follows or not joint.driven or joint.type is JointType.FLOATING:
         raise InputError(source, place, "it has no motor: --elastic splits a joint into its motor and a spring")
     followers = [other.name for other in joints.values() if other.follows and other.follows.joint == name]

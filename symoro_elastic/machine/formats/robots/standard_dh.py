@@ -26,7 +26,7 @@ from symoro_elastic.machine.formats.robots.distal_columns import COLUMNS, SCALES
 from symoro_elastic.machine.formats.robots.modified_dh import machine_of
 from symoro_elastic.machine.formats.robots.rows import about_x, about_z
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import NONE, Reasons, did_you_mean, quoted
 from symoro_elastic.machine.renaming import renamed
 
 BASE, TOOL = "base", "tool"
@@ -105,12 +105,12 @@ def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJo
     )
 
 
-def of_robot(robot: Any, name: str = "") -> Machine:
+def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> Machine:
     """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
 
     These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, m, r, I, Jm, G, B, Tc; without one it is
     zero. `base` and `tool` of the robot are taken too. Friction and rotors are on the side of the motor, G their
-    turns for one of the joint. Raises `InputError` that names the link.
+    turns for one of the joint. `taken` are names that generated code uses. Raises `InputError` that names the link.
     """
     title = name or str(getattr(robot, "name", "") or "robot")
     rows, remarks = [], []
@@ -123,7 +123,7 @@ def of_robot(robot: Any, name: str = "") -> Machine:
     machine = machine_of(
         Description(description.name, description.links, description.joints, remarks=(*remarks,)), title
     )
-    return renamed(machine)
+    return renamed(machine, taken)
 
 
 def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:

@@ -6,7 +6,7 @@ import pytest
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.reports.tables import machine_table
+from symoro_elastic.machine.table import machine_table
 
 
 @pytest.mark.parametrize(

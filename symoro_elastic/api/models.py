@@ -1,0 +1,202 @@
+"""Models of machines: generate, check, equations, trade."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from symoro_elastic import pipeline
+from symoro_elastic.api.machines import MachineLike, chosen, the_machine
+from symoro_elastic.api.scenes import Asked, SceneLike
+from symoro_elastic.codegen.compile import CompilationFailed
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
+from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
+from symoro_elastic.errors import InputError
+from symoro_elastic.numerics.values import NoValues
+from symoro_elastic.output_files import permission, write_text
+from symoro_elastic.pipeline import Generated
+from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.results import Shown
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.machine.scene import Scene
+    from symoro_elastic.numerics.verify import Verification
+    from symoro_elastic.progress import StepProgress
+    from symoro_elastic.trade_off.trade import Trade
+
+
+def generate(
+    machine: MachineLike,
+    out: str | Path = "generated",
+    models: Sequence[str] = (),
+    targets: Sequence[str] = DEFAULT_TARGETS,
+    *,
+    scene: SceneLike = None,
+    outputs: Mapping[str, Sequence[str]] | None = None,
+    fold: Sequence[str] = (),
+    steps: Sequence[str] = (),
+    precisions: Sequence[str] = (DOUBLE.name,),
+    force: bool = False,
+    announce: Announce = announce_nothing,
+) -> Generated:
+    """Write code of a machine's models to `out/<machine name>/`, and return what was written with operation counts.
+
+    Parameters
+    ----------
+    machine
+        A machine, its file or its tables.
+    out
+        Folder of generated machines.
+    models
+        Names of models; by default those of the scene, else direct_dynamics and inverse_dynamics.
+    targets
+        "numpy", "c", "c-batch".
+    scene, outputs, fold, steps
+        As in `load`.
+    precisions
+        Precisions of the C code: "double", "single", "mixed", "double-double".
+    force
+        Replace existing files that the program has not written itself.
+
+    Raises
+    ------
+    InputError
+        Nothing is written then.
+    """
+    found = the_machine(machine)
+    asked = Asked(models, fold, outputs, steps).of(found, scene)
+    names, written_in = chosen(targets, TARGETS, "--target"), chosen(precisions, PRECISIONS, "--precision")
+    with permission(force=force):
+        return written(found, out, names, asked, written_in, announce)
+
+
+def written(
+    machine: Machine,
+    out: str | Path,
+    targets: Sequence[str],
+    scene: Scene,
+    precisions: Sequence[str],
+    announce: Announce = announce_nothing,
+) -> Generated:
+    """Write the models that a scene asks of a machine, as `generate` does."""
+    return pipeline.generate(machine, scene, targets, Path(out), announce, [PRECISIONS[name] for name in precisions])
+
+
+def check(
+    machine: MachineLike,
+    *models: str,
+    scene: SceneLike = None,
+    seed: int = 0,
+    announce: Announce = announce_nothing,
+    progress: Progress = no_progress,
+) -> Verification:
+    """Compare generated C and numpy with 50-digit references at random and at extreme states.
+
+    `ok` of the result says whether every error is within its bound. Raises `InputError` for what cannot be checked.
+    """
+    found = the_machine(machine)
+    try:
+        asked = Asked(models).of(found, scene)
+        return pipeline.verify(found, asked, seed=seed, announce=announce, progress=progress)
+    except (CompilationFailed, NoValues) as error:
+        raise InputError(found.label, "check", str(error)) from None
+
+
+@dataclass(frozen=True, repr=False)
+class Equations(Shown):
+    """The equations of one model of a machine, in the order of evaluation."""
+
+    package: Package
+
+    @property
+    def headline(self) -> str:
+        """Machine and model."""
+        return f"Equations of {self.package.name}: {self.model}"
+
+    def _repr_html_(self) -> str:
+        """Return the page."""
+        return self.html
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.package.functions[0].name
+
+    @cached_property
+    def latex(self) -> str:
+        """A standalone LaTeX document; it needs amsmath and geometry."""
+        from symoro_elastic.reports.page import latex_document
+
+        return latex_document(self.package, self.package.functions[0])
+
+    @cached_property
+    def html(self) -> str:
+        """A standalone web page, in MathML."""
+        from symoro_elastic.reports.page import html_page
+
+        return html_page(self.package, self.package.functions[0])
+
+    def write(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write a .tex, .html or .pdf file (by LaTeX), and return its path; raises `InputError`."""
+        from symoro_elastic.reports.pdf import pdf
+
+        file = Path(path)
+        if file.suffix not in {".tex", ".html", ".pdf"}:
+            raise InputError(str(path), "path", "equations are written as .tex, .html or .pdf")
+        with permission(force=force):
+            if file.suffix == ".pdf":
+                return pdf(self.latex, file)
+            write_text(self.html if file.suffix == ".html" else self.latex, file)
+        return file
+
+
+def equations(
+    machine: MachineLike,
+    model: str = "",
+    *,
+    scene: SceneLike = None,
+    outputs: Mapping[str, Sequence[str]] | None = None,
+    fold: Sequence[str] = (),
+    announce: Announce = announce_nothing,
+) -> Equations:
+    """Return the equations of a model with its intermediate variables, as LaTeX and as a page. Raises `InputError`.
+
+    Without a name it is the first model of the scene, else direct_dynamics.
+    """
+    found = the_machine(machine)
+    asked = Asked((model,) if model else (), fold, outputs).of(found, scene)
+    return Equations(pipeline.programs(found, asked, announce).package)
+
+
+def trade(
+    machine: MachineLike,
+    *models: str,
+    scene: SceneLike = None,
+    effort: str = "usual",
+    states: int = 20_000,
+    extreme: bool = False,
+    rounds: int = 15,
+    seed: int = 0,
+    watched: StepProgress | None = None,
+) -> Trade:
+    """Measure speed and accuracy of every way to build the models of a machine on this computer.
+
+    `effort` is "quick", "usual" or "all"; errors are measured at `states` moderate or `extreme` states, times in
+    `rounds`. `advice(tolerance)` of the result is the fastest build within a relative error. Raises `InputError`.
+    """
+    from symoro_elastic.progress import no_step_progress
+    from symoro_elastic.trade_off.trade import Request
+    from symoro_elastic.trade_off.trade import trade as measured
+
+    found = the_machine(machine)
+    chosen((effort,), ("quick", "usual", "all"), "--effort")
+    try:
+        request = Request(effort, states, extreme, rounds, seed)
+        return measured(found, Asked(models).of(found, scene), request, watched or no_step_progress)
+    except (CompilationFailed, NoValues) as error:
+        raise InputError(found.label, "trade", str(error)) from None

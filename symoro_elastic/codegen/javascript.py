@@ -1,0 +1,56 @@
+"""A program as a JavaScript function: the same statements on the numbers of a browser, which are doubles."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from symoro_elastic.codegen.body import Dialect, Writer, c_continued
+from symoro_elastic.codegen.printers import Printer
+from symoro_elastic.symbolic.program import Program, Statement
+from symoro_elastic.symbolic.renaming import renamed
+
+JAVASCRIPT = Dialect(
+    "const ",
+    ";",
+    lambda text: f"// {text}",
+    c_continued,
+    {name: f"Math.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")},
+)
+
+IN_USE = frozenset(("Math", "q", "q_dep", "do", "if", "in", "of", "let", "new", "try", "var", "for"))
+
+
+def javascript_function(name: str, program: Program) -> str:
+    """Return `function name(q, ...) { ... }`: arrays in, an object of flat arrays out, last index fastest.
+
+    No parameter may be left in the program. Names of a user are not printed: an entry of an array is `q[3]`.
+    """
+    entries = {symbol: f"{x.name}[{k}]" for x in program.inputs for k, symbol in enumerate(x.symbols)}
+    left = program.used - entries.keys()
+    if left:
+        raise ValueError(f"parameters without value: {', '.join(sorted(left))}")
+    program = _with_identifiers(renamed(program, entries))
+    printer = Printer(program, functions=JAVASCRIPT.functions)
+    writer = Writer(printer, JAVASCRIPT, ())
+    lines = [writer.assignment(statement) for statement in (*program.once, *program.statements)]
+    results = [f"        {x.name}: [{', '.join(map(printer.value, x.entries))}]," for x in program.outputs]
+    head = f"function {name}({', '.join(x.name for x in program.inputs)}) {{"
+    return "\n".join([head, *lines, "    return {", *results, "    };", "}"])
+
+
+def _with_identifiers(program: Program) -> Program:
+    """The program with variables whose names are identifiers, each another one: coordinates of a base have dots."""
+    taken = {*IN_USE}
+
+    def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
+        found = []
+        for statement in statements:
+            name = re.sub(r"[^A-Za-z0-9_]", "_", statement.name)
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            found.append(statement._replace(name=name))
+        return tuple(found)
+
+    return replace(program, once=of(program.once), statements=of(program.statements))

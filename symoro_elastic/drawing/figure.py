@@ -1,0 +1,161 @@
+"""The machine as a figure in space: bodies as boxes of equal inertia, joints, springs, rails, frames, names.
+
+Every shape is fixed to a frame, so the placements of the frames are all that is needed to draw it anywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.drawing.bodies import Box, box_of
+from symoro_elastic.drawing.joint_shapes import base_shapes, joint_shapes
+from symoro_elastic.drawing.placements import Placements
+from symoro_elastic.drawing.shapes import Shape, Solid, Wire
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.machine import Joint, Machine
+
+BODY = "body"
+UNIT = 0.02
+"""Of the extent: the unit of the shapes of joints."""
+THIN = 0.3
+"""Of the unit: the least edge of a body that is drawn."""
+LARGEST = 1e6
+"""Of the extent, m."""
+CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A frame that has a name in the figure, and what it is: the kind of its joint, or base."""
+
+    frame: int
+    name: str
+    role: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A machine to be drawn: shapes fixed to frames 0 (the base) and 1 to the number of rows, as it stands.
+
+    `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
+    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `not_to_scale` are
+    parameters of the geometry without value, `skipped` bodies without one.
+    """
+
+    title: str
+    marks: tuple[Mark, ...]
+    shapes: tuple[Solid | Wire, ...]
+    reference: Array
+    antecedents: tuple[int, ...]
+    slides: tuple[bool, ...]
+    up: Array
+    extent: float
+    unit: float
+    not_to_scale: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """The solids among the shapes."""
+        return tuple(shape for shape in self.shapes if isinstance(shape, Solid))
+
+    @property
+    def wires(self) -> tuple[Wire, ...]:
+        """The wires among the shapes."""
+        return tuple(shape for shape in self.shapes if isinstance(shape, Wire))
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines about what the figure does not show as it is."""
+        found = []
+        if self.not_to_scale:
+            found.append(f"not to scale: {', '.join(self.not_to_scale)} without value")
+        if self.skipped:
+            found.append(f"bodies without values are not drawn: {', '.join(self.skipped)}")
+        return tuple(found)
+
+
+def figure_of(placements: Placements, q: Array) -> Figure:
+    """Return the figure of a machine at q (n,); raises `InputError` where a loop does not close, or for its size."""
+    machine, T = placements.machine, placements.at(q)
+    values = parameter_values(machine)
+    boxes = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
+    extent = _extent(machine, T, {j: box for j, box in boxes.items() if box})
+    unit, up = UNIT * extent, upward(machine, values)
+    shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
+    for j, joint in _numbered(machine):
+        if joint.name not in COORDINATES:
+            shapes += joint_shapes(j, joint, T, unit)
+        box = boxes[j]
+        shapes += [_body(j, box, unit)] if box and not machine.is_grouped else []
+    return Figure(
+        machine.name,
+        tuple(_marks(machine)),
+        tuple(shapes),
+        T,
+        (0, *machine.antecedents),
+        (False, *(joint.sigma == 1 for joint in machine.joints)),
+        up,
+        extent,
+        unit,
+        placements.not_given,
+        tuple(joint.name for j, joint in _numbered(machine) if boxes[j] is None and joint.body.mass.names),
+    )
+
+
+def upward(machine: Machine, values: Mapping[str, float]) -> Array:
+    """Return the direction (3,) against gravity; z without gravity, and an axis whose gravity has no value."""
+    gravity = np.array([_value(x, values) for x in machine.base.gravity])
+    if np.isnan(gravity).any():
+        return np.eye(3)[int(np.argmax(np.isnan(gravity)))]
+    size = float(np.linalg.norm(gravity))
+    up: Array = 0.0 - gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    return up
+
+
+def _value(formula: Formula, values: Mapping[str, float]) -> float:
+    return formula.value(values) if formula.names <= values.keys() else math.nan
+
+
+def _numbered(machine: Machine) -> Iterator[tuple[int, Joint]]:
+    return enumerate(machine.joints, start=1)
+
+
+def _floats(machine: Machine) -> bool:
+    """Whether the first rows are the coordinates of a floating base."""
+    return machine.joints[:1] != () and machine.joints[0].name == COORDINATES[0]
+
+
+def _marks(machine: Machine) -> Iterator[Mark]:
+    if not _floats(machine):
+        yield Mark(0, "base", "base")
+    for j, joint in _numbered(machine):
+        if joint.name not in COORDINATES:
+            yield Mark(j, joint.name, joint.kind)
+
+
+def _extent(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> float:
+    """Return the diagonal of the space around all origins and bodies, m; 1 where all is in one point."""
+    points = [T[:, :3, 3]]
+    for j, box in boxes.items():
+        centred = T[j] @ box.placement
+        points.append((CORNERS * box.edges) @ centred[:3, :3].T + centred[:3, 3])
+    spread = np.ptp(np.concatenate(points), axis=0)
+    extent = float(np.linalg.norm(spread))
+    if not extent <= LARGEST:
+        what = f"the machine is {extent:.3g} m large: {LARGEST:g} m is the most that is drawn, check units"
+        raise InputError(machine.label, "joints", what)
+    return extent if extent > 1 / LARGEST else 1.0
+
+
+def _body(j: int, box: Box, unit: float) -> Solid:
+    a, b, c = np.maximum(box.edges, THIN * unit).tolist()
+    return Solid(j, BODY, Shape.BOX, box.placement, (a, b, c))

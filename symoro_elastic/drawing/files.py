@@ -1,0 +1,74 @@
+"""Pictures of machines as files: SVG by itself, PNG and PDF by matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import Any
+
+from symoro_elastic.drawing.figure import BODY
+from symoro_elastic.drawing.palette import LIGHT
+from symoro_elastic.drawing.projection import Drawn
+from symoro_elastic.drawing.svg import Picture, svg
+from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import write_file
+from symoro_elastic.pictures import new_figure, picture
+
+SUFFIXES = (".svg", ".png", ".pdf")
+PIXELS = 96.0
+"""In an inch."""
+CLEAR = 0.3
+"""Opacity of bodies."""
+
+
+def refuse_picture(path: str, place: str) -> None:
+    """Raise `InputError` for a file that is no picture, by its suffix."""
+    if PurePath(path).suffix.lower() not in SUFFIXES:
+        raise InputError(path, place, f"is no picture: its name ends in one of {', '.join(SUFFIXES)}")
+
+
+def write_picture(found: Picture, path: str, place: str) -> None:
+    """Write a picture as SVG, PNG or PDF, by its suffix; raises `InputError`, where matplotlib is missing too."""
+    refuse_picture(path, place)
+    form = PurePath(path).suffix.lower()[1:]
+    content = svg(found).encode("utf-8") if form == "svg" else picture(_plotted(found), form)
+    write_file(content, path, place)
+
+
+def _plotted(found: Picture) -> Any:
+    """The picture as a figure of matplotlib, on light paper."""
+    left, top, right, bottom = found.box
+    figure = new_figure((right - left) / PIXELS, (bottom - top) / PIXELS)
+    figure.set_layout_engine("none")
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    for order, part in enumerate(found.drawn):
+        _plot(axes, part, order)
+    for label in found.labels:
+        end = label.end
+        order = len(found.drawn) + 1
+        axes.plot([label.anchor_x, end[0]], [label.anchor_y, end[1]], color=LIGHT.faint, linewidth=0.5, zorder=order)
+        axes.plot([label.anchor_x], [label.anchor_y], ".", color=LIGHT.ink, markersize=3, zorder=order)
+        halo = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
+        axes.text(
+            *(label.x, label.y, label.text),
+            fontsize=8,
+            color=LIGHT.ink,
+            va="center",
+            zorder=order + 1,
+            bbox=halo,
+            parse_math=False,
+        )
+    return figure
+
+
+def _plot(axes: Any, part: Drawn, order: int) -> None:
+    x, y = part.points.T
+    if not part.closed:
+        axes.plot(x, y, color=LIGHT.roles[part.role], linewidth=1.1, zorder=order)
+        return
+    clear = CLEAR if part.role == BODY else 1.0
+    axes.fill(x, y, facecolor=LIGHT.shaded(part.role, part.shade), edgecolor="none", alpha=clear, zorder=order)
+    edge = {"color": LIGHT.outline(part.role), "linewidth": 0.6, "alpha": min(1.0, 1.6 * clear)}
+    axes.plot([*x, x[0]], [*y, y[0]], zorder=order, **edge)

@@ -1,0 +1,147 @@
+"""The page on which a machine moves: one file that needs no network and no other file.
+
+Names and notes of a machine reach it as data only, which the page shows as text.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from symoro_elastic.codegen.javascript import javascript_function
+from symoro_elastic.codegen.templates import render, template_folder
+from symoro_elastic.drawing.figure import Figure, figure_of
+from symoro_elastic.drawing.joint_shapes import REACH
+from symoro_elastic.drawing.motions import motions_data
+from symoro_elastic.drawing.palette import DARK, LIGHT, Palette
+from symoro_elastic.drawing.projection import view_of
+from symoro_elastic.drawing.shapes import Solid, Wire
+from symoro_elastic.drawing.shown import Shown
+from symoro_elastic.drawing.significant import rounded
+from symoro_elastic.drawing.svg import picture_of, said, svg
+from symoro_elastic.drawing.vibrations import modes_data
+from symoro_elastic.machine.machine import Kind, Machine
+
+SCRIPTS = (
+    "vendor/three.min.js",
+    "space.js",
+    "frames.js",
+    "figure.js",
+    "labels.js",
+    "stage.js",
+    "panel.js",
+    "play.js",
+    "motion.js",
+    "start.js",
+)
+"""Scripts of the page in their order, each in a script element of its own."""
+TURN = 3.142
+"""To each side of a slider of a joint that turns, rad."""
+RUN = re.compile(r"<(script|style)>(.*?)</\1>", re.DOTALL)
+
+
+def machine_page(shown: Shown) -> str:
+    """Return the page as HTML; raises `InputError` where the machine cannot be drawn at its position."""
+    figure = figure_of(shown.placements, shown.q)
+    programs = [javascript_function(name, program) for name, program in shown.placements.programs.items()]
+    names = ", ".join(shown.placements.programs)
+    page = render(
+        "view/page.html.j2",
+        data=as_json(page_data(shown, figure)),
+        style=_file("page.css"),
+        picture=svg(picture_of(figure)),
+        program="\n".join(['"use strict";', *programs, f"const programs = {{ {names} }};"]),
+        scripts=[_file(name) for name in SCRIPTS],
+    )
+    return page.replace("POLICY", _policy(page), 1)
+
+
+def page_data(shown: Shown, figure: Figure) -> dict[str, Any]:
+    """Return all that the scripts of the page read: numbers and texts."""
+    machine = shown.placements.machine
+    dependent = shown.placements.dependent(shown.q)
+    return {
+        "title": figure.title,
+        "summary": said(figure),
+        "notes": list(machine.notes),
+        "remarks": [*figure.remarks, *shown.remarks],
+        "marks": [{"frame": mark.frame, "name": mark.name, "role": mark.role} for mark in figure.marks],
+        "antecedents": list(figure.antecedents),
+        "slides": list(figure.slides),
+        "solids": [_solid(solid) for solid in figure.solids],
+        "wires": [_wire(wire) for wire in figure.wires],
+        "extent": rounded(figure.extent),
+        "unit": rounded(figure.unit),
+        "up": rounded(figure.up),
+        "view": rounded(view_of(figure).axes),
+        "q": rounded(shown.q, 15),
+        "dependent": None if dependent is None else rounded(dependent, 15),
+        "joints": [_joint(machine, j, figure) for j in machine.moving],
+        "leaves": _leaves(machine),
+        "modes": [modes_data(one, figure.extent) for one in shown.modes],
+        "motions": motions_data(shown.motions),
+        "palettes": {"light": _colours(LIGHT), "dark": _colours(DARK)},
+    }
+
+
+def as_json(data: Mapping[str, Any]) -> str:
+    """Return data as JSON in ASCII that closes no element: no `<`, `>` or `&`."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _policy(page: str) -> str:
+    """Return a policy that lets a browser run and apply what is in the page, and load nothing."""
+    found: dict[str, list[str]] = {"script": [], "style": []}
+    for kind, text in RUN.findall(page):
+        digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
+        found[kind].append(f"'sha256-{digest}'")
+    parts = [f"{kind}-src {' '.join(dict.fromkeys(digests))}" for kind, digests in found.items()]
+    return "; ".join(["default-src 'none'", *parts, "base-uri 'none'", "form-action 'none'"])
+
+
+def _file(name: str) -> str:
+    return (template_folder() / "view" / name).read_text(encoding="utf-8")
+
+
+def _solid(solid: Solid) -> dict[str, Any]:
+    at = rounded(solid.placement.reshape(-1))
+    return {"frame": solid.frame, "role": solid.role, "shape": solid.shape, "at": at, "size": rounded(list(solid.size))}
+
+
+def _wire(wire: Wire) -> dict[str, Any]:
+    return {
+        "frame": wire.frame,
+        "role": wire.role,
+        "points": rounded(wire.points.reshape(-1), 6),
+        "behind": rounded(wire.behind, 6),
+    }
+
+
+def _joint(machine: Machine, j: int, figure: Figure) -> dict[str, Any]:
+    joint = machine.joint(j)
+    reach = REACH * figure.unit if joint.sigma == 1 else TURN
+    return {
+        "name": joint.name,
+        "frame": j,
+        "unit": joint.unit,
+        "role": joint.kind,
+        "motor": joint.kind is Kind.MOTOR,
+        "reach": rounded(reach, 4),
+    }
+
+
+def _leaves(machine: Machine) -> list[int]:
+    """Frames that carry no other: those whose paths are drawn."""
+    carried = {*machine.antecedents}
+    ends = (j for j, joint in enumerate(machine.joints, start=1) if joint.kind is not Kind.CUT)
+    return [j for j in ends if j not in carried]
+
+
+def _colours(palette: Palette) -> dict[str, Any]:
+    outlines = {role: palette.outline(role) for role in palette.roles}
+    return {"paper": palette.paper, "faint": palette.faint, "ink": palette.ink, "fill": palette.roles, "edge": outlines}

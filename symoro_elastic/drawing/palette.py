@@ -1,0 +1,76 @@
+"""Colours of figures, by what a shape stands for, on light and on dark paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Colour = tuple[int, int, int]
+LIT = (0.16, 0.0, -0.16)
+"""Of faces turned to the light, aside and away: how far towards white, or black."""
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours `#rrggbb`: paper, ink, faint ink, and those of shapes by their role."""
+
+    paper: str
+    ink: str
+    faint: str
+    roles: dict[str, str]
+
+    def shaded(self, role: str, shade: int) -> str:
+        """Return the colour of a face: shade 0 is lit, 2 dark."""
+        return mixed(self.roles[role], LIT[shade])
+
+    def outline(self, role: str) -> str:
+        """Return the colour of the edges of a shape."""
+        return mixed(self.roles[role], -0.45 if self is LIGHT else -0.6)
+
+
+def mixed(colour: str, share: float) -> str:
+    """Return a colour mixed with white by a share, with black by a negative one."""
+    aim = 255 if share > 0 else 0
+    parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(part + abs(share) * (aim - part)):02x}" for part in parts)
+
+
+LIGHT = Palette(
+    "#fbfaf7",
+    "#20262b",
+    "#6d757c",
+    {
+        "body": "#8fa9bf",
+        "motor": "#1f6fb2",
+        "elastic": "#dd7418",
+        "passive": "#9aa2a8",
+        "coupled": "#7a68ae",
+        "fixed": "#b3b8bc",
+        "cut": "#b8405a",
+        "link": "#6b747c",
+        "rail": "#c2c8cc",
+        "base": "#d6d0c2",
+        "x": "#c9382f",
+        "y": "#2a8a52",
+        "z": "#2f5fc4",
+    },
+)
+DARK = Palette(
+    "#14181c",
+    "#e8eaec",
+    "#98a2aa",
+    {
+        "body": "#5f7d96",
+        "motor": "#4a9fe0",
+        "elastic": "#f2994a",
+        "passive": "#87919a",
+        "coupled": "#a08fd8",
+        "fixed": "#707a82",
+        "cut": "#e2708a",
+        "link": "#8b969f",
+        "rail": "#4d565e",
+        "base": "#57534a",
+        "x": "#ee6f66",
+        "y": "#5cc489",
+        "z": "#7fa6f5",
+    },
+)

@@ -1,0 +1,104 @@
+"""Where the frames of a machine are: their placements at positions, as numbers and as a program for a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.numerics.closed_positions import Followed, drawn_values
+from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
+from symoro_elastic.symbolic.program import Program
+
+STAND_IN = 1.0
+"""Length, m, or angle, rad, that is drawn where the machine gives none."""
+
+
+@dataclass(frozen=True)
+class Placements:
+    """Placements of the frames of `machine`, which has coordinates for a floating base and motors that are independent.
+
+    `not_given` are the parameters of its geometry that have no value; stand-ins are drawn for them.
+    """
+
+    machine: Machine
+    not_given: tuple[str, ...]
+
+    @cached_property
+    def programs(self) -> dict[str, Program]:
+        """The programs of its frames by the name of their model; `assemble` is one where loops have no closed form."""
+        models = ("geometric_model", "assemble")[: 1 + self.is_followed]
+        traced = trace_scene(self.machine, Scene(models=models, fold=ALL))
+        return {one.model.name: one.program for one in traced}
+
+    @cached_property
+    def is_followed(self) -> bool:
+        """Whether loops have no closed form, so that their joints are followed from the start."""
+        return any(x.name == "q_dep" for x in trace(self.machine, "geometric_model").program.inputs)
+
+    @cached_property
+    def start(self) -> Array:
+        """q (n,) with springs neutral, loops at their start, and other joints at zero, rad or m."""
+        return self.position({})
+
+    def position(self, at: Mapping[str, float]) -> Array:
+        """Return q (n,) with joints at given positions, rad or m, else where they start; raises `InputError`."""
+        placed = placed_machine(self.machine, at).q
+        found = np.array([placed[joint.name] for joint in self.machine.moving_joints], dtype=float)
+        return np.where(np.isnan(found), 0.0, found)
+
+    def dependent(self, q: Array) -> Array | None:
+        """Return q_dep (d,) at q (n,), NaN where the loops do not close; None where no program takes it."""
+        if not self.is_followed:
+            return None
+        followed: Array = Followed(self.machine, parameter_values(self.machine)).at(q[None])[0]
+        return followed
+
+    def at(self, q: Array) -> Array:
+        """Return the placements (1 + rows, 4, 4) of frame 0 and of the rows at q (n,) in frame 0, lengths in m.
+
+        Raises `InputError` where a loop does not close.
+        """
+        program = self.programs["geometric_model"]
+        arrays = {"q": q, "q_dep": self.dependent(q)}
+        symbols: dict[str, float] = {}
+        for block in program.inputs:
+            symbols |= zip(block.symbols, map(float, arrays[block.name]), strict=True)  # type: ignore[arg-type]
+        try:
+            value = evaluate_nodes(program.nodes, symbols, FLOATS)
+            T = np.array([float(value(x)) for x in program.outputs[0].entries]).reshape(-1, 4, 4)
+        except (ArithmeticError, ValueError):
+            T = np.full((1, 4, 4), math.nan)
+        if not np.isfinite(T).all():
+            loops = ", ".join(loop.name for loop in self.machine.loops)
+            raise self.machine.error("--at", f"loop {loops} does not close there: give another position")
+        return np.concatenate([np.eye(4)[None], T])
+
+
+def placements_of(machine: Machine) -> Placements:
+    """Return the placements of a machine that a scene has restricted; raises `InputError`."""
+    machine = with_base_coordinates(machine)
+    used = trace(machine, "geometric_model").program.used
+    missing = tuple(p.name for p in machine.parameters if p.value is None and p.name in used)
+    if missing:
+        machine = _with_stand_ins(machine, missing)
+    return Placements(with_independent_motors(machine), missing)
+
+
+def _with_stand_ins(machine: Machine, names: Sequence[str]) -> Machine:
+    """The machine with values for these parameters of its geometry; those with which its loops close."""
+    values = drawn_values(machine) if machine.loops else dict.fromkeys(names, STAND_IN)
+    parameters = (replace(p, value=Formula.parse(values[p.name])) if p.name in names else p for p in machine.parameters)
+    return replace(machine, parameters=tuple(parameters))

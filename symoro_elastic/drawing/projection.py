@@ -1,0 +1,149 @@
+"""A figure projected on paper: areas and lines in the order in which they are drawn, from far to near."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.drawing.figure import BODY, CORNERS, Figure
+from symoro_elastic.drawing.joint_shapes import AXES
+from symoro_elastic.drawing.shapes import Shape, Solid, Wire, bent, inverse, slip
+
+AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
+"""Of the eye, from the front of the machine towards its right, and above the horizon."""
+ROUND = 24
+"""Corners of a circle."""
+LIGHT_FROM = np.array([-0.35, 0.75, 0.55])
+"""Where the light comes from: from the left, from above and from the eye."""
+LIT, DARK = 0.62, 0.15
+LAYERS = {"base": 0, BODY: 1}
+"""What is drawn first, so that joints are seen through bodies."""
+FACES = (
+    *(((0, 1, 3, 2), 0, -1), ((4, 6, 7, 5), 0, 1), ((0, 4, 5, 1), 1, -1), ((2, 3, 7, 6), 1, 1)),
+    *(((0, 2, 6, 4), 2, -1), ((1, 5, 7, 3), 2, 1)),
+)
+"""Corners of each face of a box, and the axis and sense of its normal."""
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a figure is seen from: rows are the directions to the right, up, and to the eye, in frame 0."""
+
+    axes: Array
+
+    def of(self, points: Array) -> Array:
+        """Return points (N, 3) as x to the right, y down, and nearness to the eye, m."""
+        seen: Array = points @ self.axes.T * np.array([1.0, -1.0, 1.0])
+        return seen
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A closed area, or an open line: points (N, 2) m, y down; `shade` 0 to 2 of an area, from light to dark."""
+
+    role: str
+    points: Array
+    closed: bool
+    shade: int = 1
+    layer: int = 2
+    near: float = 0.0
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A figure seen from one side, with its frames at placements (1 + rows, 4, 4)."""
+
+    figure: Figure
+    T: Array
+    view: View
+
+    @cached_property
+    def drawn(self) -> list[Drawn]:
+        """Areas and lines, those farther away first."""
+        found = [part for shape in self.figure.shapes for part in self._drawn(shape)]
+        return sorted(found, key=lambda part: (part.layer, round(part.near, 9)))
+
+    def anchors(self) -> Array:
+        """Return where the origins of the frames with names are, (N, 2) m."""
+        return self.view.of(self.T[[mark.frame for mark in self.figure.marks], :3, 3])[:, :2]
+
+    def _drawn(self, shape: Solid | Wire) -> Iterator[Drawn]:
+        if isinstance(shape, Wire):
+            yield self._line(shape)
+            return
+        centred = self.T[shape.frame] @ shape.placement
+        faces = self._box(shape, centred) if shape.shape is Shape.BOX else self._cylinder(shape, centred)
+        layer = LAYERS.get(shape.role, 2)
+        for points, normal in faces:
+            seen = self.view.of(points)
+            yield Drawn(shape.role, seen[:, :2], True, _shade(normal), layer, float(seen[:, 2].mean()))
+
+    def _line(self, wire: Wire) -> Drawn:
+        j, figure = wire.frame, self.figure
+        T, before = ((frames[figure.antecedents[j]], frames[j]) for frames in (self.T, figure.reference))
+        moved = slip(inverse(T[0]) @ T[1], inverse(before[0]) @ before[1], figure.slides[j])
+        points = bent(wire, moved, figure.slides[j])
+        seen = self.view.of(points @ self.T[j][:3, :3].T + self.T[j][:3, 3])
+        layer = 3 if wire.role in AXES else 2
+        return Drawn(wire.role, seen[:, :2], False, 1, layer, float(seen[:, 2].mean()))
+
+    def _box(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
+        """The faces that are turned to the eye, and their normals as seen."""
+        corners = (CORNERS * np.array(solid.size)) @ T[:3, :3].T + T[:3, 3]
+        for face, axis, sense in FACES:
+            normal = self.view.axes @ T[:3, axis] * sense
+            if normal[2] > 1e-9:
+                yield corners[list(face)], normal
+
+    def _cylinder(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
+        """The outline of the side, and the end that is turned to the eye."""
+        angle = np.linspace(0.0, 2 * np.pi, ROUND, endpoint=False)
+        circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) * np.array(solid.size) / 2
+        along = T[:3, 2] * solid.size[2] / 2
+        ends = [circle @ T[:3, :3].T + T[:3, 3] + way for way in (-along, along)]
+        both = np.concatenate(ends)
+        side = self.view.axes @ T[:3, 2]
+        yield both[hull(self.view.of(both)[:, :2])], np.array([-side[1], side[0], 0.0]) * (1 if side[0] >= 0 else -1)
+        if abs(side[2]) > 1e-9:
+            yield ends[int(side[2] > 0)], side * np.sign(side[2])
+
+
+def view_of(figure: Figure) -> View:
+    """Return the view from the front, from the right and from above: x to the right as far as up allows."""
+    up = figure.up
+    across = np.eye(3)[int(abs(up[0]) > 0.9)]
+    right = across - up * float(across @ up)
+    right = right / np.linalg.norm(right)
+    back = np.cross(up, right)
+    eye = np.cos(ELEVATION) * (np.sin(AZIMUTH) * right - np.cos(AZIMUTH) * back) + np.sin(ELEVATION) * up
+    aside = np.cross(up, eye)
+    aside = aside / np.linalg.norm(aside)
+    return View(np.stack([aside, np.cross(eye, aside), eye]))
+
+
+def _shade(normal: Array) -> int:
+    bright = float(normal @ LIGHT_FROM)
+    return 0 if bright > LIT else 1 if bright > DARK else 2
+
+
+def hull(points: Array) -> list[int]:
+    """Return the indices of the corners of the convex hull of points (N, 2), in order around it."""
+    order = sorted(range(len(points)), key=lambda k: (round(points[k, 0], 12), round(points[k, 1], 12)))
+
+    def half(ordered: list[int]) -> list[int]:
+        found: list[int] = []
+        for k in ordered:
+            while len(found) > 1 and _turn(*points[[found[-2], found[-1], k]]) <= 0:
+                found.pop()
+            found.append(k)
+        return found[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _turn(a: Array, b: Array, c: Array) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

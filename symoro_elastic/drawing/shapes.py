@@ -1,0 +1,85 @@
+"""What a figure is made of: solids and wires that move with the frames of a machine, and frames by placements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+
+
+class Shape(StrEnum):
+    """Shape of a solid: a box with edges along x, y, z, or a cylinder about z."""
+
+    BOX = "box"
+    CYLINDER = "cylinder"
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A box or a cylinder fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
+
+    `role` says what it stands for, and so its colour.
+    """
+
+    frame: int
+    role: str
+    shape: Shape
+    placement: Array
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Wire:
+    """A line through points (N, 3), m, of a frame: a spring, or an axis.
+
+    Each point stays behind by its share (N,) of what the joint of the frame has moved since the figure was made: 0
+    moves with the frame, 1 stays with the antecedent.
+    """
+
+    frame: int
+    role: str
+    points: Array
+    behind: Array
+
+
+def placed(x: Array, R: Array | None = None) -> Array:
+    """Return the placement (4, 4) with origin x (3,) and axes R (3, 3), those of the frame where none are given."""
+    T = np.eye(4)
+    T[:3, 3] = x
+    if R is not None:
+        T[:3, :3] = R
+    return T
+
+
+def inverse(T: Array) -> Array:
+    """Return the inverse of a placement (4, 4)."""
+    R = T[:3, :3].T
+    return placed(-R @ T[:3, 3], R)
+
+
+def axes_along(z: Array) -> Array:
+    """Return a rotation (3, 3) whose z axis has the direction of a vector (3,) other than zero."""
+    z = z / np.linalg.norm(z)
+    aside = np.eye(3)[int(np.argmin(np.round(np.abs(z), 9)))]
+    x = np.cross(aside, z)
+    x = x / np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def slip(T: Array, reference: Array, slides: bool) -> float:
+    """Return how far a joint has moved, m or rad, from the placements (4, 4) in its antecedent now and before."""
+    moved = inverse(reference) @ T
+    return float(moved[2, 3] if slides else np.arctan2(moved[1, 0], moved[0, 0]))
+
+
+def bent(wire: Wire, moved: float, slides: bool) -> Array:
+    """Return the points (N, 3) of a wire in its frame once the joint has moved, m or rad."""
+    by = -moved * wire.behind
+    if slides:
+        shifted: Array = wire.points + by[:, None] * np.array([0.0, 0.0, 1.0])
+        return shifted
+    x, y, z = wire.points.T
+    return np.stack([x * np.cos(by) - y * np.sin(by), x * np.sin(by) + y * np.cos(by), z], axis=1)

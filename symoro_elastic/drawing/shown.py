@@ -1,0 +1,51 @@
+"""What is shown of a machine on its page: where it stands, how it vibrates there, and the motions of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.drawing.motions import Played
+from symoro_elastic.drawing.placements import Placements, placements_of
+from symoro_elastic.drawing.vibrations import ModeSet, mode_sets
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.vibration.linearization import linearize, motion_of
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A machine at q (n,): modes about it, motions, and remarks on what could not be shown."""
+
+    placements: Placements
+    q: Array
+    modes: Sequence[ModeSet] = ()
+    motions: Sequence[Played] = ()
+    remarks: Sequence[str] = ()
+
+
+def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[Played] = ()) -> Shown:
+    """Return what is shown of a machine, restricted to a scene, with motors at positions, rad or m.
+
+    It stands in equilibrium there; where none is found, or values are missing, springs are neutral and a remark says
+    why. Raises `InputError` for positions of joints that do not move by themselves, and loops that do not close.
+    """
+    placements = placements_of(machine)
+    q = placements.position(at)
+    placements.at(q)
+    try:
+        q, sets = _vibrating(machine, at)
+    except InputError as error:
+        return Shown(placements, q, (), motions, (f"no modes: {error.place}: {error.what}",))
+    return Shown(placements, q, sets, motions)
+
+
+def _vibrating(machine: Machine, at: Mapping[str, float]) -> tuple[Array, list[ModeSet]]:
+    """The position of equilibrium, and the modes about it; a machine without springs has none that are looked at."""
+    motion = motion_of(machine)
+    state = equilibrium(motion, at, carried=machine.floating is not None)
+    sets = mode_sets(linearize(motion, state))
+    vibrates = any(one.modal for one in sets) and (bool(motion.springs) or not motion.motors)
+    return state.q, sets if vibrates else []

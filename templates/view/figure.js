@@ -1,0 +1,139 @@
+"use strict";
+// The shapes of the figure as meshes, each in the group of its frame.
+
+const ROUND = 28, SIDES = 7, THICK = 0.085;  // of a cylinder; of a wire, and its radius in units
+const IN_FRONT = 1;  // joints are seen through bodies, which are drawn before them
+
+function geometryOf(solid) {
+  const [a, b, c] = solid.size;
+  if (solid.shape === "box") return new THREE.BoxGeometry(a, b, c);
+  return new THREE.CylinderGeometry(a / 2, a / 2, c, a < 0.01 * c ? 10 : ROUND).rotateX(Math.PI / 2);
+}
+
+class Painted {
+  constructor(data) {
+    this.materials = new Map();
+    this.palettes = data.palettes;
+    this.dark = window.matchMedia("(prefers-color-scheme: dark)");
+  }
+
+  get palette() {
+    return this.dark.matches ? this.palettes.dark : this.palettes.light;
+  }
+
+  fill(role) {
+    const options = role === "body" ? { opacity: 0.24, depthWrite: false } : {};
+    return this._kept(`fill ${role}`, () => new THREE.MeshLambertMaterial({ transparent: true, ...options }));
+  }
+
+  edge(role) {
+    return this._kept(`edge ${role}`, () => new THREE.LineBasicMaterial(
+      { transparent: true, ...(role === "body" ? { opacity: 0.5, depthWrite: false } : { opacity: 0.65 }) }));
+  }
+
+  _kept(name, make) {
+    if (!this.materials.has(name)) this.materials.set(name, make());
+    return this.materials.get(name);
+  }
+
+  repaint() {
+    for (const [name, material] of this.materials) {
+      const [part, role] = name.split(" ");
+      material.color.set(this.palette[part][role] ?? this.palette[role]);
+    }
+  }
+}
+
+// A tube around a line of points; its normals turn with the points around z of the frame.
+class Tube {
+  constructor(wire, radius, material) {
+    this.wire = wire;
+    this.radius = radius;
+    const count = wire.behind.length, index = [];
+    for (let k = 0; k + 1 < count; k++)
+      for (let s = 0; s < SIDES; s++) {
+        const [a, b] = [k * SIDES + s, k * SIDES + (s + 1) % SIDES];
+        index.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
+      }
+    this.geometry = new THREE.BufferGeometry();
+    this.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * SIDES * count), 3));
+    this.geometry.setIndex(index);
+    this.mesh = new THREE.Mesh(this.geometry, material);
+    this.mesh.frustumCulled = false;
+  }
+
+  bend(moved, slides) {
+    const points = bent(this.wire.points, this.wire.behind, moved, slides);
+    const at = (k) => new THREE.Vector3(points[3 * k], points[3 * k + 1], points[3 * k + 2]);
+    const count = this.wire.behind.length, target = this.geometry.attributes.position;
+    for (let k = 0; k < count; k++) {
+      const along = at(Math.min(k + 1, count - 1)).sub(at(Math.max(k - 1, 0))).normalize();
+      const out = new THREE.Vector3(points[3 * k], points[3 * k + 1], 0);
+      if (out.clone().cross(along).length() < 1e-3 * out.length() || !out.length()) out.set(along.y, along.z, along.x);
+      out.addScaledVector(along, -out.dot(along)).normalize();
+      const aside = along.clone().cross(out);
+      for (let s = 0; s < SIDES; s++) {
+        const angle = 2 * Math.PI * s / SIDES;
+        const p = at(k).addScaledVector(out, this.radius * Math.cos(angle)).addScaledVector(aside, this.radius * Math.sin(angle));
+        target.setXYZ(k * SIDES + s, p.x, p.y, p.z);
+      }
+    }
+    target.needsUpdate = true;
+    this.geometry.computeVertexNormals();
+  }
+}
+
+// A tube along a path of points in frame 0.
+function pathTube(points, radius, material) {
+  const tube = new Tube({ points: points.flat(), behind: points.map(() => 0) }, radius, material);
+  tube.bend(0, true);
+  tube.mesh.renderOrder = IN_FRONT + 1;
+  return tube.mesh;
+}
+
+class MachineFigure {
+  constructor(data, frames, painted) {
+    this.frames = frames;
+    this.painted = painted;
+    this.groups = frames.reference.map(() => Object.assign(new THREE.Group(), { matrixAutoUpdate: false }));
+    this.layers = { bodies: [], axes: [] };
+    this.tubes = [];
+    for (const solid of data.solids) this._add(solid);
+    for (const wire of data.wires) this._thread(wire, data.unit);
+    this.place(frames.reference);
+  }
+
+  _add(solid) {
+    const mesh = new THREE.Mesh(geometryOf(solid), this.painted.fill(solid.role));
+    const lines = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 30), this.painted.edge(solid.role));
+    mesh.add(lines);
+    mesh.matrixAutoUpdate = false;
+    mesh.matrix.set(...solid.at);
+    if (solid.role === "body") {
+      this.layers.bodies.push(mesh);
+    } else {
+      mesh.renderOrder = lines.renderOrder = IN_FRONT;
+    }
+    this.groups[solid.frame].add(mesh);
+  }
+
+  _thread(wire, unit) {
+    const axis = "xyz".includes(wire.role);
+    const tube = new Tube(wire, (axis ? 0.5 : 1) * THICK * unit, this.painted.fill(wire.role));
+    tube.bend(0, true);
+    this.groups[wire.frame].add(tube.mesh);
+    tube.mesh.renderOrder = IN_FRONT;
+    if (axis) this.layers.axes.push(tube.mesh);
+    else this.tubes.push(tube);
+  }
+
+  // Move all shapes to placements of the frames.
+  place(T) {
+    this.T = T;
+    this.groups.forEach((group, j) => group.matrix.set(...T[j]));
+    for (const tube of this.tubes) {
+      const j = tube.wire.frame;
+      tube.bend(this.frames.moved(T, j), this.frames.slides[j]);
+    }
+  }
+}

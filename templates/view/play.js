@@ -1,0 +1,99 @@
+"use strict";
+// What moves the machine: sliders, a mode, or a motion over time; one of them at a time.
+
+const SLOW = 0.8;  // Hz at which a mode is shown
+
+class Player {
+  constructor(data, frames, stage) {
+    Object.assign(this, { data, frames, stage, q: [...data.q], running: null, amplitude: 1 });
+    this.status = document.getElementById("status");
+    this.listeners = [];
+  }
+
+  // Move to q; where a loop does not close stay, and say so.
+  place(q) {
+    const T = this.frames.at(q);
+    this.status.textContent = T ? "" : "A loop does not close there.";
+    if (T) {
+      this.q = [...q];
+      this.stage?.place(T);
+      this.stage && (this.stage.canvas.dataset.q = q.map((x) => x.toPrecision(12)).join(" "));
+      for (const listener of this.listeners) listener(this.q);
+    }
+    return Boolean(T);
+  }
+
+  set(k, x) {
+    this.stop();
+    return this.place(this.q.map((old, i) => (i === k ? x : old)));
+  }
+
+  home() {
+    this.stop();
+    this.stage?.trace([]);
+    this.frames.follower?.restart();
+    this.place(this.data.q);
+  }
+
+  stop() {
+    const stopped = this.running;
+    this.running = null;
+    stopped?.ended?.();
+  }
+
+  // Call `shown(seconds)` for every picture until something else moves the machine.
+  run(shown, ended) {
+    this.stop();
+    const running = { ended }, begin = performance.now();
+    this.running = running;
+    const next = (now) => {
+      if (this.running !== running) return;
+      shown(Math.max(0, now - begin) / 1000);
+      requestAnimationFrame(next);
+    };
+    requestAnimationFrame(next);
+  }
+
+  swing(mode) {
+    this.home();
+    if (!mode) return;
+    this.run((t) => {
+      const by = this.amplitude * Math.sin(2 * Math.PI * SLOW * t);
+      this.place(this.data.q.map((x, k) => x + by * mode.shape[k]));
+    });
+  }
+}
+
+function positionSection(player, data) {
+  const sliders = data.joints.map((joint, k) => slider(
+    { name: joint.name, unit: joint.unit, role: joint.role, value: data.q[k], low: data.q[k] - joint.reach, high: data.q[k] + joint.reach },
+    (x) => player.set(k, x)));
+  player.listeners.push((q) => sliders.forEach((one, k) => one.show(q[k])));
+  const driven = data.joints.some((joint) => joint.motor);
+  const of = (motor) => sliders.filter((_, k) => data.joints[k].motor === motor);
+  const others = of(false).length ? element("details", { open: !driven }, element("summary", {}, !driven ? "joints" : data.joints.some((joint) => joint.role === "elastic") ? "springs and other joints" : "other joints"), ...of(false)) : "";
+  return section("Position", ...of(true), others, button("Back to the start", () => player.home()));
+}
+
+function modesSection(player, data) {
+  const place = element("div", {});
+  const choose = (set, pressed) => {
+    player.home();
+    place.replaceChildren(modeList(set, (mode) => player.swing(mode)));
+    tabs.querySelectorAll("button").forEach((one) => one.setAttribute("aria-pressed", String(one === pressed)));
+  };
+  const tabs = element("div", { class: "tabs", role: "group", "aria-label": "Which modes" });
+  for (const set of data.modes) tabs.append(button(set.title, (event) => choose(set, event.currentTarget), { "aria-pressed": "false" }));
+  const first = data.modes.findIndex((set) => !set.refused);
+  const amplitude = slider({ name: "amplitude", value: 1, low: 0, high: 3, unit: "" }, (x) => { player.amplitude = x; return true; });
+  const made = section("Modes", data.modes.length > 1 ? tabs : "", place, amplitude);
+  choose(data.modes[Math.max(0, first)], tabs.children[Math.max(0, first)]);
+  return made;
+}
+
+function showSection(stage) {
+  const layer = (name) => (on) => { stage.figure.layers[name].forEach((mesh) => (mesh.visible = on)); stage.request(); };
+  const names = (on) => { stage.named = on; stage.labels.svg.classList.toggle("hidden", !on); stage.request(); };
+  return section("Show", element("div", { class: "checks" },
+    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", true, names)));
+}

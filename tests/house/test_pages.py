@@ -1,0 +1,58 @@
+"""Pages of the documentation: what they show is what is printed; the site is built without a warning."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.reports.models_page import models_page
+from tests.documented_pages import beside_examples, runs, wrong_blocks
+from tests.golden import ROOT
+
+PAGES = ("index", "machine_tool", "identification", "robots")
+ELSEWHERE = {
+    "scenes": "test_scenes_page",
+    "simulation": "test_simulation_page",
+    "closed_chains": "test_closed_chains_page",
+}
+"""Pages with tests of their own."""
+
+
+def text(page: str) -> str:
+    return (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    with beside_examples(tmp_path):
+        assert wrong_blocks(text(page)) == {}
+
+
+def test_every_page_with_programs_is_run() -> None:
+    pages = {path.stem for path in (ROOT / "docs").glob("*.md") if runs(path.read_text(encoding="utf-8"))}
+    assert pages <= {*PAGES, *ELSEWHERE}
+    assert all((ROOT / "tests" / "house" / f"{name}.py").is_file() for name in ELSEWHERE.values())
+
+
+def test_the_page_of_models_has_every_model() -> None:
+    page = models_page()
+    assert all(f"### `{name}`" in page for name in MODELS)
+
+
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    """Strictly: a link that leads nowhere is an error."""
+    pytest.importorskip("mkdocs")
+    command = [sys.executable, "-m", "mkdocs", "build", "-q", "--strict", "-d", str(tmp_path / "site")]
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, check=False, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    )
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+    assert "WARNING" not in done.stderr
+    pages = {path.stem for path in (tmp_path / "site").glob("*.html")}
+    assert {"index", "python", "commands", "models", "formats", "equations"} <= pages
