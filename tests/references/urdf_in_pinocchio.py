@@ -56,7 +56,7 @@ class Robot:
     def followed(self) -> dict[str, tuple[str, float, float]]:
         """The joint that a joint mimics, multiplier and offset."""
         found = {}
-        for joint in ET.fromstring(self.text.encode()).findall("joint"):
+        for joint in ET.fromstring(self.text.strip().encode()).findall("joint"):
             mimic = joint.find("mimic")
             if mimic is not None and joint.get("type") != "fixed":
                 numbers = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))

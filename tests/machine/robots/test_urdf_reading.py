@@ -106,6 +106,17 @@ def test_what_is_no_robot_is_refused_by_its_place(text: str, why: str) -> None:
     assert str(error.value).startswith(f"robot.urdf: {why}") and "\n" not in str(error.value)
 
 
+def test_empty_lines_may_come_first() -> None:
+    assert describe("\n \n" + ARM, "robot.urdf").name == "arm"
+    with pytest.raises(InputError, match=r"^robot.urdf: line 3, column 8: no XML: unclosed token"):
+        describe("\n \n<robot><link", "robot.urdf")
+
+
+def test_paths_of_shapes_may_be_those_of_xacro() -> None:
+    text = ARM.replace("package://arm/", "$(find arm)/")
+    assert text != ARM and describe(text, "robot.urdf").name == "arm"
+
+
 def test_defaults_are_those_of_the_format() -> None:
     """Origin zero, axis x, no friction; a link without inertia is a frame; the axis gets the length 1."""
     text = robot(

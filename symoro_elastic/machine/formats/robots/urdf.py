@@ -59,14 +59,24 @@ def describe(text: str, source: str) -> Description:
 
 def _refuse_others(robot: Element, source: str) -> None:
     """Raise `InputError` for XML that is not URDF."""
-    for element in robot.iter():
-        unexpanded = any("${" in value or "$(" in value for value in element.attrib.values())
-        if element.tag.startswith("xacro:") or unexpanded:
-            raise InputError(source, f"element <{element.tag}>", EXPAND)
+    unexpanded = [element for element in robot.iter() if element.tag.startswith("xacro:")]
+    unexpanded += [e for e in _modelled(robot) if any("${" in x or "$(" in x for x in e.attrib.values())]
+    if unexpanded:
+        raise InputError(source, f"element <{unexpanded[0].tag}>", EXPAND)
     if robot.tag != "robot":
         advice = {"mujoco": "MJCF: its suffix is .xml", "sdf": "SDF, which is not read: convert it to URDF"}
         what = advice.get(robot.tag, "a URDF file begins with <robot>")
         raise InputError(source, f"element <{robot.tag}>", what)
+
+
+def _modelled(robot: Element) -> Iterator[Element]:
+    """The elements of links and joints that a model is made of: not those of shapes."""
+    for element in robot:
+        if element.tag in ("link", "joint"):
+            yield element
+            for part in element:
+                if part.tag not in ("visual", "collision"):
+                    yield from part.iter()
 
 
 def _link(link: Element, source: str) -> Link:

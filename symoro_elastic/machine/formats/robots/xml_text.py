@@ -13,21 +13,23 @@ MOST_ELEMENTS = 200_000
 
 
 def parsed(text: str, source: str) -> Element:
-    """The root element of an XML text; raises `InputError` that names the line."""
-    reader = _Reader(source)
+    """The root element of an XML text, which may begin with empty lines; raises `InputError` that names the line."""
+    begun = text.lstrip()
+    reader = _Reader(source, text.count("\n", 0, len(text) - len(begun)))
     try:
-        reader.parser.Parse(text, True)
+        reader.parser.Parse(begun, True)
     except expat.ExpatError as error:
         what = f"no XML: {expat.ErrorString(error.code)}"
-        raise InputError(source, f"line {error.lineno}, column {error.offset + 1}", what) from None
+        raise InputError(source, f"line {reader.line}, column {error.offset + 1}", what) from None
     return reader.builder.close()
 
 
 class _Reader:
     """A parser of one text."""
 
-    def __init__(self, source: str) -> None:
-        self.source, self.builder, self.depth, self.count = source, TreeBuilder(), 0, 0
+    def __init__(self, source: str, lines_before: int) -> None:
+        self.source, self.lines_before = source, lines_before
+        self.builder, self.depth, self.count = TreeBuilder(), 0, 0
         self.parser = expat.ParserCreate()
         self.parser.buffer_text = True
         self.parser.StartDoctypeDeclHandler = self._refuse_doctype
@@ -51,7 +53,12 @@ class _Reader:
         self.builder.end(tag)
 
     def _wrong(self, what: str) -> InputError:
-        return InputError(self.source, f"line {self.parser.CurrentLineNumber}", what)
+        return InputError(self.source, f"line {self.line}", what)
+
+    @property
+    def line(self) -> int:
+        """Number of the line that is read."""
+        return self.lines_before + self.parser.CurrentLineNumber
 
 
 def numbers(element: Element, key: str, default: str | None, count: int, source: str, place: str) -> list[float]:
