@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.measured import excite, identify
     from symoro_elastic.api.models import check, equations, generate, trade
     from symoro_elastic.api.motions import ladder, simulate
+    from symoro_elastic.api.pages import report
     from symoro_elastic.api.vibrations import compare, feed_forward, linearize, modes, response
     from symoro_elastic.errors import InputError
 
@@ -51,6 +52,7 @@ __all__ = [
     "modes",
     "new",
     "read",
+    "report",
     "response",
     "simulate",
     "trade",
@@ -63,6 +65,7 @@ _ROOMS = {
     "measured": ("excite", "identify"),
     "models": ("check", "equations", "generate", "trade"),
     "motions": ("ladder", "simulate"),
+    "pages": ("report",),
     "vibrations": ("compare", "feed_forward", "linearize", "modes", "response"),
 }
 _MODULES = {name: module for module, names in _ROOMS.items() for name in names}

@@ -21,6 +21,7 @@ from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.sections import Failure, SectionedGroup
+from symoro_elastic.cli.report import report
 from symoro_elastic.cli.simulation import simulate
 from symoro_elastic.cli.trade import trade
 from symoro_elastic.cli.vibration import linearize, modes, response
@@ -38,7 +39,7 @@ def cli() -> None:
 
 SECTIONS = {
     "Files": (new, formats, schema),
-    "Models and code": (show, view, convert, models, equations, generate),
+    "Models and code": (show, view, convert, models, equations, generate, report),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),

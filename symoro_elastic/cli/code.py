@@ -88,9 +88,19 @@ def generate(
         found, scene = selection.read(machine, announce)
         _warn_of_soft_springs(found, scene)
         made = api.written(found, out, chosen, scene, written_in, announce)
+    _warn_of_singular_starts(found, scene)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)
     print_result(made, as_json)
+
+
+def _warn_of_singular_starts(machine: Machine, scene: Scene) -> None:
+    """Warn of loops that start next to a position where generated models give inf or NaN."""
+    from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.models.loops.description import described_loops, singular_starts
+
+    for warning in singular_starts(described_loops(restricted(machine, scene))):
+        click.echo(f"warning: {warning}", err=True)
 
 
 def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:

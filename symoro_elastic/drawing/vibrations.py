@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.array_types import Array
 from symoro_elastic.drawing.significant import rounded
 from symoro_elastic.errors import InputError
 from symoro_elastic.vibration.energies import Shares, frame_shapes, kinetic_shares, strain_shares
@@ -62,6 +63,14 @@ def modes_data(one: ModeSet, extent: float) -> dict[str, Any]:
         "count": len(modal.eigenvalues),
         "modes": [_mode(modal, k, _amplitude(seen[:, :, k], extent), strain, kinetic) for k in shown],
     }
+
+
+def full_shape(modal: Modes, k: int, extent: float) -> Array:
+    """Return the change of q (n,) by mode k at full amplitude, for a machine of an extent, m."""
+    shape = np.zeros(len(modal.linear.state.q))
+    amplitude = _amplitude(frame_shapes(modal)[:, :, k], extent)
+    shape[list(modal.linear.kept)] = modal.shapes[:, k] * amplitude
+    return shape
 
 
 def _mode(modal: Modes, k: int, amplitude: float, strain: Shares, kinetic: Shares) -> dict[str, Any]:

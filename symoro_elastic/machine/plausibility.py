@@ -30,7 +30,7 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
             *_gears(machine, joint, values),
         )
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
-    return lines + _moving_nothing(machine, values)
+    return [*lines, *_moving_nothing(machine, values), *_starts(machine, values)]
 
 
 def _value(formula: Formula, values: Mapping[str, float]) -> float | None:
@@ -57,6 +57,20 @@ def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
         if ulps * math.ulp(exact) < abs(angle - exact) < NEARLY_A_TURN:
             turn = _quarters(turns)
             yield f"{key} = {formula} is {angle - exact:.2g} rad off {turn}: taken as written; write {turn} if meant"
+
+
+def _starts(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
+    """Angles of starts beyond a turn; a joint that drives others, or follows them, may turn often."""
+    turning = [joint for joint in machine.joints if joint.sigma == 0]
+    geared = {name for joint in turning for name in joint.selected.names}
+    owners = {joint.variable: joint for joint in machine.joints}
+    for loop in machine.loops:
+        for name, formula in loop.start.items():
+            joint, angle = owners[name], _value(formula, values)
+            alone = name not in geared and machine.variables.keys().isdisjoint(joint.selected.names)
+            if joint.sigma == 0 and alone and angle is not None and abs(angle) > 2 * math.pi:
+                what = f"{name} = {formula} is {angle / (2 * math.pi):.3g} turns, as angles are in rad"
+                yield f"loop {loop.name}, start: {what}{_from_degrees(angle)}"
 
 
 def _from_degrees(angle: float) -> str:
@@ -202,14 +216,18 @@ def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Itera
     ratio = _value(joint.ratio, values)
     if ratio is not None and abs(ratio) > FAST:
         yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"
-    turning = sorted(name for name, j in machine.variables.items() if machine.joint(j).sigma == 0)
-    leaders = [name for name in turning if name in joint.selected.names]
+    followed = joint.selected.names & machine.variables.keys()
+    leaders = sorted(name for name in followed if _turns(machine, name))
     for name in leaders if joint.sigma == 0 else ():
         rate = _rate(joint.selected, name, {**dict.fromkeys(leaders, 0.0), **values})
         if rate > FAST:
             yield f"theta = {joint.selected}: the joint turns {rate:g} times as fast as {name}; is this meant?"
         if 0 < rate * FAST < 1 and len(leaders) == 1:
             yield f"theta = {joint.selected}: {name} turns {1 / rate:g} times as fast as the joint; is this meant?"
+
+
+def _turns(machine: Machine, variable: str) -> bool:
+    return machine.joint(machine.variables[variable]).sigma == 0
 
 
 def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:

@@ -51,6 +51,11 @@ class UnitsOfNames:
         units = {name: in_base_units(self.machine.joint(j).unit) for name, j in self.machine.variables.items()}
         return {name: powers for name, powers in units.items() if powers is not None}
 
+    @cached_property
+    def known(self) -> dict[str, Powers]:
+        """Units of all names that have one."""
+        return {**self.declared, **self.of_variables}
+
     def doubts(self, formula: Formula, unit: str, *, gives_position: bool) -> Iterator[Doubt]:
         """What is doubtful about a formula that needs a unit, and gives the position of a joint or does not.
 
@@ -59,7 +64,7 @@ class UnitsOfNames:
         values are taken in the unit of the cell.
         """
         needed = in_base_units(unit or "1") or {}
-        for one in mismatches(formula, {**self.declared, **self.of_variables}, needed):
+        for one in mismatches(formula, self.known, needed):
             if (gives_position or one.is_mixed) and self._is_certain(one):
                 yield Doubt(one.said, is_certain=True)
             elif (gives_position and not one.is_of_angles) or one.is_mixed or self._is_declared(one, formula):
@@ -72,5 +77,5 @@ class UnitsOfNames:
 
     def _is_declared(self, one: Mismatch, formula: Formula) -> bool:
         """Whether a declared unit does not fit; beside variables a number may make up for it, but not for rad2."""
-        declared = not formula.names.isdisjoint(self.declared)
+        declared = any(name in self.declared for name in formula.names)
         return declared and (one.is_of_angles or formula.names.isdisjoint(self.of_variables))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 FACTOR = re.compile(r"([A-Za-z]+)(?:\^|\*\*)?(-?\d{1,2})?")
 SIGNS = {"²": "2", "³": "3", "·": " ", "⋅": " "}
@@ -97,6 +98,7 @@ def written(powers: Powers) -> str:
     return f"{' '.join(above) or '1'}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
 
 
+@lru_cache
 def in_base_units(unit: str) -> Powers | None:
     """Exponents of kg, m, s and rad in a unit as people write it: `kg*m^2`, `N m/rad`; None for any other text."""
     factors = _factors(unit)

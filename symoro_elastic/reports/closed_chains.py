@@ -11,7 +11,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.driving import independent_motors
 from symoro_elastic.models.joint_axes import PlacedMachine
-from symoro_elastic.models.loops.description import DescribedLoop, described_loops
+from symoro_elastic.models.loops.description import DescribedLoop, described_loops, singular_starts
 from symoro_elastic.models.rotors import CHANGE, Rotor, rotors
 
 GYROSCOPIC = (
@@ -33,8 +33,7 @@ class ClosedChain:
     @property
     def warnings(self) -> list[str]:
         """A line for each loop that starts next to a singular position."""
-        near = (loop for loop in self.loops if loop.is_near_singular)
-        return [f"loop {x.plan.loop.name}: start is within 1e-6 of a singular position: {x.singular}" for x in near]
+        return singular_starts(self.loops)
 
 
 def closed_chain(machine: Machine, placed: PlacedMachine) -> ClosedChain:

@@ -16,6 +16,7 @@ from symoro_elastic.codegen.described import count_text
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
 from symoro_elastic.codegen.templates import render
+from symoro_elastic.reports.definitions import with_links
 from symoro_elastic.reports.mathml import mathml, pieces
 from symoro_elastic.symbolic.program import Section
 
@@ -66,19 +67,21 @@ HTML = Markup(escape, mathml, _sum_of_pieces, mathml, "<sup>{}</sup>")
 
 def latex_document(package: Package, function: Function) -> str:
     """Return a standalone LaTeX document with the equations of a function; it needs amsmath and geometry."""
-    return render("latex/equations.tex.j2", **_content(package, function, TEX))
+    return render("latex/equations.tex.j2", **content(package, function, TEX))
 
 
 def html_page(package: Package, function: Function) -> str:
     """Return a standalone web page with the equations of a function, as MathML."""
-    return render("html/equations.html.j2", **_content(package, function, HTML))
+    return render("html/equations.html.j2", **content(package, function, HTML))
 
 
-def _content(package: Package, function: Function, markup: Markup) -> dict[str, Any]:
+def content(package: Package, function: Function, markup: Markup, prefix: str = "") -> dict[str, Any]:
+    """Return what the templates print of a function; names of places on a page begin with `prefix`."""
     solved = solution(package, function)
-    chapters = _chapters(solved, package, markup)
+    chapters = _chapters(solved, package, markup, prefix)
     short = closed_equations(package, function, solved.notation)
-    return {
+    found = {
+        "prefix": prefix,
         "title": markup.text(f"{package.name}: {function.title}"),
         "summary": [markup.text(line) for line in _summary(package, function)],
         "conventions": markup.text(CONVENTIONS + (OF_LOOPS if package.dependent is not None else "")),
@@ -88,6 +91,7 @@ def _content(package: Package, function: Function, markup: Markup) -> dict[str, 
         "short": _lines(short, markup),
         "chapters": chapters,
     }
+    return with_links(found, prefix) if markup is HTML else found
 
 
 def _summary(package: Package, function: Function) -> list[str]:
@@ -103,7 +107,7 @@ def _lines(equations: Sequence[Equation], markup: Markup) -> list[dict[str, str]
     return [{"left": markup.math(e.left), "right": markup.sum(e.right)} for e in equations]
 
 
-def _chapters(solved: Solution, package: Package, markup: Markup) -> list[dict[str, Any]]:
+def _chapters(solved: Solution, package: Package, markup: Markup, prefix: str) -> list[dict[str, Any]]:
     """Group sections by title; those of parameters only come first, results last."""
     chapters: list[tuple[str, list[dict[str, Any]]]] = []
     if solved.once:
@@ -114,9 +118,9 @@ def _chapters(solved: Solution, package: Package, markup: Markup) -> list[dict[s
         chapters.append((RESULTS, [_stretch(Stretch(Section(""), solved.results), "", package, markup)]))
     for k, (_, stretches) in enumerate(chapters, start=1):
         for m, stretch in enumerate(stretches, start=1):
-            stretch["anchor"] = f"part{k}-{m}"
+            stretch["anchor"] = f"{prefix}part{k}-{m}"
     return [
-        {"title": markup.text(title), "anchor": f"part{k}", "stretches": stretches}
+        {"title": markup.text(title), "anchor": f"{prefix}part{k}", "stretches": stretches}
         for k, (title, stretches) in enumerate(chapters, start=1)
     ]
 

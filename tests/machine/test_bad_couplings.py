@@ -309,6 +309,23 @@ def test_a_loop_closed_twice_is_warned_about() -> None:
     assert check(with_entry("")) == ["loop ring: it closes around the same joints as loop other: closed twice?"]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("q3 = 1.5", "q3 = 90", ["q3 = 90 is 14.3 turns, as angles are in rad: degrees? write pi/2"]),
+        ("q3 = 1.5", "q3 = 1.5, q6 = -45", ["q6 = -45 is -7.16 turns, as angles are in rad: degrees? write -pi/4"]),
+        ("q2 = 1,", "q2 = 6.2,", []),
+        ('qm = "2.5*N1"', "qm = -700", []),
+        ("q4 = 0", "q4 = 8", []),
+    ],
+)
+def test_a_start_in_degrees_is_questioned(old: str, new: str, said: list[str]) -> None:
+    """Of a cut joint too; not of a drive, nor of the joint behind it."""
+    text = COUPLED.replace(old, new)
+    assert text != COUPLED
+    assert check(toml.read(text, "arm.toml")) == [f"loop ring, start: {line}" for line in said]
+
+
 def test_loops_that_contradict_are_refused() -> None:
     assert message(with_entry('dependent = ["q3"]')) == (
         "loop ring, dependent: forearm follows from loop other already: name another joint of the loop"

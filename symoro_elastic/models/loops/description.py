@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,12 @@ def described_loops(machine: Machine) -> list[DescribedLoop]:
         return []
     plan = plan_of(machine, Bound)
     return [_described(machine, plan, one) for one in plan.loops]
+
+
+def singular_starts(loops: Iterable[DescribedLoop]) -> list[str]:
+    """A warning for each loop that starts next to a singular position."""
+    near = (loop for loop in loops if loop.is_near_singular)
+    return [f"loop {x.plan.loop.name}: start is within 1e-6 of a singular position: {x.singular}" for x in near]
 
 
 def _described(machine: Machine, plan: Plan, one: LoopPlan) -> DescribedLoop:
