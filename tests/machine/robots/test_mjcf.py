@@ -142,7 +142,7 @@ def polynomial(text: str, folder: Path, law: np.polynomial.Polynomial, leader: i
 FOLLOWING = """
 <mujoco><worldbody><body><joint name="first" axis="0 1 0" ref="0.3" damping="0.2"/>
   <inertial pos="0.1 0 0" mass="2" diaginertia="0.1 0.2 0.2"/>
-  <body pos="0.4 0 0"><joint name="second" type="{type}" axis="0 1 1" ref="-0.1" armature="0.05"/>
+  <body pos="0.4 0 0"><joint name="second" type="{type}" axis="0 1 1" ref="-0.1" armature="0.05" damping="0.3"/>
     <inertial pos="0 0.1 0" mass="1" diaginertia="0.05 0.02 0.03"/></body></body></worldbody>
   <compiler angle="radian"/>
   <equality><joint joint1="{one}" joint2="{two}" polycoef="{coefficients}"/></equality>
