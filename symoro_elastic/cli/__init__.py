@@ -20,8 +20,8 @@ from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
-from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.report import report
+from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.simulation import simulate
 from symoro_elastic.cli.trade import trade
 from symoro_elastic.cli.vibration import linearize, modes, response

@@ -151,7 +151,8 @@ def test_python_reads_robots_and_converts_them() -> None:
     with pytest.raises(se.InputError, match=r"symoro_elastic: snap: 0\.5 is no tolerance"):
         se.read("arm.urdf", snap=0.5)
     link = SimpleNamespace(a=0.4, mdh=True, m=2.0, r=[0.2, 0, 0], I=np.eye(3))
-    arm = se.read(SimpleNamespace(name="for", links=[link, link]))
+    with pytest.warns(se.MachineWarning, match="'for' is for_"):
+        arm = se.read(SimpleNamespace(name="for", links=[link, link]))
     assert arm.name == "for_" and len(arm.moving) == 2
 
 

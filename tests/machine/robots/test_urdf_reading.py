@@ -106,6 +106,24 @@ def test_what_is_no_robot_is_refused_by_its_place(text: str, why: str) -> None:
     assert str(error.value).startswith(f"robot.urdf: {why}") and "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("type_", ["revolute", "fixed"])
+def test_robots_that_are_too_large_are_refused_before_any_work(type_: str) -> None:
+    links = "".join(f'<link name="{k}"/>' for k in range(1002))
+    joints = "".join(
+        f'<joint name="{k}" type="{type_}"><parent link="0"/><child link="{k + 1}"/></joint>' for k in range(1001)
+    )
+    with pytest.raises(InputError, match=r"^big\.urdf: robot: 1001 joints that move and leaves: at most 1000 can be"):
+        machine_of(describe(robot(links, joints), "big.urdf"), "big.urdf")
+
+
+def test_chains_of_fixed_links_may_be_long() -> None:
+    links = "".join(f'<link name="{k}"/>' for k in range(1500)) + A
+    joints = "".join(joint(str(k), str(k), str(k + 1), "fixed", (0.001, 0, 0)) for k in range(1499))
+    machine = machine_of(describe(robot(links, joints, joint("turn", "1499", "a")), ""), "")
+    assert [row.name for row in machine.joints] == ["turn"]
+    assert machine.joints[0].d.value() == pytest.approx(1.499 + 0.3)
+
+
 def test_empty_lines_may_come_first() -> None:
     assert describe("\n \n" + ARM, "robot.urdf").name == "arm"
     with pytest.raises(InputError, match=r"^robot.urdf: line 3, column 8: no XML: unclosed token"):

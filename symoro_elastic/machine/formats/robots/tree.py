@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.checks import MOST_JOINTS
 from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
 from symoro_elastic.machine.names import did_you_mean, quoted
 
@@ -93,12 +94,17 @@ class Tree:
         order = {joint.name: k for k, joint in enumerate(self.moving)}
         return tuple(sorted(fixed, key=lambda joint: order[carrier.name] if (carrier := self.carrier(joint)) else -1))
 
-    def links_on(self, joint: LinkJoint | None) -> Iterator[tuple[Link, Placement]]:
-        """The links that move with a joint, or with frame 0, and their placements in its frame."""
+    @cached_property
+    def _links_by_joint(self) -> dict[str, list[tuple[Link, Placement]]]:
+        found: dict[str, list[tuple[Link, Placement]]] = {}
         for link in self.description.links:
-            carried = self.carried.get(link.name)
-            if carried and carried.joint is joint:
-                yield link, carried.placement
+            if carried := self.carried.get(link.name):
+                found.setdefault(carried.joint.name if carried.joint else "", []).append((link, carried.placement))
+        return found
+
+    def links_on(self, joint: LinkJoint | None) -> list[tuple[Link, Placement]]:
+        """The links that move with a joint, or with frame 0, and their placements in its frame."""
+        return self._links_by_joint.get(joint.name if joint else "", [])
 
 
 def tree_of(description: Description, source: str) -> Tree:
@@ -119,7 +125,11 @@ def tree_of(description: Description, source: str) -> Tree:
         children[joint.parent].append(joint)
     root = _root(links, above, source)
     floating = _floating(description.joints, root, children, source)
-    return Tree(description, root, children, floating)
+    tree = Tree(description, root, children, floating)
+    count = len(tree.moving) + len(tree.leaves)
+    if count > MOST_JOINTS:
+        raise InputError(source, "robot", f"{count} joints that move and leaves: at most {MOST_JOINTS} can be modelled")
+    return tree
 
 
 def _root(links: list[str], above: dict[str, LinkJoint], source: str) -> str:
