@@ -296,8 +296,10 @@ class ReferenceMotion:
         """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
         from symoro_elastic.vibration import reference_trajectory
         from symoro_elastic.vibration.course import usual_duration
+        from symoro_elastic.vibration.driven_joints import followed
         from symoro_elastic.vibration.feed_forward import orders, starts
 
+        machine = followed(machine)
         smooth = max(orders(machine).values(), default=0) + 1
         if self.motion:
             return reference_trajectory.read_reference(str(self.motion), machine, self.degree, smooth, self.rate)
@@ -328,6 +330,7 @@ def feed_forward(
         A machine, its file or its tables.
     motion
         File of the reference: .csv or .npz with t, y_<motor>, and derivatives where they are known (default: a move).
+        Where motors follow from loops, as in a delta, it has y_<joint> of the independent joints.
     strokes
         Strokes of the move by motor, rad or m, or one for all (default: 0.1).
     duration

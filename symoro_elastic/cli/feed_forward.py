@@ -85,6 +85,7 @@ def feed_forward(
     trajectory. They need its derivatives: two, and two more for each spring in a row. Springs may have damping.
     Behind a gear or a screw the trajectory of a motor is that of the last joint of its drive.
     Springs that are not behind a motor on its axis are left out; the command says what that costs.
+    Where motors follow from loops, as in a delta, the trajectory is that of the independent joints (y_<joint>).
     """
     from symoro_elastic.api import vibrations
     from symoro_elastic.machine.scene import Scene

@@ -7,7 +7,14 @@ from collections.abc import Mapping, Sequence
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.time_steps import WRENCH, MethodText, Variant, entries_of_state, rows_of_nodes
+from symoro_elastic.codegen.time_steps import (
+    MOTOR_COORDINATES,
+    WRENCH,
+    MethodText,
+    Variant,
+    entries_of_state,
+    rows_of_nodes,
+)
 
 
 class StepCalls:
@@ -28,7 +35,7 @@ class StepCalls:
         self.package, self.prefix, self.functions, self.many = package, prefix, functions, many
         self.offsets: dict[str, int] = {}
         self.constants = 0
-        for name in functions_of(methods):
+        for name in functions_of(methods, package):
             size = len(functions[name].constants) if name in functions and not many else 0
             if size:
                 self.offsets[name] = self.constants
@@ -40,12 +47,19 @@ class StepCalls:
 
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        position = [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
         driven = variant.right_side == "inverse_dynamics"
         given = "ydd" if driven else "torque" if variant.of_step else "tau"
         on_base = ["turned", "qd", WRENCH] if self.package.base else []
         found = [*(["tau"] if driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
-        return self._model(variant.right_side, [*position, self._joints("qd"), given, *on_base], found)
+        return self._model(variant.right_side, [*self._stage_position, self._joints("qd"), given, *on_base], found)
+
+    def motors(self) -> str:
+        """Return the call that gives positions and velocities of motors on dependent joints."""
+        return self._model(MOTOR_COORDINATES, [*self._stage_position, "qd"], ["q_motor", "qd_motor"])
+
+    @property
+    def _stage_position(self) -> list[str]:
+        return [self._joints("q"), *(["stage_dep"] if self.package.takes_dependent else [])]
 
     def displacement(self, x: str) -> str:
         """Return the call that finds how far a floating base is from its pose at the start of the step."""
@@ -58,9 +72,9 @@ class StepCalls:
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
-        return not {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}.isdisjoint(
-            self.offsets
-        )
+        needed = {variant.right_side, *(["assemble"] if self.package.takes_dependent else [])}
+        needed |= {MOTOR_COORDINATES} if variant.of_step and not self.package.has_motors_in_q else set()
+        return not needed.isdisjoint(self.offsets)
 
     def assemble(self) -> str:
         """Return the call that closes the loops, from the last position."""
@@ -68,8 +82,7 @@ class StepCalls:
 
     def linearization(self) -> str:
         """Return the call of the linear model at the start of a step."""
-        position = ["q", "stage_dep"] if self.package.takes_dependent else ["q"]
-        return self._model("linearization", [*position, "qd", "qdd"], ["M", "D", "K"])
+        return self._model("linearization", [*self._stage_position, "qd", "qdd"], ["M", "D", "K"])
 
     def factors(self, variant: Variant) -> str:
         """Return the call that factors the system of an implicit step."""
@@ -113,7 +126,7 @@ class StepCalls:
         return f"&c[{self.offsets[function]}U]" if self.offsets[function] else "c"
 
 
-def functions_of(methods: Sequence[MethodText]) -> list[str]:
+def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
     """Return the names of the models that steps call."""
     found = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
     if any(method.kind == "rosenbrock" for method in methods):
@@ -121,4 +134,5 @@ def functions_of(methods: Sequence[MethodText]) -> list[str]:
     implicit = [method for method in methods if method.kind in ("w", "midpoint")]
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
         found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
-    return [*found, "assemble", "base_displacement", "base_rates"]
+    of_motors = [] if package.has_motors_in_q else [MOTOR_COORDINATES]
+    return [*found, "assemble", *of_motors, "base_displacement", "base_rates"]

@@ -167,7 +167,8 @@ class CSteps:
             "base": package.base,
             "at_q": "x" if package.base else "q",
             "at_v": "v" if package.base else "qd",
-            "motors": [k + entries_of_state(package) - len(package.axes) for k in package.motors],
+            "motors": self._motors_in_q(),
+            "driven": len(package.motor_names),
             "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
             "steps": self.steps,
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
@@ -181,6 +182,11 @@ class CSteps:
             "last_row": self._last_row,
             "has_dense": any(method.kind == "rosenbrock" for method in self.methods),
         }
+
+    def _motors_in_q(self) -> list[int]:
+        """The entries of the motors in the state; empty where some own none."""
+        first = entries_of_state(self.package) - len(self.package.axes)
+        return [first + k for k in self.package.motors] if self.package.has_motors_in_q else []
 
     def _rate_head(self, variant: Variant) -> str:
         """The head of the function that computes accelerations; motors on prescribed motions are put in their place."""

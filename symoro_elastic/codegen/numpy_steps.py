@@ -60,6 +60,13 @@ class NumpyStep:
         return "x, v" if self.base else "q, qd"
 
     @property
+    def state(self) -> str:
+        """The state at the end of the step."""
+        dependent = ", assemble(q, q_dep, p)[0]" if self.takes_dependent else ""
+        base = f", {self.base[0]} + turned, P0 + moved, V0" if self.base else ""
+        return f"q, qd{dependent}{base}"
+
+    @property
     def gains(self) -> str:
         """The gains as further arguments."""
         return "".join(f", {name}" for name in self.variant.of_step)

@@ -17,6 +17,9 @@ from symoro_elastic.integration.w_methods import WMethod
 Terms = tuple[tuple[str, int], ...]
 """Coefficients as literals, with their signs, and the stages they belong to."""
 
+MOTOR_COORDINATES = "motor_coordinates"
+"""The model that gives positions and velocities of motors on dependent joints."""
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -93,11 +96,11 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 
 
 def variants(method: Method, package: Package) -> tuple[Variant, ...]:
-    """Return the ways in which motors can be given: servos and prescribed motions where they own entries of q."""
-    if not package.motors or not package.has_motors_in_q:
+    """Return the ways in which motors can be given: prescribed motions where they own entries of q."""
+    if not package.motor_names:
         return (TORQUE,)
     moves = bool(package.base) or len(package.motors) < len(package.axes)
-    follows = moves and not isinstance(method, Rosenbrock | Midpoint)
+    follows = moves and package.has_motors_in_q and not isinstance(method, Rosenbrock | Midpoint)
     return (TORQUE, SERVO, DRIVEN) if follows else (TORQUE, SERVO)
 
 

@@ -56,6 +56,6 @@ def image(svg: str | bytes, described: str, caption: str = "") -> str:
 
 
 def folded(title: str, blocks: Sequence[str], opened: bool = False) -> str:
-    """Return blocks under a title that opens and closes them; they are printed in full."""
+    """Return blocks under a title that opens and closes them; those that are open are printed."""
     state = " open" if opened else ""
     return f"<details{state}><summary>{escape(title)}</summary>{''.join(blocks)}</details>"

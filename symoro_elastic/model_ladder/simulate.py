@@ -26,7 +26,14 @@ from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, refuse_motors, refuse_still, ways_of
+from symoro_elastic.simulation.compiled_steps import (
+    CompiledSteps,
+    Trajectory,
+    refuse_motors,
+    refuse_still,
+    refuse_turned,
+    ways_of,
+)
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.observed import Motion, Observer
 from symoro_elastic.simulation.reference import Reference
@@ -343,6 +350,7 @@ class Runs:
         """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
         simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
         _refuse_infinite(simulating, trajectory)
+        refuse_turned(simulating.reference, trajectory)
         return Simulation(
             simulating.reference,
             trajectory,
@@ -367,7 +375,8 @@ def _numbers(run: Trajectory) -> AnyArray:
 
 
 def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
-    finite = np.isfinite(trajectory.q).all(axis=1) & np.isfinite(trajectory.qd).all(axis=1)
+    states = np.concatenate([trajectory.q, trajectory.qd, *trajectory.base.values()], axis=1)
+    finite = np.isfinite(states).all(axis=1)
     if not finite.all():
         first = trajectory.t[int(np.argmin(finite))]
         shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"

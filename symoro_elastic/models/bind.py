@@ -115,7 +115,9 @@ class Bound(Cells):
             name_positions(self.names, loop, found)
             for j in loop.dependent:
                 turn = found.turns.get(j)
-                self.variables[j] = own_variable(self, j, turn) if turn else found.slides[j] - self.offset(j)
+                self.variables[j] = (
+                    own_variable(self, j, turn, loop.half_turns[j]) if turn else found.slides[j] - self.offset(j)
+                )
                 self.placed |= {j: (operand(turn.x), operand(turn.y))} if turn else {}
         self.mechanism = self._mechanism()
 

@@ -39,11 +39,13 @@ def _refuse_loops(bound: Bound) -> None:
     machine = bound.machine
     for one in bound.loops:
         if one.is_assembled:
-            _refuse(bound, f"loop {one.loop.name}", "it has no closed form whose derivatives by time could be taken")
+            what = "it has no closed form whose derivatives by time could be taken: with other dependent joints "
+            _refuse(bound, f"loop {one.loop.name}", what + "(dependent = [...]) it may have one; simulate needs none")
     for j in machine.dependent:
         joint = machine.joint(j)
         if joint.kind is Kind.MOTOR:
-            what = "its variable follows from a loop: choose other dependent joints (dependent = [...])"
+            what = "its variable follows from a loop: use the command feed-forward, to which the motion of the "
+            what += "independent joints is given, or choose other dependent joints (dependent = [...])"
             _refuse(bound, place_of(j, joint, "kind"), what)
 
 

@@ -9,6 +9,7 @@ from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
+from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 
 EXPLICIT, ROSENBROCK = ("rk4",), ("rodas4",)
 
@@ -31,6 +32,8 @@ def models_of_steps(
         yield trace(machine, "assemble", folded=folded)
     if machine.floating:
         yield from base_models(machine, folded)
+    if dependent_motors(machine) and not {*steps} <= {*ROSENBROCK}:
+        yield motor_coordinates(machine, folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
         for motors in ways_to_give_motors(machine):
             yield from implicit_system(machine, motors, folded)
@@ -48,7 +51,7 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
     if jumping:
         what = "coulomb friction jumps at rest, where no step is small enough: give creep beside it, as 1e-4"
         raise machine.error(f"friction, {', '.join(jumping)}", what)
-    dependent = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
+    dependent = [machine.joint(j).name for j in dependent_motors(machine)]
     if dependent and not {*steps}.isdisjoint(ROSENBROCK):
         what = "is not offered where the motor is on a joint that follows by loops or couplings: take w3"
         raise machine.error(f"steps, {', '.join(dependent)}", f"{ROSENBROCK[0]} {what}")
@@ -65,8 +68,9 @@ def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:
 
 
 def ways_to_give_motors(machine: Machine) -> list[Motors]:
-    """Return what may be known of motors: servos and motions only where they own independent variables."""
-    if not machine.motors or not {*machine.motors} <= {*machine.moving}:
+    """Return what may be known of motors: motions only where all own independent variables."""
+    if not machine.motors:
         return [Motors.TORQUE]
-    follows = len(machine.motors) < len(machine.moving) or machine.floating is not None
+    moves = len(machine.motors) < len(machine.moving) or machine.floating is not None
+    follows = moves and not dependent_motors(machine)
     return [Motors.TORQUE, Motors.SERVO, *([Motors.DRIVEN] if follows else [])]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray
+from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.numerics.states import States
+from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
 
 Parameters = Mapping[str, Any]
@@ -21,6 +23,8 @@ Parameters = Mapping[str, Any]
 
 EXTENDED = np.longdouble
 PI_TO_40_DIGITS = Fraction("3.141592653589793238462643383279502884197")
+NUMBERS_AT_ONCE = 2_000_000
+"""Of expressions along samples: what is held of their nodes."""
 HAS_EXTENDED = np.finfo(np.longdouble).nmant >= 63
 """Whether numpy's widest type holds at least 11 bits more than double precision."""
 
@@ -59,3 +63,17 @@ def _stacked(entries: list[Any], states: int, dtype: type) -> AnyArray:
     if not entries:
         return np.empty((states, 0), dtype)
     return np.stack([np.broadcast_to(entry, states) for entry in entries], axis=1)
+
+
+def values_along(roots: Sequence[Scalar], symbols: Mapping[str, Any], samples: int) -> Array:
+    """Return the values of expressions at samples, (roots, samples); symbols have one number, or one for each."""
+    rows = np.empty((len(roots), samples))
+    step = max(1, NUMBERS_AT_ONCE // (1 + len(reachable(roots))))
+    for start in range(0, samples, step):
+        part = slice(start, start + step)
+        here = {name: x[part] if isinstance(x, np.ndarray) else np.float64(x) for name, x in symbols.items()}
+        with np.errstate(all="ignore"):
+            value = evaluate(roots, here, arithmetic(np.float64))
+        for row, x in zip(rows, roots, strict=True):
+            row[part] = value(x)
+    return rows

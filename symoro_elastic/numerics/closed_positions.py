@@ -14,10 +14,9 @@ from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import plan_of
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.arrays import values_along
 from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
-from symoro_elastic.symbolic.arithmetic import evaluate
 
 CLOSED, SETTLED = 1e-13, 1e-12
 """Gap of a loop, m and rad, that is rounding; change of a variable, which near singular positions is far larger."""
@@ -59,7 +58,5 @@ class Followed:
         for argument, block in zip(self._program.inputs, (q, q_dep), strict=True):
             symbols |= zip(argument.symbols, block.T, strict=True)
         found, gap = self._program.outputs
-        with np.errstate(all="ignore"):
-            value = evaluate([*found.entries, *gap.entries], symbols, arithmetic(float))
-            blocks = [[np.broadcast_to(value(x), len(q)) for x in some.entries] for some in (found, gap)]
-        return np.stack(blocks[0], axis=1), np.asarray(blocks[1][0], dtype=float)
+        *variables, error = values_along([*found.entries, *gap.entries], symbols, len(q))
+        return np.stack(variables, axis=1), error

@@ -16,6 +16,7 @@ from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.models.once import once_for_each_machine
 
 MOVES = 1e-9
 """Share of the largest derivative of a dependent variable below which another does not move it."""
@@ -23,6 +24,7 @@ DIGITS = 6
 """Of derivatives that are compared: those alike rank in table order."""
 
 
+@once_for_each_machine
 def with_independent_motors(machine: Machine) -> Machine:
     """Return the machine with all motors independent, but those that move with other motors alone."""
     return with_independent(machine, machine.motors)

@@ -104,4 +104,6 @@ OF_TIME_STEPS = (
         shape="9",
         roles=RESULT,
     ),
+    Quantity(name="q_motor", meaning="motor positions", symbol="x_m", unit=POSITION, shape="m", roles=RESULT),
+    Quantity(name="qd_motor", meaning="motor velocities", symbol=r"\dot{x}_m", unit=VELOCITY, shape="m", roles=RESULT),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,18 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.simulation.applied_forces import AppliedForces
-from symoro_elastic.simulation.compiled_steps import Trajectory, refuse_still, servo_torques
+from symoro_elastic.simulation.compiled_steps import Trajectory, law_of_servos, refuse_still, servo_torques
 from symoro_elastic.simulation.events import Crossing, Level, Watch
 from symoro_elastic.simulation.moving_base import BaseStates
 from symoro_elastic.simulation.reference import Reference
@@ -55,8 +59,8 @@ class CompiledMotion:
         refuse_still(reference)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
-        models = (self.dynamics, *self.linear_models, *(("assemble",) if machine.loops else ()))
-        package = traced(machine, Scene(models=models, fold=ALL)).package
+        assembled = ("assemble",) if machine.loops and Bound(machine).takes_dependent else ()
+        package = _package(machine, Scene(models=(self.dynamics, *self.linear_models, *assembled), fold=ALL))
         self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
         self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
         self._forces = AppliedForces(reference) if reference.frames else None
@@ -75,6 +79,9 @@ class CompiledMotion:
 
     def placed(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f)."""
+        if self.reference.servo is not None:
+            q, qd = np.split(y, 2, axis=1)
+            return q, qd
         q, qd, _ = self.reference.states(t)
         q[:, self.free], qd[:, self.free] = np.split(y, 2, axis=1)
         return q, qd
@@ -85,13 +92,17 @@ class CompiledMotion:
         return np.concatenate([qd[0, self.free], self._accelerations(t, q, qd)[0, self.free]])
 
     def jacobian(self, t: float, y: Array) -> Array:
-        """Return dy'/dy (2 f, 2 f), without what forces on frames change by position."""
+        """Return dy'/dy (2 f, 2 f), without what forces on frames change by position.
+
+        Of a servo on a dependent joint kd dS_m/dt is left out, by which the rate of the motor changes with positions.
+        """
         q, qd = self.placed(np.array([t]), y[None])
-        found = self._call("linearization", q=q, qd=qd, qdd=self._accelerations(t, q, qd))
+        given = {"tau": self._torques(t, q, qd)} if "tau" in self._arguments["linearization"] else {}
+        found = self._call("linearization", q=q, qd=qd, qdd=self._accelerations(t, q, qd), **given)
         M, D, K = (found[name][0] for name in ("M", "D", "K"))
         if self.reference.servo is not None:
-            for matrix, gains in zip((K, D), self.reference.servo, strict=True):
-                matrix[self.motors, self.motors] += gains
+            S_m = self._slopes(q)
+            K, D = (matrix + S_m.T * x @ S_m for matrix, x in zip((K, D), self.reference.servo, strict=True))
         rows, f = np.ix_(self.free, self.free), len(self.free)
         J = np.zeros((2 * f, 2 * f))
         J[:f, f:] = np.eye(f)
@@ -114,7 +125,7 @@ class CompiledMotion:
         at = np.array([t])
         if self.reference.servo is None:
             return {"qdd_motor": self.reference.at(at)[2]}
-        return {"tau": servo_torques(self.reference, at, q, qd)}
+        return {"tau": self._torques(t, q, qd)}
 
     def _accelerations(self, t: float, q: Array, qd: Array) -> Array:
         """Return qdd (1, n)."""
@@ -123,6 +134,21 @@ class CompiledMotion:
             at = np.array([t])
             qdd = qdd + self._forces.answer(at, q, None if self._q_dep is None else self._assembled(q))[0]
         return qdd
+
+    def _torques(self, t: float, q: Array, qd: Array) -> Array:
+        """Return the torques (1, m) of servos."""
+        if MOTOR_COORDINATES not in self._arguments:
+            return servo_torques(self.reference, np.array([t]), q, qd)
+        of_motors = self._call(MOTOR_COORDINATES, q=q, qd=qd)
+        return law_of_servos(self.reference, np.array([t]), of_motors["q_motor"], of_motors["qd_motor"])
+
+    def _slopes(self, q: Array) -> Array:
+        """Return S_m (m, n) at a position (1, n): the rates of motors by those of the coordinates."""
+        n = q.shape[1]
+        if MOTOR_COORDINATES not in self._arguments:
+            return np.eye(n)[self.motors]
+        rates = [self._call(MOTOR_COORDINATES, q=q, qd=row[None])["qd_motor"][0] for row in np.eye(n)]
+        return np.stack(rates, axis=1)
 
     def _call(self, function: str, **arrays: Array) -> dict[str, Array]:
         if "q_dep" in self._arguments[function]:
@@ -135,6 +161,14 @@ class CompiledMotion:
         found = self._compiled.call("assemble", q=q, q_dep=self._q_dep[None])["q_dep"]
         self._q_dep = found[0]
         return found
+
+
+def _package(machine: Machine, scene: Scene) -> Package:
+    """Return the models of a scene, with positions and rates of motors where these are on dependent joints."""
+    found = traced(machine, scene)
+    if not dependent_motors(machine):
+        return found.package
+    return replace(found, models=[*found.models, motor_coordinates(machine, found.folded)]).package
 
 
 @dataclass(frozen=True)
@@ -158,8 +192,8 @@ class Adapted:
         """Return the states and torques at times (N,)."""
         y = self.dense(t).T
         q, qd = system.placed(t, y)
-        tau, step = servo_torques(system.reference, t, q, qd), self.ends / self.steps
         dependent, base = system.dependent(q), system.base(y)
+        tau, step = servo_torques(system.reference, t, q, qd, dependent), self.ends / self.steps
         return Trajectory(t, q, qd, tau, self.method, step, self.steps, self.seconds, dependent, base)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.simulation.adaptive import CompiledMotion
-from symoro_elastic.simulation.moving_base import BaseStates, quaternion, rotations
+from symoro_elastic.simulation.moving_base import BaseStates, quaternion, rotation_at, rotations, turning
 from symoro_elastic.simulation.reference import Reference
 
 DIFFERENCE = 1e-7
@@ -38,9 +38,12 @@ class CompiledMotionOnBase(CompiledMotion):
 
     def placed(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f + 13)."""
-        q, qd, _ = self.reference.states(t)
         f = len(self.free)
-        q[:, self.free], qd[:, self.free] = y[:, :f], y[:, f + 7 : 2 * f + 7]
+        own = y[:, :f], y[:, f + 7 : 2 * f + 7]
+        if f == len(self.reference.start.q):
+            return own
+        q, qd, _ = self.reference.states(t)
+        q[:, self.free], qd[:, self.free] = own
         return q, qd
 
     def base(self, y: Array) -> BaseStates:
@@ -57,14 +60,9 @@ class CompiledMotionOnBase(CompiledMotion):
         base = self.base(y[None])
         of_base = {name: x for name, x in base.items() if name in self._arguments[self.dynamics]}
         found = self._call(self.dynamics, q=q, qd=qd, **self._given(t, q, qd), **of_base)
-        f, V, Vd = len(self.free), base["V0"][0], found["V0d"][0]
-        s, x = y[f + 3], y[f + 4 : f + 7]
-        v, w = V[:3], V[3:]
-        turning = 0.5 * np.array([-x @ w, *(s * w + np.cross(x, w))])
-        Q0 = y[f + 3 : f + 7] / np.linalg.norm(y[f + 3 : f + 7])
-        speed = rotations(Q0[None])[0] @ v
-        rates = np.concatenate([Vd[:3] - np.cross(w, v), Vd[3:]])
-        return np.concatenate([qd[0, self.free], speed, turning, found["qdd"][0, self.free], rates])
+        f, (v, w), (a, wd) = len(self.free), np.split(base["V0"][0], 2), np.split(found["V0d"][0], 2)
+        speed, turned = rotation_at(base)[0] @ v, turning(y[f + 3 : f + 7], w)
+        return np.concatenate([qd[0, self.free], speed, turned, found["qdd"][0, self.free], a - np.cross(w, v), wd])
 
     def jacobian(self, t: float, y: Array) -> Array:
         """Return dy'/dy by central differences."""

@@ -41,7 +41,7 @@ class AppliedForces:
         qdd = np.zeros_like(q)
         qdd[:, free] = np.linalg.solve(A[:, free][:, :, free], pushed[:, free, None])[..., 0]
         if not driven:
-            return qdd, np.zeros((len(q), len(motors)))
+            return qdd, np.zeros((len(q), len(self.reference.motors)))
         return qdd, (A[:, motors] @ qdd[..., None])[..., 0] - pushed[:, motors]
 
 

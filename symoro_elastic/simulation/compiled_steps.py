@@ -73,9 +73,7 @@ class CompiledSteps:
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         self.machine = machine
-        self.package = traced(
-            machine, Scene(models=("inverse_dynamics",), steps=tuple(methods), fold=self.fold)
-        ).package
+        self.package = traced(machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)).package
         text = source_text(with_own_results(self.package), DOUBLE)
         files = render_c(self.package) | render_runs(self.package.name, text.steps)
         library = load_library(compile_library(files, folder, flags=self.flags))
@@ -123,11 +121,11 @@ class CompiledSteps:
     def _trajectory(
         self, reference: Reference, method: str, t: Array, states: dict[str, Array], steps: int, seconds: float
     ) -> Trajectory:
-        q, qd = states["q"], states["qd"]
-        tau = servo_torques(reference, t, q, qd)
+        q, qd, q_dep = states["q"], states["qd"], states.get("q_dep")
+        tau = servo_torques(reference, t, q, qd, q_dep)
         h = reference.duration / steps
         base = rows(reference.base, len(t)) | {name: x for name, x in states.items() if name in reference.base}
-        return Trajectory(t, q, qd, tau, method, h, steps, seconds, states.get("q_dep"), base)
+        return Trajectory(t, q, qd, tau, method, h, steps, seconds, q_dep, base)
 
 
 def ways_of(reference: Reference) -> Motors:
@@ -137,14 +135,19 @@ def ways_of(reference: Reference) -> Motors:
     return Motors.DRIVEN if reference.servo is None else Motors.SERVO
 
 
-def servo_torques(reference: Reference, t: Array, q: Array, qd: Array) -> Array:
+def servo_torques(reference: Reference, t: Array, q: Array, qd: Array, q_dep: Array | None = None) -> Array:
     """Return the torques of servos (N, m); NaN where motors follow exactly, whose torques the inverse model gives."""
     if reference.servo is None:
         return np.full((len(t), len(reference.motors)), np.nan)
-    motors = list(reference.machine.motor_entries)
+    return law_of_servos(reference, t, *reference.of_motors(q, qd, q_dep))
+
+
+def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
+    """Return the torques of servos (N, m) where motors are at x and move at xd (N, m)."""
+    assert reference.servo is not None
     y, yd, _ = reference.at(t)
     kp, kd = reference.servo
-    found: Array = reference.start.tau[motors] + kp * (y - q[:, motors]) + kd * (yd - qd[:, motors])
+    found: Array = reference.start.torques + kp * (y - x) + kd * (yd - xd)
     return found
 
 
@@ -171,6 +174,19 @@ def refuse_still(reference: Reference) -> None:
         raise given.error("servo", what)
 
 
+def refuse_turned(reference: Reference, run: Trajectory) -> None:
+    """Raise `InputError` for a motor that follows from a loop and gets half a turn away from where it starts.
+
+    Its closed form tells angles up to a whole turn, so its servo would be given another one there.
+    """
+    machine, (x, _) = reference.machine, reference.of_motors(run.q, run.qd, run.q_dep)
+    for m, joint in enumerate(machine.motor_joints):
+        jumps = np.abs(np.diff(x[:, m])) > np.pi
+        if jumps.any() and joint.sigma == 0 and machine.motors[m] in machine.dependent:
+            when = f"simulate: at {run.t[int(np.argmax(jumps))]:.4g} s it gets half a turn away from its start"
+            raise machine.error(f"joint {joint.name}", f"{when}: make it independent (dependent = [...])")
+
+
 def prescribed(reference: Reference, steps: int) -> Trajectory:
     """Return the motion of a machine all of whose joints follow the reference exactly."""
     t = np.linspace(0.0, reference.duration, steps + 1)
@@ -188,7 +204,7 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
     if reference.servo is None:
         return {"y": y, "yd": yd, "ydd": ydd, **base}
     kp, kd = reference.servo
-    tau = reference.start.tau[list(reference.machine.motor_entries)]
+    tau = reference.start.torques
     _, rate, change = reference.at(begins)
     return {
         "tau": np.tile(tau, (len(begins), len(nodes))),

@@ -57,7 +57,8 @@ def energy_balance(reference: Reference, motion: Motion) -> EnergyBalance:
 def _power(reference: Reference, motion: Motion) -> Array:
     """Return the power (N,) of motors and forces, W."""
     machine = reference.machine
-    found: Array = (motion.tau * motion.qd[:, list(machine.motor_entries)]).sum(axis=1)
+    _, rates = reference.of_motors(motion.q, motion.qd, motion.q_dep)
+    found: Array = (motion.tau * rates).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
     found = found + _power_of(machine, unloaded, motion)
     if reference.base:

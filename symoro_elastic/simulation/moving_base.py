@@ -67,9 +67,18 @@ def rotation_at(states: BaseStates) -> Array:
 
 def rotations(Q: Array) -> Array:
     """Return the matrices (N, 3, 3) of quaternions (N, 4), w x y z."""
-    w, v = Q[:, :1, None], Q[:, 1:]
-    hat = np.cross(np.eye(3)[None], v[:, None])
-    found: Array = np.eye(3) + 2 * w * hat + 2 * hat @ hat
+    w, x, y, z = Q.T
+    none = np.zeros_like(w)
+    hat = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    found: Array = np.eye(3) + 2 * w[:, None, None] * hat + 2 * hat @ hat
+    return found
+
+
+def turning(Q: Array, w: Array) -> Array:
+    """Return Q (0, w) / 2, the rate of a quaternion (4,) of a base that turns with w (3,), in its axes."""
+    s, x, y, z = Q
+    matrix = np.array([[-x, -y, -z], [s, -z, y], [z, s, -x], [-y, x, s]])
+    found: Array = 0.5 * matrix @ w
     return found
 
 

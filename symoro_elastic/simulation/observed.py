@@ -17,13 +17,14 @@ from symoro_elastic.machine.scene import BASE, Asked
 from symoro_elastic.models.static_deflections import DEFLECTIONS, PLACED
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.own_motion import OwnMotion
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.simulation.applied_forces import AppliedForces
 from symoro_elastic.simulation.compiled_steps import Trajectory
 from symoro_elastic.simulation.moving_base import BaseStates, in_world, placed_in_world, rows
 from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs, outputs
+from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, inputs, outputs
 
 FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 """Models by the order of the output that their results hold."""
@@ -81,7 +82,7 @@ class Observer:
     def along_reference(self, t: Array) -> Array:
         """Return the outputs (N, names) where motors follow exactly and springs stay; NaN for torques."""
         q, v, a = self.reference.states(t)
-        takes = "q_dep" in signature(self._dynamics.inverse_dynamics).parameters
+        takes = "q_dep" in signature(getattr(self._dynamics, self._model)).parameters
         q_dep = Followed(self.machine, given_values(self.machine)).at(q) if takes else None
         torques = np.full((len(t), len(self.reference.motors)), np.nan)
         return self.outputs(Motion(t, q, v, a, torques, q_dep, rows(self.reference.base, len(t))))
@@ -96,10 +97,7 @@ class Observer:
 
     def _column(self, signal: Signal, motion: Motion) -> Array:
         if isinstance(signal, JointSignal):
-            k = entry_of(self.machine, signal)
-            if signal.name.endswith(f".{MOTOR_TORQUE}"):
-                return motion.tau[:, self.machine.motor_entries.index(k)]
-            return (motion.q, motion.qd, motion.qdd)[signal.order][:, k]
+            return self._of_joint(signal, motion)
         if signal.order == 0:
             return _pose(placed_in_world(motion.base, self._placement(signal, motion)))[:, signal.component]
         return in_world(motion.base, self._twist(signal, motion))[:, signal.component]
@@ -116,6 +114,21 @@ class Observer:
             return motion.base["V0d" if signal.order == 2 else "V0"]
         found: Array = motion.given_to(getattr(self._frame_models, FRAME_MODELS[signal.order]))
         return found[:, self._frames.index(_in_base(self.machine, signal))]
+
+    def _of_joint(self, signal: JointSignal, motion: Motion) -> Array:
+        if signal.name.endswith(f".{MOTOR_TORQUE}"):
+            return motion.tau[:, self.machine.motors.index(signal.number)]
+        if signal.number in self.machine.moving:
+            return (motion.q, motion.qd, motion.qdd)[signal.order][:, self.machine.moving.index(signal.number)]
+        found = self._dependent(motion.q, motion.qd, motion.qdd, motion.q_dep)
+        column: Array = found[signal.order][:, self._dependent.joints.index(signal.number)]
+        return column
+
+    @cached_property
+    def _dependent(self) -> OwnMotion:
+        """Motion of the joints among the outputs that follow from loops."""
+        joints = {x.number for x in self.signals if isinstance(x, JointSignal)}
+        return OwnMotion(self.machine, sorted(joints.difference(self.machine.moving)))
 
     def _placements(self, motion: Motion) -> Array:
         """Return the placements of frames (N, frames, 4, 4), static springs deflected."""
@@ -142,7 +155,11 @@ class Observer:
 
     @cached_property
     def _dynamics(self) -> ModuleType:
-        return numpy_model(self.machine, ("direct_dynamics", "inverse_dynamics"))
+        return numpy_model(self.machine, (self._model,))
+
+    @property
+    def _model(self) -> str:
+        return "inverse_dynamics" if self.reference.servo is None else "direct_dynamics"
 
     @cached_property
     def _forces(self) -> AppliedForces | None:
@@ -159,8 +176,11 @@ def _in_base(machine: Machine, signal: FrameSignal) -> str:
 
 
 def _pose(T: Array) -> Array:
-    """Return positions and rotation vectors (N, 6) of placements (N, 4, 4), rotations from the first."""
+    """Return positions and rotation vectors (N, 6) of placements (N, 4, 4), rotations from the first; NaN of NaN."""
     turned = T[:, :3, :3] @ T[0, :3, :3].T
-    rotation = for_vibrations("scipy.spatial.transform").Rotation.from_matrix(turned).as_rotvec()
+    rotation, finite = np.full((len(T), 3), np.nan), np.isfinite(turned).all(axis=(1, 2))
+    if finite.any():
+        rotations = for_vibrations("scipy.spatial.transform").Rotation.from_matrix(turned[finite])
+        rotation[finite] = rotations.as_rotvec()
     found: Array = np.concatenate([T[:, :3, 3], rotation], axis=1)
     return found

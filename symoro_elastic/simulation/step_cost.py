@@ -14,6 +14,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 from symoro_elastic.symbolic.program import OperationCount
 
 DEGREES = 6
@@ -37,7 +38,7 @@ class StepCost:
     def of(self, method: Method) -> int:
         """Return the operations of a step, weighted: those of its right sides, systems and sums."""
         rows, n = _sums(method), len(self.machine.moving) + (DEGREES if self.machine.floating else 0)
-        found = _stages(method) * self._of_model(self._right_side) + 4 * n * rows
+        found = _stages(method) * (self._of_model(self._right_side) + self._of_motors) + 4 * n * rows
         if self.machine.floating:
             displacement, rates = (weighted(one.program.count) for one in base_models(self.machine, self._folded))
             found += (_stages(method) + 1) * displacement + _stages(method) * rates
@@ -52,6 +53,13 @@ class StepCost:
     @property
     def _right_side(self) -> str:
         return "inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics"
+
+    @cached_property
+    def _of_motors(self) -> int:
+        """Operations of positions and velocities of motors that follow from loops, under servos."""
+        if self.motors is not Motors.SERVO or not dependent_motors(self.machine):
+            return 0
+        return weighted(motor_coordinates(self.machine, self._folded).program.count)
 
     def _of_model(self, name: str) -> int:
         if name not in self._counts:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import isnan
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from rich.table import Table
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.numerics.own_motion import OwnMotion
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.quantities import ON_BASE
@@ -23,12 +26,26 @@ UNBALANCED = 1e-2
 
 
 def simulation_columns(found: Simulation) -> dict[str, Array]:
-    """Return the columns t, q_, qd_, qdd_ of joints and tau_ of motors, as records of measurements have them."""
+    """Return the columns t, q_, qd_, qdd_ of joints and tau_ of motors, as records of measurements have them.
+
+    Joints are the independent ones, and those of motors that follow from loops.
+    """
     motion = found.motion
     joints = [joint.name for joint in found.reference.machine.moving_joints]
     blocks = (("q", motion.q, joints), ("qd", motion.qd, joints), ("qdd", motion.qdd, joints))
-    of_joints = columns_of(motion.t, *blocks, ("tau", motion.tau, found.reference.motors))
+    of_motors = _of_dependent_motors(found)
+    of_joints = columns_of(motion.t, *blocks, *of_motors, ("tau", motion.tau, found.reference.motors))
     return of_joints | _base_columns(motion.base)
+
+
+def _of_dependent_motors(found: Simulation) -> Iterator[tuple[str, Array, list[str]]]:
+    """Yield positions, velocities and accelerations of the motors that follow from loops."""
+    machine, motion = found.reference.machine, found.motion
+    joints = dependent_motors(machine)
+    if joints:
+        names = [machine.joint(j).name for j in joints]
+        blocks = OwnMotion(machine, joints)(motion.q, motion.qd, motion.qdd, motion.q_dep)
+        yield from ((quantity, block, names) for quantity, block in zip(("q", "qd", "qdd"), blocks, strict=True))
 
 
 def _base_columns(base: BaseStates) -> dict[str, Array]:

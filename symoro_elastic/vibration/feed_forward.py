@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,30 +12,31 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, motion_symbol, over_time
 from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.models.load_coordinates import chains, load_positions
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.numerics.arrays import values_along
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.time_series.writing import columns_of, write_columns
+from symoro_elastic.vibration.driven_joints import MotionOfMotors, followed, of_motors
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 from symoro_elastic.vibration.lag import lagging
 from symoro_elastic.vibration.left_out import LeftOut, cost, held, left_out_springs, line
 from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
+from symoro_elastic.vibration.shared_motors import undetermined
 
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
-NUMBERS_AT_ONCE = 2_000_000
 JUMPS = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
 
 
@@ -46,6 +47,8 @@ class FeedForward(Result):
     `reference` is the motion of what they drive, `orders` its derivatives that each motor needs; SI units, radians.
     `lead` (N, m) is how far each motor is ahead of where it would be without deflections; `units` are those of what
     the motors drive, rad or m. `left_out` are springs that do not follow.
+    Where motors follow from loops, `reference`, `orders`, `lead` and `units` are those of the independent joints, which
+    are motors of `followed` instead; `following` is what the motors do.
     """
 
     machine: Machine
@@ -57,6 +60,8 @@ class FeedForward(Result):
     lead: Array
     units: tuple[str, ...]
     left_out: LeftOut | None = None
+    followed: Machine | None = None
+    following: MotionOfMotors | None = None
 
     @property
     def t(self) -> Array:
@@ -98,12 +103,23 @@ class FeedForward(Result):
         """Return the same as `arrays`."""
         return self.arrays()
 
+    @property
+    def wanted(self) -> tuple[Joint, ...]:
+        """The joints whose motion is wanted, that of the springs behind them with it."""
+        return (self.followed or self.machine).motor_joints
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities (N, m) of the motors."""
+        return self.at_motors(self.qd) if self.following is None else self.following.xd
+
 
 def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
     refuse_floating(machine, "feed-forward")
-    followed = held(machine, left_out_springs(machine))
-    return _orders(followed, over_time(Bound(followed)))
+    led = followed(machine)
+    kept = held(led, left_out_springs(led))
+    return _orders(kept, over_time(Bound(kept)))
 
 
 def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
@@ -134,29 +150,40 @@ def feed_forward(
 
     Deflections of springs with damping are integrated along the samples, exact but for their spacing; without damping
     they are exact. Springs that are not behind a motor on its axis stay at their neutral positions (`left_out`).
+    Where motors follow from loops, the trajectory is that of the independent joints (`driven_joints`).
     Raises `InputError` for a machine without feed-forward, and for a motion with too few derivatives.
     """
-    valued = with_values(machine, values or {})
+    valued = with_values(machine, values) if values else machine
+    led = followed(valued)
+    found = _feed_forward(led, reference)
+    if led.motors == valued.motors:
+        return found
+    motors = of_motors(valued, led, found.t, found.q, found.qd, found.tau)
+    return replace(found, machine=valued, tau=motors.tau, followed=led, following=motors)
+
+
+def _feed_forward(valued: Machine, reference: ReferenceTrajectory) -> FeedForward:
+    """Return the torques of motors that all own independent variables."""
     parameters = EquationsOfMotion(valued).parameters
     omitted = left_out_springs(valued)
-    followed = held(valued, omitted)
-    solved = over_time(bound := Bound(followed))
-    needed = _orders(followed, solved)
-    refuse_few(reference, needed, machine)
+    kept = held(valued, omitted)
+    solved = over_time(bound := Bound(kept))
+    needed = _orders(kept, solved)
+    refuse_few(reference, needed, valued)
     _refuse_large(valued, reference)
-    symbols: dict[str, Any] = {p.name: parameters[p.name] for p in followed.parameters}
-    for j in followed.motors:
-        name = followed.joint(j).name
+    symbols: dict[str, Any] = {p.name: parameters[p.name] for p in kept.parameters}
+    for j in kept.motors:
+        name = kept.joint(j).name
         symbols |= {motion_symbol(j, k): reference.y[name][k] for k in range(needed[name] + 1)}
     for j, undamped in solved.lagging.items():
-        (tau,) = _values([damping_of(bound, j) / bound.cell(bound.machine.joint(j).spring.stiffness)], symbols, 1)[0]
-        deflection = lagging(reference.t, _values(undamped, symbols, len(reference.t)), float(tau))
+        lag = damping_of(bound, j) / bound.cell(bound.machine.joint(j).spring.stiffness)
+        (tau,) = values_along([lag], symbols, 1)[0]
+        deflection = lagging(reference.t, values_along(undamped, symbols, len(reference.t)), float(tau))
         symbols |= {deflection_symbol(j, k): x for k, x in enumerate(deflection)}
-    return _assembled(machine, valued, reference, needed, solved, symbols, omitted, bound)
+    return _assembled(valued, reference, needed, solved, symbols, omitted, bound)
 
 
 def _assembled(
-    machine: Machine,
     valued: Machine,
     reference: ReferenceTrajectory,
     needed: Mapping[str, int],
@@ -169,15 +196,15 @@ def _assembled(
     N, motion = len(reference.t), EquationsOfMotion(valued)
     q, qd = np.tile(motion.neutral_positions(), (N, 1)), np.zeros((N, len(motion.joints)))
     columns = [valued.moving.index(j) for j in solved.q]
-    q[:, columns], qd[:, columns] = (_values(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
-    tau = _values([solved.tau[j] for j in valued.motors], symbols, N).T
+    q[:, columns], qd[:, columns] = (values_along(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
+    tau = values_along([solved.tau[j] for j in valued.motors], symbols, N).T
     _refuse_without_value(reference, [joint.name for joint in motion.joints], np.hstack([q, qd]))
     parameters = {p.name: symbols[p.name] for p in bound.machine.parameters}
     motors = {j: q[:, valued.moving.index(j)] for j in valued.motors}
     lead = _lead(bound, parameters, motors, {j: reference.y[valued.joint(j).name][0] for j in valued.motors})
     units = tuple(valued.joint(chain.joints[-1]).unit for chain in chains(bound))
     left_out = cost(valued, omitted, reference.t, q, qd)
-    return FeedForward(machine, reference, needed, q, qd, tau, lead, units, left_out)
+    return FeedForward(valued, reference, needed, q, qd, tau, lead, units, left_out)
 
 
 def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str], motion: Array) -> None:
@@ -197,7 +224,7 @@ def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y
     columns = []
     for j, z in positions.items():
         gear = Differentiation([z]).by(bound.q[j]).of(z)
-        placed, turned = _values([z, gear], {**parameters, **variables}, len(y[j]))
+        placed, turned = values_along([z, gear], {**parameters, **variables}, len(y[j]))
         columns.append((placed - y[j]) / turned)
     return np.stack(columns, axis=1)
 
@@ -206,26 +233,13 @@ def starts(machine: Machine) -> dict[str, float]:
     """Return by motor where its load is at the start of the machine's loops, rad or m; 0 where no loop has one."""
     if not machine.loops:
         return {}
-    motion = EquationsOfMotion(machine)
-    bound = Bound(held(machine, left_out_springs(machine)))
+    led = followed(machine)
+    motion = EquationsOfMotion(led)
+    bound = Bound(held(led, left_out_springs(led)))
     variables = dict(zip((str(joint.variable) for joint in motion.joints), motion.position_of_loops(), strict=True))
     positions = load_positions(bound, chains(bound))
-    found = _values(list(positions.values()), {**motion.parameters, **variables}, 1)
-    return {machine.joint(j).name: float(x) for j, (x,) in zip(positions, found, strict=True)}
-
-
-def _values(roots: Sequence[Scalar], symbols: Mapping[str, Any], samples: int) -> Array:
-    """Return the values of expressions at samples, (roots, samples)."""
-    rows = np.empty((len(roots), samples))
-    step = max(1, NUMBERS_AT_ONCE // (1 + len(reachable(roots))))
-    for start in range(0, samples, step):
-        part = slice(start, start + step)
-        here = {name: x[part] if isinstance(x, np.ndarray) else np.float64(x) for name, x in symbols.items()}
-        with np.errstate(divide="ignore", invalid="ignore"):
-            value = evaluate(roots, here, arithmetic(np.float64))
-        for row, x in zip(rows, roots, strict=True):
-            row[part] = value(x)
-    return rows
+    found = values_along(list(positions.values()), {**motion.parameters, **variables}, 1)
+    return {led.joint(j).name: float(x) for j, (x,) in zip(positions, found, strict=True)}
 
 
 def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machine: Machine) -> None:
@@ -247,6 +261,7 @@ def notes(command: FeedForward) -> list[str]:
     doubts = command.reference.doubts.items()
     said = [line(command.left_out)] if command.left_out else []
     said += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
+    said += _shared(command)
     said += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
@@ -258,6 +273,13 @@ def notes(command: FeedForward) -> list[str]:
     return said
 
 
+def _shared(command: FeedForward) -> list[str]:
+    """Return a line on more motors than joints whose motion is wanted, where no file shares out their torques."""
+    if command.following is None or len(command.motors) == len(command.wanted):
+        return []
+    return undetermined(command.machine, {j: tuple(command.machine.motors) for j in dependent_motors(command.machine)})
+
+
 def _with_dry_friction(machine: Machine) -> list[str]:
     """Return the motors that have dry friction that jumps."""
     laws = ((joint.name, joint.friction) for joint in machine.motor_joints)
@@ -266,22 +288,29 @@ def _with_dry_friction(machine: Machine) -> list[str]:
 
 def figures(command: FeedForward) -> dict[str, Any]:
     """Return by motor: order needed and given, largest and rms torque, velocity, lead of the motor; notes."""
-    qd = command.at_motors(command.qd)
-    motors = {}
+    wanted = [joint.name for joint in command.wanted]
+    motors: dict[str, dict[str, float]] = {}
     for m, name in enumerate(command.motors):
         tau = command.tau[:, m]
+        own = command.following is None
         motors[name] = {
-            "order": command.orders[name],
-            "given": command.reference.order(name),
+            **(_derivatives(command, name) if own else {}),
             "torque": float(np.abs(tau).max()),
             "torque_rms": float(np.sqrt(np.mean(tau**2))),
-            "velocity": float(np.abs(qd[:, m]).max()),
-            "lead": float(np.abs(command.lead[:, m]).max()),
+            "velocity": float(np.abs(command.velocities[:, m]).max()),
+            **({"lead": float(np.abs(command.lead[:, m]).max())} if own else {}),
         }
+    joints = {name: _derivatives(command, name) for name in wanted} if command.following else {}
     return {
         "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
-        "motors": motors, "left_out": _left_out(command), "notes": notes(command),
+        "motors": motors, **({"joints": joints} if joints else {}),
+        "left_out": _left_out(command), "notes": notes(command),
     }  # fmt: skip
+
+
+def _derivatives(command: FeedForward, name: str) -> dict[str, float]:
+    """Return how many derivatives of the wanted motion of a joint are needed and given."""
+    return {"order": command.orders[name], "given": command.reference.order(name)}
 
 
 def _left_out(command: FeedForward) -> dict[str, Any] | None:
@@ -298,5 +327,9 @@ def save_feed_forward(command: FeedForward, path: str | Path) -> None:
 def columns(command: FeedForward) -> dict[str, Array]:
     """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
     joints = [joint.name for joint in command.machine.moving_joints]
-    blocks = (("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors))
+    blocks = [("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors)]
+    if command.following:
+        own = [name not in joints for name in command.motors]
+        names = [name for name in command.motors if name not in joints]
+        blocks[2:2] = [("q", command.following.x[:, own], names), ("qd", command.following.xd[:, own], names)]
     return columns_of(command.t, *blocks)

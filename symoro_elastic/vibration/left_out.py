@@ -42,6 +42,8 @@ def left_out_springs(machine: Machine) -> list[str]:
 
 def held(machine: Machine, names: list[str]) -> Machine:
     """Return the machine with these springs at their neutral positions."""
+    if not names:
+        return machine
     return restricted(machine, Scene(locked={j.name: j.spring.neutral for j in machine.joints if j.name in names}))
 
 

@@ -185,22 +185,29 @@ def over_two(tracked: Tracked, mode: int) -> Any:
 
 
 def following(command: FeedForward) -> Any:
-    """Return a column for each motor: reference trajectory, lead of the motor where springs give it one, torque."""
-    joints = command.machine.motor_joints
-    y = np.stack([command.reference.y[joint.name][0] for joint in joints], axis=1)
-    curves = [("reference", y), ("motor ahead", command.lead), ("torque", command.tau)]
-    if not command.lead.any():
-        del curves[1]
-    figure = new_figure(2.0 + 3.0 * len(joints), 2.0 * len(curves))
-    axes = figure.subplots(len(curves), len(joints), sharex=True, squeeze=False)
-    for m, (column, joint) in enumerate(zip(axes.T, joints, strict=True)):
-        for axis, (label, curve) in zip(column, curves, strict=True):
-            axis.plot(command.t, curve[:, m], linewidth=0.9)
-            units = {"reference": command.units[m], "motor ahead": joint.unit, "torque": joint.force_unit}
-            axis.set_ylabel(f"{label}, {units[label]}")
+    """Return a column for each motor: reference trajectory, lead of the motor where springs give it one, torque.
+
+    Where motors follow from loops, the trajectories are those of the joints that are to follow.
+    """
+    wanted, motors = command.wanted, command.machine.motor_joints
+    y = np.stack([command.reference.y[joint.name][0] for joint in wanted], axis=1)
+    rows = [("reference", wanted, command.units, y)]
+    rows += [("motor ahead", wanted, tuple(j.unit for j in wanted), command.lead)] if command.lead.any() else []
+    rows += [("torque", motors, tuple(j.force_unit for j in motors), command.tau)]
+    columns = max(len(wanted), len(motors))
+    figure = new_figure(2.0 + 3.0 * columns, 2.0 * len(rows))
+    axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
+    for line, (label, joints, units, curves) in zip(axes, rows, strict=True):
+        for axis, joint, unit, curve in zip(line, joints, units, curves.T, strict=False):
+            axis.plot(command.t, curve, linewidth=0.9)
+            axis.set_ylabel(f"{label}, {unit}")
             axis.grid(True, linewidth=0.3)
-        column[0].set_title(joint.name)
-        column[-1].set_xlabel("t, s")
+            if line is axes[0] or command.following:
+                axis.set_title(joint.name)
+        for axis in line[len(joints) :]:
+            axis.set_axis_off()
+    for axis in axes[-1]:
+        axis.set_xlabel("t, s")
     return figure
 
 

@@ -14,14 +14,6 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independent_joints import moved_by
 
 
-def refuse_dependent_motors(machine: Machine) -> None:
-    """Raise `InputError` for motors on joints that follow from loops."""
-    following = [machine.joint(j).name for j in machine.motors if j not in machine.moving]
-    if following:
-        what = "not offered where a motor is on a dependent joint: choose others (dependent = [...])"
-        raise machine.error(f"joint {', '.join(following)}", what)
-
-
 def followers(machine: Machine) -> dict[int, tuple[int, ...]]:
     """Return the motors that move with others, each with these, by number; raises `InputError` for other ones.
 

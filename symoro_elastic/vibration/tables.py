@@ -298,17 +298,23 @@ def losses_table(comparison: Comparison) -> Any:
 
 
 def feed_forward_table(command: FeedForward) -> Any:
-    """Return a row for each motor: derivatives needed and given, torque, velocity, lead."""
+    """Return a row for each motor: derivatives needed and given, torque, velocity, lead.
+
+    Where motors follow from loops, the derivatives are those of the joints that are to follow, in rows before.
+    """
     from rich.table import Table
 
-    said = figures(command)["motors"]
-    table = Table("motor", "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
+    said = figures(command)
+    first = "joint, motor" if "joints" in said else "motor"
+    table = Table(first, "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
+    for name, joint in said.get("joints", {}).items():
+        table.add_row(name, f"{joint['order']} / {joint['given']}", "-", "-", "-")
     for joint in command.machine.motor_joints:
-        motor, unit, force = said[joint.name], joint.unit, joint.force_unit
+        motor, unit, force = said["motors"][joint.name], joint.unit, joint.force_unit
         table.add_row(
-            joint.name, f"{motor['order']} / {motor['given']}",
+            joint.name, f"{motor['order']} / {motor['given']}" if "order" in motor else "-",
             f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
-            f"{motor['velocity']:.4g} {unit}/s", f"{motor['lead']:.4g} {unit}",
+            f"{motor['velocity']:.4g} {unit}/s", f"{motor['lead']:.4g} {unit}" if "lead" in motor else "-",
         )  # fmt: skip
     return table
 

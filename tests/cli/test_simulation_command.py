@@ -242,18 +242,46 @@ def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> Non
 @pytest.mark.parametrize(
     ("machine", "motor", "said"),
     [
-        (ODD["floating"], "a", "motion"),
+        (ODD["floating"].replace("body =", 'known = "acceleration"\nbody ='), "a", "base, known: the acceleration"),
         (ODD["all_elastic"], "a", "a has no motor"),
         (
             FILES["delta"].read_text(),
             "arm_1",
-            "joint arm_1, arm_2, arm_3: not offered where a motor is on a dependent joint",
+            "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos",
         ),
     ],
 )
 def test_machines_that_are_not_simulated_are_named(machine: str, motor: str, said: str) -> None:
     Path("drive.toml").write_text(machine)
     assert said in refused("simulate", *scene(MOTION.replace('"motor"', f'"{motor}"')))
+
+
+GANTRY = """
+[motion]
+duration = 0.1
+moves = [{ motor = "carriage_1", by = 0.02, in = 0.08 }, { motor = "carriage_2", by = 0.02, in = 0.08 }]
+[motion.servo]
+carriage_1 = { kp = 1e6, kd = 2e4 }
+carriage_2 = { kp = 1e6, kd = 2e4 }
+cross_slide = { bandwidth = 20, damping = 0.8 }
+ram = { bandwidth = 20, damping = 0.8 }
+[wanted]
+tolerance = { "carriage_2.q" = 1e-6 }
+period = 1e-3
+time = 1e-3
+"""
+
+
+def test_motors_that_follow_from_loops_are_simulated_and_written() -> None:
+    """A period of a controller too; `compare` reads the motion of the motors, dependent ones among them."""
+    text = re.sub(r"coulomb = \d+", "coulomb = 0", FILES["gantry_rigid"].read_text())
+    Path("drive.toml").write_text(text)
+    said = run("simulate", *scene(GANTRY), "--out", "move.csv").stdout
+    assert "a period of 1 ms takes 2 steps" in said and "carriage_2.q, m" in said
+    written = columns("move.csv")
+    np.testing.assert_allclose(written["q_carriage_2"], written["q_carriage_1"], rtol=0, atol=1e-15)
+    assert {"qdd_carriage_2", "tau_carriage_1", "tau_carriage_2", "q_ram"} <= written.keys()
+    assert "carriage_2" in run("compare", "drive.toml", "--motion", "move.csv").stdout
 
 
 def test_nothing_moves_without_motors() -> None:

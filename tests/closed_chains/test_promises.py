@@ -16,6 +16,7 @@ from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Sprin
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import Form
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Level, reachable
 from symoro_elastic.symbolic.program import Section, count
@@ -241,3 +242,20 @@ def test_the_sr400_of_symoro_closes_as_a_parallelogram(without: tuple[str, ...])
         th3, th8 = (value(bound.variables[j]) for j in bound.machine.dependent)
         assert abs(th3 - (th7 - th2 - np.pi / 2)) < 1e-15 * 8
         assert abs(th8 - (th2 - th7)) < 1e-15 * 8
+
+
+@pytest.mark.parametrize("turned", [2.1, -4.2, 8.4])
+def test_angles_of_dependent_joints_go_on_across_half_a_turn(turned: float) -> None:
+    """A rocker whose angle is counted from elsewhere: its own variable is the same, through odd half turns too."""
+    described = machine("four_bar")
+    counted = {"rocker": {"theta": Formula.parse(turned)}, "pin_end": {"gamma": Formula.parse(-turned)}}
+    rows = (replace(row, **counted.get(row.name, {})) for row in described.joints)
+    crank = np.linspace(0.3, 1.6, 27)
+    q = np.stack([crank, 0 * crank], axis=1)
+    usual, other = (
+        numpy_model(one, ("dependent_coordinates",)).dependent_coordinates(q)
+        for one in (described, replace(described, joints=tuple(rows)))
+    )
+    np.testing.assert_allclose(other, usual, rtol=0, atol=1e-13)
+    angles = usual[:, described.owners.index(3)] + turned
+    assert len({*np.round(angles / (2 * np.pi))}) == 2

@@ -48,6 +48,8 @@ CASES = {
     "planar": ("w3",),
     "ring": ("w2",),
     "delta": ("w2", "rk4"),
+    "ring driven at link_3": ("w2",),
+    "gantry_rigid": ("w2",),
     "ball_screw": ("w2",),
     "on_base": ("w3", "rk4", "midpoint"),
     "body": ("w2",),
@@ -67,7 +69,20 @@ def machine(name: str) -> Machine:
         return on(creeping(random_machine(3, joints=3, kinds=kinds, massless=0)), turned=Orientation.QUATERNION)
     if name == "body":
         return on(Machine("body", (Joint("tip", 0, Kind.FIXED, 2),)))
-    return creeping(of_loops(name))
+    stem, _, driven = name.partition(" driven at ")
+    found = creeping(of_loops(stem))
+    return driven_at(found, driven) if driven else found
+
+
+def driven_at(machine: Machine, name: str) -> Machine:
+    """The machine with its motor on a joint that follows from a loop."""
+    joints = (replace(row, kind=Kind.PASSIVE) if row.kind is Kind.MOTOR else row for row in machine.joints)
+    moved = tuple(replace(row, kind=Kind.MOTOR) if row.name == name else row for row in joints)
+    loops = (
+        replace(loop, dependent=tuple(machine.joint(j).name for j in machine.dependent_in(loop)))
+        for loop in machine.loops
+    )
+    return replace(machine, joints=moved, loops=tuple(loops))
 
 
 @dataclass(frozen=True)
@@ -103,7 +118,7 @@ def state_of(name: str, package: Package, module: ModuleType) -> dict[str, Array
         return joints | {package.base[0].name: first} | others
     if package.dependent is None:
         return {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
-    first = situations(name)[0].state
+    first = situations(name.split(maxsplit=1)[0])[0].state
     q = np.array(first.u) + 1e-3 * rng.normal(size=(STATES, n))
     if not package.takes_dependent:
         return {"q": q, "qd": rng.normal(size=(STATES, n))}

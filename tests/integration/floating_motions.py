@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -58,6 +58,16 @@ def hat(w: Array) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+class Given(Protocol):
+    """The wrench on the base, motions of the motors, and their torques, over time."""
+
+    def f0(self, t: float) -> Array: ...
+
+    def y(self, t: float, order: int = 0) -> Array: ...
+
+    def torque(self, t: float, q: Array, qd: Array, variant: str) -> Array: ...
+
+
 class Course:
     """What is given of the motors and the wrench on the base over time, with derivatives."""
 
@@ -88,7 +98,13 @@ def course(machine: Machine, at: FloatingState) -> Course:
 
 
 def integrated(
-    machine: Machine, equations: Equations, at: FloatingState, variant: str, duration: float, given: Course
+    machine: Machine,
+    equations: Equations,
+    at: FloatingState,
+    variant: str,
+    duration: float,
+    given: Given,
+    tolerance: float = TOLERANCE,
 ) -> Array:
     """The state at the end, by DOP853: orientation by its own differential equation, the quaternion normalised."""
     n, motors = len(machine.moving), list(machine.motor_entries)
@@ -115,7 +131,7 @@ def integrated(
         found[free] = np.linalg.solve(A[np.ix_(free, free)], right[free] - A[np.ix_(free, of_motors)] @ given.y(t, 2))
         return found
 
-    solved = solve_ivp(rate, (0, duration), at.whole, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
+    solved = solve_ivp(rate, (0, duration), at.whole, method="DOP853", rtol=tolerance, atol=tolerance)
     end: Array = solved.y[:, -1]
     if k == 4:
         end[2 * n : 2 * n + 4] /= np.linalg.norm(end[2 * n : 2 * n + 4])

@@ -36,11 +36,12 @@ VARIANTS = ("", "_servo", "_driven")
 CASES = [
     *(("arm", name, variant) for name in STEPS for variant in VARIANTS),
     *(("ring", name, "") for name in ("w3", "rodas4", "midpoint")),
+    *(("delta", name, "_servo") for name in ("w2", "w3", "midpoint")),
 ]
 
 
 def machine(name: str) -> Machine:
-    """An arm with springs, smooth friction, wrenches and weight; a loop that is assembled at every stage."""
+    """An arm with springs, smooth friction, wrenches and weight; a loop that is assembled at every stage; a delta."""
     if name == "arm":
         kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.MOTOR, Kind.PASSIVE)
         found = creeping(random_machine(11, joints=4, kinds=kinds, massless=0))
@@ -56,7 +57,10 @@ def machine(name: str) -> Machine:
 
 @cache
 def generated(name: str) -> tuple[Package, ModuleType]:
-    package = traced(machine(name), Scene(models=("direct_dynamics", "inverse_dynamics"), steps=STEPS)).package
+    steps = tuple(step for step in STEPS if name != "delta" or step != "rodas4")
+    models = ("direct_dynamics", "inverse_dynamics")
+    models += ("dependent_coordinates", "coupling_matrix") if name == "delta" else ()
+    package = traced(machine(name), Scene(models=models, steps=steps)).package
     with TemporaryDirectory() as folder:
         return package, import_package(render_numpy(package), Path(folder) / "numpy")
 
@@ -68,6 +72,8 @@ def start(name: str) -> tuple[Array, Array, Array | None]:
         rng = np.random.default_rng(4)
         return rng.uniform(-0.4, 0.4, len(package.axes)), rng.uniform(-1, 1, len(package.axes)), None
     state = situations(name)[0].state
+    if not package.takes_dependent:
+        return np.array(state.u), np.array(state.ud), None
     variables = {row.name: str(row.variable) for row in machine(name).joints}
     guess = [float(state.guess[variables[axis.name]]) for axis in package.dependent or ()]
     return np.array(state.u), np.array(state.ud), module.assemble(state.u, guess)[0]
@@ -93,9 +99,19 @@ class Course:
         return self.tau(t) + self.kp * (self.y(t) - q) + self.kd * (self.y(t, 1) - qd)
 
 
+def of_motors(name: str, q: Array, qd: Array) -> tuple[Array, Array]:
+    """Positions and velocities of the motors, which may follow from loops."""
+    package, module = generated(name)
+    if package.has_motors_in_q:
+        return q[list(package.motors)], qd[list(package.motors)]
+    described = machine(name)
+    x = dict(zip(described.owners, module.dependent_coordinates(q), strict=True))
+    rates = dict(zip(described.articulated, module.coupling_matrix(q, qd)[0] @ qd, strict=True))
+    return np.array([x[j] for j in described.motors]), np.array([rates[j] for j in described.motors])
+
+
 def course(name: str) -> Course:
-    package, (q, qd, _) = generated(name)[0], start(name)
-    return Course(q[list(package.motors)], qd[list(package.motors)])
+    return Course(*of_motors(name, *start(name)[:2]))
 
 
 @cache
@@ -111,7 +127,7 @@ def exact(name: str, variant: str) -> Array:
         place = (q,) if q_dep is None else (q, module.assemble(q, q_dep)[0])
         if variant == "_driven":
             return np.concatenate([qd, module.inverse_dynamics(*place, qd, given.y(t, 2))[1]])
-        torque = given.torque(t, q[motors], qd[motors]) if variant else given.tau(t)
+        torque = given.torque(t, *of_motors(name, q, qd)) if variant else given.tau(t)
         return np.concatenate([qd, module.direct_dynamics(*place, qd, torque)])
 
     solved = solve_ivp(rate, (0, DURATION), np.concatenate([q, qd]), method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)

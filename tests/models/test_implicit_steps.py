@@ -28,7 +28,7 @@ G = Fraction("0.013")
 MANY_DIGITS, DIGITS_OF_SLOPES = 1e-40, 1e-18
 
 TREES = [creeping(random_machine(seed, joints=5, kinds=(Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE))) for seed in range(4)]
-COUPLED = ("ball_screw", "coupled_wrist", "five_bar", "ring")
+COUPLED = ("ball_screw", "coupled_wrist", "five_bar", "ring", "delta", "gantry_rigid")
 
 
 def values_of(program: Program, symbols: Mapping[str, Any]) -> dict[str, list[Any]]:

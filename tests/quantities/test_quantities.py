@@ -19,6 +19,7 @@ from symoro_elastic.machine.names import reserved
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.dynamics import SingularPivot
 from symoro_elastic.mechanics.lagrange import inertia_matrix
+from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.models.implicit_steps import implicit_system
@@ -169,9 +170,14 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
                 yield machine, trace(machine, name)
             except (InputError, SingularPivot):
                 continue
-        if machine.moving and not machine.floating and len(machine.moving) < 8:
+        if machine.moving and len(machine.moving) < 8 and _takes_steps(machine):
             for motors in ways_to_give_motors(machine):
                 yield from ((machine, one) for one in implicit_system(machine, motors))
+            yield from ((machine, one) for one in (base_models(machine) if machine.floating else ()))
+
+
+def _takes_steps(machine: Machine) -> bool:
+    return machine.floating is None or machine.floating.known is Given.WRENCH
 
 
 @cache

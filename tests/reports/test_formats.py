@@ -69,6 +69,7 @@ def of_motion(top: dict[str, Any]) -> Iterator[tuple[Section, dict[str, Any]]]:
     yield from ((motion_keys.WOBBLES, entry) for entry in motion.get("wobbles", ()))
     yield from ((motion_keys.SERVO, entry) for entry in motion.get("servo", {}).values())
     yield from ((motion_keys.FORCES, entry) for entry in motion.get("forces", ()))
+    yield motion_keys.BASE_START, motion.get("base", {})
     yield motion_keys.WANTED, top.get("wanted", {})
 
 

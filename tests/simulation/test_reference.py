@@ -17,7 +17,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formats.motions import read_motions, read_wanted
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Floating, Given, Kind, Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains, Move, PrescribedMotion, Wobble
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
@@ -289,8 +289,8 @@ REFUSED: dict[str, tuple[Machine, PrescribedMotion]] = {
         locked("motor_x"), motion(servo={"motor_x": Gains(1.0, 1.0), "motor_y": Gains(1.0, 1.0)}),
     ),
     "scene.toml: motion, start: ram is locked": (locked("ram"), motion(start={"ram": 0.0})),
-    "floating_arm.toml: motion: not offered on a floating base": (
-        read_machine(EXAMPLES / "floating_arm.toml")[0], motion(),
+    "base, known: the acceleration of the base is given, so it is no state of a motion": (
+        replace(two_axis(), floating=Floating(known=Given.ACCELERATION)), motion(),
     ),
 }  # fmt: skip
 
@@ -302,9 +302,12 @@ def test_motions_refused(said: str) -> None:
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_motors_on_dependent_joints_are_refused() -> None:
-    with pytest.raises(InputError, match="joint carriage_2: not offered where a motor is on a dependent joint"):
-        reference_of(closed_chain("gantry"), motion())
+def test_motors_on_dependent_joints_become_independent_where_they_follow_exactly() -> None:
+    machine = closed_chain("gantry")
+    servo = {joint.name: Gains(1e5, 1e3) for joint in machine.motor_joints}
+    assert reference_of(machine, motion(servo=servo)).machine is machine
+    names = [joint.name for joint in reference_of(machine, motion()).machine.moving_joints]
+    assert names == ["carriage_1", "cross_slide", "ram", "carriage_2"]
 
 
 # What is wanted

@@ -99,9 +99,11 @@ def _functions(bound: Bound) -> Functions:
     )
 
 
-def own_variable(bound: Bound, joint: int, turn: Complex) -> Scalar:
-    """The own variable of a joint that stands at cosine + i sine."""
-    return arc_tangent(bound.graph, turn.y, turn.x) - bound.offset(joint)
+def own_variable(bound: Bound, joint: int, turn: Complex, half_turns: int) -> Scalar:
+    """The own variable of a joint that stands at cosine + i sine, within half a turn of so many half turns."""
+    x, y = (-turn.x, -turn.y) if half_turns % 2 else turn
+    angle = arc_tangent(bound.graph, y, x) + half_turns * bound.graph.pi
+    return angle - bound.offset(joint)
 
 
 def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import random
-import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space,
 from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
 from symoro_elastic.models.loops.start import assembled_start, positions_near
 from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
+from symoro_elastic.models.once import once_for_each_machine
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ class LoopPlan:
     """One loop: the rows of its equations that are kept and dropped, its dependent joints, its form and branch.
 
     `signs` are those of the root at each unknown joint of a planar loop. Rates may be found in the axes of the link
-    `view`, where the same equations are `rows`, with levers over the turn `pivot`.
+    `view`, where the same equations are `rows`, with levers over the turn `pivot`. Angles of joints are within half a
+    turn of `half_turns`, those next to the start.
     """
 
     loop: Loop
@@ -67,6 +69,7 @@ class LoopPlan:
     is_in_space: bool = False
     view: int | None = None
     pivot: int | None = None
+    half_turns: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def is_assembled(self) -> bool:
@@ -88,21 +91,9 @@ class Plan:
     positions: tuple[Position, ...]
 
 
-_known: dict[int, tuple[weakref.ref[Machine], Plan]] = {}
-
-
+@once_for_each_machine
 def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
     """The plan of a machine with loops, made once; raises `InputError` for loops that do not close."""
-    known = _known.get(id(machine))
-    if known is not None and known[0]() is machine:
-        return known[1]
-    plan = _made(machine, bind)
-    key = id(machine)
-    _known[key] = weakref.ref(machine, lambda _: _known.pop(key, None) if _known is not None else None), plan
-    return plan
-
-
-def _made(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
     assembly = Assembly(machine, bind)
     start = assembled_start(machine, assembly)
     positions = (start, *positions_near(machine, assembly, start))
@@ -114,8 +105,18 @@ def _made(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
         own = [k for k, one in enumerate(assembly.equations) if one.loop == loop.name]
         rows = tuple(assembly.equations[k].row for k in own if k in kept)
         dropped = tuple(assembly.equations[k].row for k in own if k not in kept)
-        plans.append(LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}))
+        half_turns = _half_turns(assembly, machine.dependent_in(loop), start)
+        plans.append(
+            LoopPlan(loop, rows, dropped, machine.dependent_in(loop), Form.ASSEMBLED, {}, half_turns=half_turns)
+        )
     return Plan(_with_forms(machine, assembly, _with_own(plans), positions), assembly, positions)
+
+
+def _half_turns(assembly: Assembly, joints: Sequence[int], start: Position) -> dict[int, int]:
+    """Half turns that the angles of joints are next to at the start, by joint."""
+    turning = {j: assembly.bound.angle(j) for j in joints if assembly.machine.joint(j).sigma == 0}
+    value = evaluate(turning.values(), assembly.symbols(start), FLOATS)
+    return {j: round(float(value(x)) / math.pi) for j, x in turning.items()}
 
 
 def _with_own(plans: Sequence[LoopPlan]) -> list[LoopPlan]:

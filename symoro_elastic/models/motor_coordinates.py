@@ -1,0 +1,49 @@
+"""Positions and velocities of motors on dependent joints, as servos inside time steps need them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.implicit_steps import FAMILY
+from symoro_elastic.models.model import Model, Result, Results, TracedModel
+from symoro_elastic.models.naming import name_geometry
+from symoro_elastic.models.tracing import Trace, prune, schedule
+from symoro_elastic.symbolic.program import Input, Section
+
+MOTOR_COORDINATES = "motor_coordinates"
+
+
+def dependent_motors(machine: Machine) -> tuple[int, ...]:
+    """Return the numbers of the motors whose variables follow from loops."""
+    return tuple(j for j in machine.motors if j not in machine.moving)
+
+
+def motor_coordinates(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
+    """Return the model of the variables of all motors, x_m(u), and of their rates S_m ud (L1), (L2)."""
+    bound = Bound(machine, folded)
+    if bound.loops:
+        name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
+    results = _results(bound)
+    dependent = ("q_dep",) if bound.takes_dependent else ()
+    model = Model(
+        MOTOR_COORDINATES,
+        "positions and velocities of the motors",
+        "(L1), (L2)",
+        ("q", *dependent, "qd"),
+        tuple(results),
+        lambda other, _: _results(other),
+        FAMILY,
+    )
+    entries = bound.arguments()
+    inputs = tuple(Input(name, entries[name]) for name in model.arguments)
+    return schedule(prune(Trace(model, inputs, results, bound.graph, bound.names, True, ())))
+
+
+def _results(bound: Bound) -> Results:
+    rates = bound.coordinates.rates_x
+    return {
+        "q_motor": Result(bound.motors, tuple(bound.variables[j] for j in bound.motors)),
+        "qd_motor": Result(bound.motors, tuple(rates[j] for j in bound.motors)),
+    }
