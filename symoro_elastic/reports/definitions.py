@@ -8,6 +8,7 @@ from typing import Any
 
 Content = dict[str, Any]
 INNER = re.compile(r'<math displaystyle="true">(.*)</math>', re.DOTALL)
+TAG = re.compile(r"<(/?)m\w+[^>]*?(/?)>")
 COMPOSED = re.compile(r"<(msub|msup|msubsup|mover|mrow)\b.*</\1>", re.DOTALL)
 
 
@@ -28,12 +29,24 @@ def with_links(content: Content, prefix: str) -> Content:
 
 
 def linked(formula: str, defined: Mapping[str, str]) -> str:
-    """Return a formula in MathML whose symbols name the elements that define them."""
-    if not defined:
-        return formula
-    longest_first = sorted(defined, key=len, reverse=True)
-    pattern = "|".join(map(re.escape, longest_first))
-    return re.sub(pattern, lambda found: f'<mrow data-of="{defined[found[0]]}">{found[0]}</mrow>', formula)
+    """Return a formula in MathML whose symbols name the elements that define them; the outermost where they nest."""
+    parts, end = [], 0
+    for start, stop in _elements(formula):
+        if start >= end and (anchor := defined.get(formula[start:stop])):
+            parts += [formula[end:start], f'<mrow data-of="{anchor}">', formula[start:stop], "</mrow>"]
+            end = stop
+    return "".join([*parts, formula[end:]])
+
+
+def _elements(formula: str) -> list[tuple[int, int]]:
+    """Where elements begin and end, in the order in which they begin."""
+    found, opened = [], []
+    for tag in TAG.finditer(formula):
+        if tag[1]:
+            found.append((opened.pop(), tag.end()))
+        elif not tag[2]:
+            opened.append(tag.start())
+    return sorted(found)
 
 
 def _lines(content: Content) -> Iterator[dict[str, str]]:

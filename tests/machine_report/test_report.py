@@ -44,7 +44,7 @@ def page() -> str:
 
 
 def test_sections_in_their_order(page: str) -> None:
-    assert [title for title in re.findall(r"<h2 id=\"\w+\">(.*?)</h2>", page)[: len(TITLES)]] == TITLES
+    assert re.findall(r'<h2 id="\w+">(.*?)</h2>', page)[: len(TITLES)] == TITLES
     assert "Not for this machine" not in page
 
 

@@ -102,7 +102,7 @@ class Page(HTMLParser):
         assert not self.open
 
     def handle_starttag(self, tag, attributes):
-        if tag not in ("meta", "wbr"):
+        if tag not in ("meta", "wbr", "img"):
             self.open.append(tag)
         for key, value in attributes:
             if key == "id":
