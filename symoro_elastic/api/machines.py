@@ -49,8 +49,8 @@ def read(
     Parameters
     ----------
     machine
-        A .toml, .par or .urdf file, or the tables of a .toml file as dictionaries and lists (`name` must be among
-        them), or a robot of the Robotics Toolbox: an object with `links`.
+        A .toml, .par, .urdf or .xml (MJCF) file, or the tables of a .toml file as dictionaries and lists (`name` must
+        be among them), or a robot of the Robotics Toolbox: an object with `links`.
     base
         Group the inertial parameters: fewer operations, the same motion.
     free

@@ -33,7 +33,7 @@ from symoro_elastic.errors import InputError
 def cli() -> None:
     """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
 
-    MACHINE is a .toml file, a SYMORO .par or a .urdf.
+    MACHINE is a .toml file, a SYMORO .par, a .urdf or MuJoCo's .xml.
     """
 
 

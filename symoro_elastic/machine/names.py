@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 
 from symoro_elastic.quantities import is_intermediate, words
@@ -63,6 +63,13 @@ def free_name(name: str, taken: Reasons = NONE) -> str:
     stem = stem if stem[0].isalpha() else f"x{stem}"
     candidates = (stem, f"{stem}_", f"{stem}1", f"my_{stem}", f"my_{stem}_1")
     return next((found for found in candidates if reserved(found, taken) is None), "x1")
+
+
+def distinct(name: str, taken: Collection[str]) -> str:
+    """The name, with underscores behind it where it is taken."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def quoted(text: object) -> str:

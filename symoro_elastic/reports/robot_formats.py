@@ -25,6 +25,13 @@ Frame 0 is that of the root link, gravity is [0, 0, -9.81] in it. Limits, shapes
 Written are machines of motors, fixed frames and joints that follow one other in proportion, with values for all
 parameters; a link has the frame of its row.
 """
+MJCF = """## Robots in MJCF (`.xml`)
+
+Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), not written: [what becomes of
+its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is that of
+`<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of bodies
+that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`.
+"""
 DISTAL = """## Standard Denavit-Hartenberg tables (`.csv`)
 
 A header line that names the columns, then a row for each joint of a chain, separated by commas: A = Rot(z, theta)
@@ -36,8 +43,9 @@ name of a column in brackets: {units}. The last frame is `tool`, gravity is
 
 
 def blocks() -> Iterator[str]:
-    """The sections on URDF and on distal tables."""
+    """The sections on URDF, on MJCF and on distal tables."""
     yield URDF
+    yield MJCF
     units = ", ".join(f"[{other}] for [{unit}]" for unit, others in SCALES.items() for other in others)
     yield DISTAL.replace("{units}", units)
 

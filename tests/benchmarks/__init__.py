@@ -6,6 +6,7 @@
     python -m tests.benchmarks.numpy_calls    the numpy code against the same lines on plain arrays
     python -m tests.benchmarks.counts    operations, and instructions by callgrind, against published figures
     python -m tests.benchmarks.robots urdf    robots of two packages against Pinocchio: errors, operations
+    python -m tests.benchmarks.robots mjcf    robots of three packages against MuJoCo: errors
     python -m tests.benchmarks.growth    time to generate and to compile against the number of joints
 
 All take `--json FILE`; `speed --picture FILE` draws the ratios. Needs gcc (clang too, where there is one) and

@@ -1,7 +1,8 @@
-"""Robots of other formats against the library that reads them: `python -m tests.benchmarks.robots urdf`.
+"""Robots of other formats against the library that reads them: `python -m tests.benchmarks.robots urdf`, or `mjcf`.
 
-Needs `pip install example-robot-data pybullet pin`; files are found where these packages keep them. Errors are those
-of inverse dynamics, relative to the largest torque of a state, and of the frames of all links, at random states.
+URDF needs `pip install example-robot-data pybullet pin`, MJCF `mujoco gymnasium-robotics pybullet`; files are found
+where these packages keep them. Errors are those of inverse dynamics, relative to the largest torque of a state, and of
+the frames of all links, at random states.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.format import Conversion
 from symoro_elastic.machine.formats.reading import read
 from symoro_elastic.packaging import reserved_words
+from tests.benchmarks import robots_mjcf
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.tables import print_table, progress, save_json
 
@@ -29,10 +31,13 @@ Figures = dict[str, Any]
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.robots", description=__doc__)
-    parser.add_argument("format", choices=("urdf",))
+    parser.add_argument("format", choices=("urdf", "mjcf"))
     parser.add_argument("--only", default="", help="files whose path holds this text")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
+    if arguments.format == "mjcf":
+        robots_mjcf.compare(arguments.only, arguments.json)
+        return
     require_pinocchio()
     paths = [path for path in robots() if arguments.only in str(path)]
     rows: list[Figures] = []

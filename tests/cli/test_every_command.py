@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -140,7 +141,8 @@ def refuse_leaks(found: Ended) -> None:
 
 # JSON
 
-MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in (".toml", ".par", ".urdf"))
+READABLE = (".toml", ".par", ".urdf", *([".xml"] if find_spec("mujoco") else []))
+MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in READABLE)
 ALIKE = ("all_keys.par", "ball_screw_rigid.toml", "four_bar.par", "puma560.par", "rx90.par")
 """Like `all_keys.toml`, `ball_screw.toml`, `sr400.par` and `two_axis.toml`: only shown."""
 JSON: dict[str, tuple[str, ...]] = {

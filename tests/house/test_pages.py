@@ -30,6 +30,8 @@ def text(page: str) -> str:
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) -> None:
     pytest.importorskip("scipy")
+    if page == "robots":
+        pytest.importorskip("mujoco")
     with beside_examples(tmp_path):
         assert wrong_blocks(text(page)) == {}
 

@@ -201,7 +201,10 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         "windows.toml": ("name = 'a'".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
         "windows.par": ("NL = 1".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
         "garbage.par": (b"(* \x81 *)", "line 1, column 4: the byte 0x81 is not UTF-8"),
-        "arm.json": (b"{}", "file: the suffix '.json' is no machine format: use .toml or .par or .urdf or .csv"),
+        "arm.json": (
+            b"{}",
+            "file: the suffix '.json' is no machine format: use .toml or .par or .urdf or .xml or .csv",
+        ),
         "arm": (b"", "file: the suffix '' is no machine format"),
     }
     for name, (content, reason) in cases.items():

@@ -10,14 +10,14 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.format import Conversion, Format
-from symoro_elastic.machine.formats.robots.formats import DISTAL, URDF
+from symoro_elastic.machine.formats.robots.formats import DISTAL, MJCF, URDF
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import NONE, Reasons
 from symoro_elastic.machine.renaming import renamed
 from symoro_elastic.machine.resolve import Models
 from symoro_elastic.output_files import write_text
 
-FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, DISTAL)
+FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, MJCF, DISTAL)
 """Every format; a new one is a module and its line here."""
 ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"}
 """What to do with files of other suffixes."""

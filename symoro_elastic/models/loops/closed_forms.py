@@ -12,6 +12,7 @@ import numpy as np
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm
 from symoro_elastic.mechanics.loops.circuit import Circuit, circuit
+from symoro_elastic.mechanics.loops.coaxial import coaxial
 from symoro_elastic.mechanics.loops.in_space import closed_in_space
 from symoro_elastic.mechanics.loops.parallelogram import parallelogram
 from symoro_elastic.mechanics.loops.planar import Closed, Complex, closed
@@ -38,7 +39,7 @@ def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
 
 
 def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection[int] = ()) -> Angles | None:
-    """Angles of the dependent joints of a parallelogram; None where a loop is none.
+    """Angles of the dependent joints of a parallelogram, or of turns about one axis; None where a loop is neither.
 
     `other` are joints whose angles are no sums of independent ones.
     """
@@ -50,7 +51,8 @@ def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection
             return arc_tangent(bound.graph, turn.y, turn.x)
         return ((QUARTERS.index(turn) + 1) % 4 - 1) * (bound.graph.pi / 2)
 
-    found = parallelogram(loop_circuit(bound, loop, moving), {0, *dependent}, angles, angle_of)
+    around, unknown = loop_circuit(bound, loop, moving), {0, *dependent}
+    found = parallelogram(around, unknown, angles, angle_of) or coaxial(around, unknown, angles, angle_of)
     return None if found is None else {j: x for j, x in found.items() if j}
 
 

@@ -219,9 +219,21 @@ def test_joints_that_cannot_follow_are_refused(follows: Mimicked, why: str) -> N
         described(*two(follows=follows))
 
 
-def test_a_spring_beside_a_motor_is_refused() -> None:
-    with pytest.raises(InputError, match=r"joint 'second': it has a spring and a motor"):
-        described(*two(stiffness=3.0))
+def test_a_spring_beside_a_motor_is_an_elastic_joint_in_a_loop_with_it() -> None:
+    machine = described(*two(stiffness=3.0, neutral=0.2, damping=0.5))
+    kinds = {joint.name: joint.kind for joint in machine.joints}
+    assert kinds["second"] is Kind.MOTOR and kinds["second_spring"] is Kind.ELASTIC
+    second, spring = machine.joint(2), machine.joint([*kinds].index("second_spring") + 1)
+    assert all(getattr(second, key) == getattr(spring, key) for key in KEYS) and not spring.friction.viscous.value()
+    assert (spring.spring.stiffness.value(), spring.spring.neutral.value()) == (3.0, 0.2)
+    assert second.friction.viscous.value() == 0.5 and second.spring.stiffness.is_zero
+    assert "springs beside motors are elastic joints of their own" in machine.remarks[-1]
+    check(renamed(machine))
+
+
+def test_a_spring_on_a_joint_that_follows_is_refused() -> None:
+    with pytest.raises(InputError, match=r"joint 'second': it has a spring and follows another joint"):
+        described(*two(stiffness=3.0, follows=Mimicked("first")))
 
 
 def test_connections_are_loops() -> None:

@@ -6,6 +6,7 @@ that frame. Units are SI, angles in radians. Arrays are of double precision, and
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -56,11 +57,15 @@ class Link:
 
 @dataclass(frozen=True)
 class Mimicked:
-    """The position of a joint that follows another: multiplier times its position plus offset."""
+    """The position of a joint that follows another: multiplier times its position plus offset.
+
+    `powers` are the factors of the second and further powers of that position.
+    """
 
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
+    powers: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +95,8 @@ class LinkJoint:
 class Connection:
     """Two links that are held together: at a point (`weld` false), or in a placement (`weld` true).
 
-    `on_first` and `on_second` place the frames that coincide in the links' frames.
+    `on_first` and `on_second` place the frames that coincide in the links' frames. `start` gives positions by joint at
+    which the frames coincide, rad or m: they tell the branch.
     """
 
     name: str
@@ -99,6 +105,7 @@ class Connection:
     on_first: Placement
     on_second: Placement
     weld: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from numpy.polynomial import Polynomial
+
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.robots.description import JointType, LinkJoint, Mimicked
 from symoro_elastic.machine.formats.robots.rows import number_cell
@@ -37,18 +39,15 @@ class Followers:
                 raise self._wrong(joint, f"it mimics {quoted(leader.name)}, which mimics it: break the cycle")
             if leader.type in (JointType.FIXED, JointType.FLOATING):
                 raise self._wrong(joint, f"it mimics {quoted(leader.name)}, which has no variable of its own")
-            if not found.multiplier:
+            if not any((found.multiplier, *found.powers)):
                 raise self._wrong(joint, "its multiplier is 0: a joint that does not move is fixed")
             if leader.follows is None:
                 return found
             seen.append(leader.name)
-            next_ = leader.follows
-            found = Mimicked(
-                next_.joint, found.multiplier * next_.multiplier, found.multiplier * next_.offset + found.offset
-            )
+            found = _composed(found, leader.follows)
 
     def cell(self, joint: LinkJoint, offset: Formula, variables: Mapping[str, str]) -> Formula:
-        """The cell of a joint that follows another: multiplier times that variable, and the offsets of both."""
+        """The cell of a joint that follows another: a polynomial of that variable, and the offset of the joint."""
         leader = self.leader(joint)
         types = {one.name: one.type for one in self.tree.description.joints}
         variable = variables[leader.joint]
@@ -56,8 +55,18 @@ class Followers:
             text = variable if leader.multiplier > 0 else f"-{variable}"
         else:
             text = f"{number_cell(leader.multiplier)}*{variable}"
+        first = [text] if leader.multiplier else []
+        powers = [f"({number_cell(x)})*{variable}^{k}" for k, x in enumerate(leader.powers, start=2) if x]
         terms = [term for term in (offset, number_cell(leader.offset)) if not term.is_zero]
-        return Formula.parse(" + ".join([text, *(f"({term})" if term.text[0] == "-" else term.text for term in terms)]))
+        constants = [f"({term})" if term.text[0] == "-" else term.text for term in terms]
+        return Formula.parse(" + ".join([*first, *powers, *constants]))
 
     def _wrong(self, joint: LinkJoint, what: str) -> InputError:
         return InputError(self.source, f"joint {quoted(joint.name)}", what)
+
+
+def _composed(outer: Mimicked, inner: Mimicked) -> Mimicked:
+    """What a joint follows through another one that follows it."""
+    law, of = (Polynomial([one.offset, one.multiplier, *one.powers]) for one in (outer, inner))
+    offset, multiplier, *powers = map(float, law(of).coef)
+    return Mimicked(inner.joint, multiplier, offset, tuple(powers))

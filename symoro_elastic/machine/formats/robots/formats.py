@@ -40,4 +40,5 @@ def _format(title: str, suffix: str, module: str, write: Callable[[Machine], str
 
 
 URDF = _format("URDF", ".urdf", "urdf", _write_urdf)
+MJCF = _format("MJCF", ".xml", "mjcf")
 DISTAL = _format("standard DH table", ".csv", "standard_dh")

@@ -24,8 +24,9 @@ from symoro_elastic.machine.formats.robots.description import (
     Placement,
 )
 from symoro_elastic.machine.formats.robots.followed import Followers
-from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, placement_of, rows_of
+from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, number_cell, placement_of, rows_of
 from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
+from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import (
     Base,
     Body,
@@ -40,6 +41,7 @@ from symoro_elastic.machine.machine import (
     Vector3,
 )
 from symoro_elastic.machine.names import did_you_mean, listed, quoted
+from symoro_elastic.machine.springs_beside_motors import with_springs_beside
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
 """Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
@@ -112,23 +114,23 @@ class _Builder:
     def machine(self) -> Machine:
         """The machine with the table."""
         description = self.tree.description
-        return Machine(
+        machine = Machine(
             name=description.name,
             joints=tuple(self._following(row) for row in self.rows),
-            loops=tuple(self._loops()),
             base=Base(gravity=_vector(description.gravity)),
             floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
             remarks=(*description.remarks, *self._remarks()),
             source=self.source,
         )
+        return with_springs_beside(replace(machine, loops=tuple(self._loops(machine))))
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
             yield f"joints that mimic others are coupled rows, without a variable: {listed(followers)}"
-        moving = [row for row in self.rows if row.kind is not Kind.FIXED]
-        empty = [row.name for row in moving if row.body == Body() and row.rotor_inertia.is_zero]
+        unknown = [one.name for one in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(one))]
+        empty = [row.name for row in self.rows if row.name in unknown and row.rotor_inertia.is_zero]
         if empty:
             yield f"no mass is given for the links on these joints, none is taken: {listed(empty)}"
         on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]
@@ -186,14 +188,20 @@ class _Builder:
                 what = f"{quoted(link)} is no link that the robot moves{did_you_mean(link, self.tree.carried)}"
                 raise InputError(self.source, f"connection {quoted(connection.name)}", what)
             carried = self.tree.carried[link]
-            yield Placed(connection.name + suffix, carried.joint, carried.placement * place, is_cut=suffix == CUT)
+            target = carried.placement * place
+            if not connection.weld:
+                target = Placement(self._frame_of(carried.joint).rotation, target.translation)
+            yield Placed(connection.name + suffix, carried.joint, target, is_cut=suffix == CUT)
 
-    def _loops(self) -> Iterator[Loop]:
-        """The loops that the connections close: the last rows are their ends."""
+    def _loops(self, machine: Machine) -> Iterator[Loop]:
+        """The loops that the connections close: the last rows of the machine are their ends."""
         connections = self.tree.description.connections
         ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
         for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
-            yield Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+            loop = Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+            owners = map(machine.joint, machine.owners_in(loop)) if connection.start else ()
+            start = {str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
+            yield replace(loop, start=start)
 
     @cached_property
     def frames(self) -> dict[str, Placement]:
@@ -273,17 +281,22 @@ class _Builder:
 
 
 def kind_of(joint: LinkJoint, source: str) -> Kind:
-    """The kind of a joint that moves; raises `InputError` for a spring beside a motor."""
-    if joint.follows or joint.stiffness:
-        if joint.stiffness and (joint.follows or joint.driven):
-            what = "it has a spring and a motor, or follows another joint: a row of the table has one of these"
-            raise InputError(source, f"joint {quoted(joint.name)}", what)
-        return Kind.COUPLED if joint.follows else Kind.ELASTIC
-    return Kind.MOTOR if joint.driven else Kind.PASSIVE
+    """The kind of a joint that moves, that of its motor where it has a spring too; raises `InputError`."""
+    if joint.follows and joint.stiffness:
+        what = "it has a spring and follows another joint: a coupled row has no spring"
+        raise InputError(source, f"joint {quoted(joint.name)}", what)
+    if joint.follows:
+        return Kind.COUPLED
+    if joint.driven:
+        return Kind.MOTOR
+    return Kind.ELASTIC if joint.stiffness else Kind.PASSIVE
 
 
 def with_forces(row: Joint, joint: LinkJoint) -> Joint:
-    """The row with the forces on the joint: spring, friction, and the inertia of the rotor."""
+    """The row with the forces on the joint: spring, friction, and the inertia of the rotor.
+
+    Damping is that of the spring, but friction where there is a motor.
+    """
     stiffness, neutral, damping, dry, rotor = (
         length_cell(x, 0.0)
         for x in (joint.stiffness, joint.neutral, joint.damping, joint.friction, joint.rotor_inertia)
@@ -291,7 +304,7 @@ def with_forces(row: Joint, joint: LinkJoint) -> Joint:
     elastic = row.kind is Kind.ELASTIC
     return replace(
         row,
-        spring=Spring(stiffness, damping, neutral) if elastic else Spring(),
+        spring=Spring(stiffness, damping if elastic else ZERO, neutral),
         friction=Friction(coulomb=dry) if elastic else Friction(damping, dry),
         rotor_inertia=rotor,
     )

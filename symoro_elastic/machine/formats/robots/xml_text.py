@@ -8,7 +8,7 @@ from xml.parsers import expat
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.names import quoted
 
-MOST_DEPTH = 100
+MOST_DEPTH = 400
 MOST_ELEMENTS = 200_000
 
 
