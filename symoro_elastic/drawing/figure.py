@@ -25,7 +25,7 @@ from symoro_elastic.machine.machine import Joint, Machine
 BODY = "body"
 UNIT = 0.02
 """Of the extent: the unit of the shapes of joints."""
-THIN = 0.3
+THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
 LARGEST = 1e6
 """Of the extent, m."""
@@ -114,10 +114,9 @@ def figure_of(placements: Placements, q: Array) -> Figure:
 def upward(machine: Machine, values: Mapping[str, float]) -> Array:
     """Return the direction (3,) against gravity; z without gravity, and an axis whose gravity has no value."""
     gravity = np.array([_value(x, values) for x in machine.base.gravity])
-    if np.isnan(gravity).any():
-        return np.eye(3)[int(np.argmax(np.isnan(gravity)))]
-    size = float(np.linalg.norm(gravity))
-    up: Array = 0.0 - gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    unknown = np.isnan(gravity)
+    size = 0.0 if unknown.any() else float(np.linalg.norm(gravity))
+    up: Array = 0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2]
     return up
 
 

@@ -15,6 +15,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.closed_positions import Followed, drawn_values
@@ -46,7 +47,7 @@ class Placements:
     @cached_property
     def is_followed(self) -> bool:
         """Whether loops have no closed form, so that their joints are followed from the start."""
-        return any(x.name == "q_dep" for x in trace(self.machine, "geometric_model").program.inputs)
+        return Bound(self.machine).takes_dependent
 
     @cached_property
     def start(self) -> Array:
@@ -90,11 +91,17 @@ class Placements:
 def placements_of(machine: Machine) -> Placements:
     """Return the placements of a machine that a scene has restricted; raises `InputError`."""
     machine = with_base_coordinates(machine)
-    used = trace(machine, "geometric_model").program.used
-    missing = tuple(p.name for p in machine.parameters if p.value is None and p.name in used)
+    missing = _missing(machine)
     if missing:
         machine = _with_stand_ins(machine, missing)
     return Placements(with_independent_motors(machine), missing)
+
+
+def _missing(machine: Machine) -> tuple[str, ...]:
+    """Parameters without value on which the places of frames depend."""
+    without = [p.name for p in machine.parameters if p.value is None]
+    used = trace(machine, "geometric_model").program.used if without else frozenset()
+    return tuple(name for name in without if name in used)
 
 
 def _with_stand_ins(machine: Machine, names: Sequence[str]) -> Machine:

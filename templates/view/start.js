@@ -20,7 +20,7 @@ function start() {
   if (data.modes.length) sections.append(modesSection(player, data));
   data.motions.forEach((motion) => sections.append(motionSection(player, data, motion)));
   if (stage) sections.append(showSection(stage));
-  if (stage) document.getElementById("views").append(...Object.keys(DIRECTIONS_OF_VIEWS).map((name) => button(name, () => stage.look(name))));
+  if (stage) document.getElementById("views").append(...Object.keys(SIDES_SEEN).map((name) => button(name, () => stage.eye.look(name))));
   const lines = [...data.remarks, ...data.notes].map((line) => element("p", {}, line));
   document.getElementById("notes").append(...lines);
   player.place(data.q);
