@@ -23,8 +23,8 @@ from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Joint, Machine
 
 BODY = "body"
-UNIT = 0.02
-"""Of the extent: the unit of the shapes of joints."""
+UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
+"""The unit of the shapes of joints: this much of the extent, at most so much of a usual link, at least so much."""
 THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
 LARGEST = 1e6
@@ -89,7 +89,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     values = parameter_values(machine)
     boxes = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
     extent = _extent(machine, T, {j: box for j, box in boxes.items() if box})
-    unit, up = UNIT * extent, upward(machine, values)
+    unit, up = _unit(machine, T, extent), upward(machine, values)
     shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
     for j, joint in _numbered(machine):
         if joint.name not in COORDINATES:
@@ -153,6 +153,14 @@ def _extent(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> float:
         what = f"the machine is {extent:.3g} m large: {LARGEST:g} m is the most that is drawn, check units"
         raise InputError(machine.label, "joints", what)
     return extent if extent > 1 / LARGEST else 1.0
+
+
+def _unit(machine: Machine, T: Array, extent: float) -> float:
+    """Return the size of a joint, m: of long machines with many links it is less of the extent."""
+    ways = np.linalg.norm(T[1:, :3, 3] - T[list(machine.antecedents), :3, 3], axis=1)
+    links = ways[ways > LEAST * extent]
+    usual = float(np.median(links)) if len(links) else extent
+    return max(min(UNIT * extent, SHARE * usual), LEAST * extent)
 
 
 def _body(j: int, box: Box, unit: float) -> Solid:

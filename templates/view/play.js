@@ -2,6 +2,7 @@
 // What moves the machine: sliders, a mode, or a motion over time; one of them at a time.
 
 const SLOW = 0.8;  // Hz at which a mode is shown
+const MOST = 8, FEW = 6;  // motors whose sliders are shown at once; with more of them, the first
 
 class Player {
   constructor(data, frames, stage) {
@@ -71,8 +72,10 @@ function positionSection(player, data) {
   player.listeners.push((q) => sliders.forEach((one, k) => one.show(q[k])));
   const driven = data.joints.some((joint) => joint.motor);
   const of = (motor) => sliders.filter((_, k) => data.joints[k].motor === motor);
+  const [first, more] = of(true).length > MOST ? [of(true).slice(0, FEW), of(true).slice(FEW)] : [of(true), []];
+  const hidden = more.length ? element("details", {}, element("summary", {}, `${more.length} more motors`), ...more) : "";
   const others = of(false).length ? element("details", { open: !driven }, element("summary", {}, !driven ? "joints" : data.joints.some((joint) => joint.role === "elastic") ? "springs and other joints" : "other joints"), ...of(false)) : "";
-  return section("Position", ...of(true), others, button("Back to the start", () => player.home()));
+  return section("Position", ...first, hidden, others, button("Back to the start", () => player.home()));
 }
 
 function modesSection(player, data) {

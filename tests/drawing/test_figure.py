@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from symoro_elastic.drawing.projection import view_of
 from symoro_elastic.drawing.shapes import Shape, Wire, bent, inverse, slip
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.joint_axes import placed_machine
 from tests.command_line import EXAMPLES
@@ -121,6 +123,12 @@ def test_every_kind_of_joint_has_its_shape() -> None:
 def test_sizes_follow_the_machine() -> None:
     found = figure("gantry.toml")
     assert found.unit == pytest.approx(UNIT * found.extent) and 2 < found.extent < 3
+    chain = read_machine(EXAMPLES / "rx90.par")[0]
+    row = replace(chain.joints[0], d=Formula.parse(0.1))
+    rows = tuple(replace(row, name=f"j{k}", variable=f"q{k}", antecedent=k) for k in range(40))
+    long = placements_of(replace(chain, joints=rows))
+    found = figure_of(long, long.start)
+    assert found.unit == pytest.approx(0.02) and found.extent > 3.9, "links of 0.1 m"
 
 
 def test_up_is_against_gravity() -> None:
