@@ -32,6 +32,7 @@ class Player {
   home() {
     this.stop();
     this.stage?.trace([]);
+    this.stage?.emphasize([]);
     this.frames.follower?.restart();
     this.place(this.data.q);
   }
@@ -58,6 +59,7 @@ class Player {
   swing(mode) {
     this.home();
     if (!mode) return;
+    this.stage?.emphasize(mode.strain);
     this.run((t) => {
       const by = this.amplitude * Math.sin(2 * Math.PI * SLOW * t);
       this.place(this.data.q.map((x, k) => x + by * mode.shape[k]));

@@ -89,6 +89,11 @@ class Stage {
     this.request();
   }
 
+  emphasize(strain) {
+    this.figure.emphasize(strain);
+    this.repaint();
+  }
+
   // Draw lines through points in frame 0, each of a role; none where there are none.
   trace(lines) {
     for (const old of this.paths.children) old.geometry.dispose();
