@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.drawing.placements import placements_of
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formats import FORMATS, read_machine
 from tests.command_line import EXAMPLES, ended
 
 FLAGS = (
@@ -39,7 +39,8 @@ URDF = {
     "talos": ROBOTS / "talos_data" / "robots" / "talos_reduced.urdf",
     "hyq": ROBOTS / "hyq_description" / "robots" / "hyq_no_sensors.urdf",
 }
-MACHINES |= {name: (path,) for name, path in URDF.items() if path.exists()}
+READ = {suffix for form in FORMATS for suffix in form.suffixes}
+MACHINES |= {name: (path,) for name, path in URDF.items() if path.exists() and path.suffix in READ}
 NAMELESS = """() => [...document.querySelectorAll("button, input, select, canvas, svg[role=img]")].filter((x) =>
   x.checkVisibility() && !(x.getAttribute("aria-label") || x.textContent.trim() || x.labels?.[0]?.textContent.trim())
 ).map((x) => x.outerHTML.slice(0, 90))"""
