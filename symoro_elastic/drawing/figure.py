@@ -20,7 +20,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Body, Joint, Machine
 
 BODY = "body"
 UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
@@ -29,6 +29,8 @@ THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
 LARGEST = 1e6
 """Of the extent, m."""
+MOST_NAMED = 150
+"""Frames whose names are drawn."""
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
@@ -46,8 +48,8 @@ class Figure:
     """A machine to be drawn: shapes fixed to frames 0 (the base) and 1 to the number of rows, as it stands.
 
     `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
-    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `not_to_scale` are
-    parameters of the geometry without value, `skipped` bodies without one.
+    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `remarks` are
+    lines about what is not shown as it is.
     """
 
     title: str
@@ -59,8 +61,7 @@ class Figure:
     up: Array
     extent: float
     unit: float
-    not_to_scale: tuple[str, ...] = ()
-    skipped: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -73,29 +74,23 @@ class Figure:
         return tuple(shape for shape in self.shapes if isinstance(shape, Wire))
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """Lines about what the figure does not show as it is."""
-        found = []
-        if self.not_to_scale:
-            found.append(f"not to scale: {', '.join(self.not_to_scale)} without value")
-        if self.skipped:
-            found.append(f"bodies without values are not drawn: {', '.join(self.skipped)}")
-        return tuple(found)
+    def is_crowded(self) -> bool:
+        """Whether there are too many frames for names beside them."""
+        return len(self.marks) > MOST_NAMED
 
 
 def figure_of(placements: Placements, q: Array) -> Figure:
     """Return the figure of a machine at q (n,); raises `InputError` where a loop does not close, or for its size."""
     machine, T = placements.machine, placements.at(q)
     values = parameter_values(machine)
-    boxes = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
-    extent = _extent(machine, T, {j: box for j, box in boxes.items() if box})
+    boxes = {} if machine.is_grouped else _boxes(machine, values)
+    extent = _extent(machine, T, boxes)
     unit, up = _unit(machine, T, extent), upward(machine, values)
     shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
     for j, joint in _numbered(machine):
         if joint.name not in COORDINATES:
             shapes += joint_shapes(j, joint, T, unit)
-        box = boxes[j]
-        shapes += [_body(j, box, unit)] if box and not machine.is_grouped else []
+        shapes += [_body(j, boxes[j], unit)] if j in boxes else []
     return Figure(
         machine.name,
         tuple(_marks(machine)),
@@ -106,9 +101,36 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         up,
         extent,
         unit,
-        placements.not_given,
-        tuple(joint.name for j, joint in _numbered(machine) if boxes[j] is None and joint.body.mass.names),
+        tuple(_remarks(placements, boxes, values)),
     )
+
+
+def _boxes(machine: Machine, values: Mapping[str, float]) -> dict[int, Box]:
+    """The boxes of the bodies that have values, by the number of their joint."""
+    found = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
+    return {j: box for j, box in found.items() if box}
+
+
+def _remarks(placements: Placements, boxes: Mapping[int, Box], values: Mapping[str, float]) -> Iterator[str]:
+    """Lines about what a figure does not show, or not as it is."""
+    machine = placements.machine
+    if placements.not_given:
+        yield f"not to scale: {', '.join(placements.not_given)} without value"
+    unknown = [joint.name for _, joint in _numbered(machine) if _has_other_names(joint.body, values)]
+    if machine.is_grouped:
+        yield "base parameters are those of no bodies: none is drawn"
+    elif unknown:
+        yield f"bodies without values are not drawn: {', '.join(unknown)}"
+    flat = [machine.joint(j).name for j, box in boxes.items() if not box.is_exact]
+    if flat:
+        yield f"no evenly filled box has the inertia of these bodies, drawn flat: {', '.join(flat)}"
+    if len(machine.joints) >= MOST_NAMED:
+        yield f"more than {MOST_NAMED} frames: names are left out"
+
+
+def _has_other_names(body: Body, values: Mapping[str, float]) -> bool:
+    """Whether parameters of a body have no value."""
+    return any(not cell.names <= values.keys() for cell in (body.mass, *body.moments, *body.inertia))
 
 
 def upward(machine: Machine, values: Mapping[str, float]) -> Array:

@@ -69,6 +69,7 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "summary": said(figure),
         "notes": list(machine.notes),
         "remarks": list(shown.remarks),
+        "crowded": figure.is_crowded,
         "marks": [{"frame": mark.frame, "name": mark.name, "role": mark.role} for mark in figure.marks],
         "antecedents": list(figure.antecedents),
         "slides": list(figure.slides),

@@ -56,7 +56,8 @@ def picture_of(figure: Figure, T: Array | None = None) -> Picture:
     drawn = [_scaled(part, low, scale) for part in projection.drawn]
     boxes = np.array([[*part.points.min(axis=0), *part.points.max(axis=0)] for part in drawn if _is_in_the_way(part)])
     anchors = (projection.anchors() - low) * scale
-    labels = labelled([mark.name for mark in figure.marks], anchors, boxes.reshape(-1, 4))
+    names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
+    labels = labelled(names, anchors, boxes.reshape(-1, 4))
     return Picture(drawn, labels, _edges(drawn, labels), figure)
 
 

@@ -8,13 +8,14 @@ class Player {
   constructor(data, frames, stage) {
     Object.assign(this, { data, frames, stage, q: [...data.q], running: null, amplitude: 1 });
     this.status = document.getElementById("status");
+    this.standing = stage ? "" : "This browser shows no WebGL: the picture stands still.";
     this.listeners = [];
   }
 
   // Move to q; where a loop does not close stay, and say so.
   place(q) {
     const T = this.frames.at(q);
-    this.status.textContent = T ? "" : "A loop does not close there.";
+    this.status.textContent = T ? this.standing : "A loop does not close there.";
     if (T) {
       this.q = [...q];
       this.stage?.place(T);
@@ -100,5 +101,5 @@ function showSection(stage) {
   const layer = (name) => (on) => { stage.figure.layers[name].forEach((mesh) => (mesh.visible = on)); stage.request(); };
   const names = (on) => { stage.named = on; stage.labels.svg.classList.toggle("hidden", !on); stage.request(); };
   return section("Show", element("div", { class: "checks" },
-    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", true, names)));
+    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", stage.named, names)));
 }

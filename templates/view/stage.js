@@ -19,7 +19,7 @@ class Stage {
     this.eye.camera.add(light);
     this.space.add(...this.figure.groups, this.paths, this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
     this.labels = new Labels(labels, data.marks);
-    this.named = true;
+    this.named = !data.crowded;
     this.painted.dark.addEventListener("change", () => this.repaint());
     Object.assign(this.eye, this._window());
     this.eye.look("Home");

@@ -13,10 +13,11 @@ from symoro_elastic.drawing.figure import UNIT, Figure, figure_of
 from symoro_elastic.drawing.placements import Placements, placements_of
 from symoro_elastic.drawing.projection import view_of
 from symoro_elastic.drawing.shapes import Shape, Wire, bent, inverse, slip
+from symoro_elastic.drawing.svg import machine_picture
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.machine.machine import BASE_PARAMETERS, Kind
 from symoro_elastic.models.joint_axes import placed_machine
 from tests.command_line import EXAMPLES
 
@@ -141,9 +142,31 @@ def test_up_is_against_gravity() -> None:
 
 def test_what_has_no_value_is_said() -> None:
     found = figure("rx90.par")
-    assert found.not_to_scale == ("D3", "RL4") and len(found.skipped) == 6
-    assert all("value" in remark for remark in found.remarks)
+    assert found.remarks[0] == "not to scale: D3, RL4 without value"
+    assert found.remarks[1] == "bodies without values are not drawn: j1, j2, j3, j4, j5, j6"
     assert figure("two_axis.toml").remarks == ()
+
+
+def test_bodies_that_cannot_be_are_said_to_be() -> None:
+    """One long axis with an inertia about it alone; and base parameters, which are those of no bodies."""
+    two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
+    body = replace(two_r.joints[0].body, inertia=tuple(map(Formula.parse, (1, 0, 0, 0, 0, 0))))
+    wrong = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=body), *two_r.joints[1:])))
+    (remark,) = figure_of(wrong, wrong.start).remarks
+    assert remark == "no evenly filled box has the inertia of these bodies, drawn flat: shoulder"
+    grouped = placements_of(replace(two_r, extras={BASE_PARAMETERS: "true"}))
+    found = figure_of(grouped, grouped.start)
+    assert "base parameters" in found.remarks[0] and not any(shape.role == "body" for shape in found.shapes)
+
+
+def test_names_of_very_many_frames_are_left_out() -> None:
+    two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
+    rows = tuple(
+        replace(two_r.joints[2], name=f"point_{k}", antecedent=2, r=Formula.parse(0.01 * k)) for k in range(200)
+    )
+    many = replace(two_r, joints=(*two_r.joints[:2], *rows))
+    found = machine_picture(many)
+    assert found.labels == [] and found.figure.remarks == ("more than 150 frames: names are left out",)
 
 
 def test_positions_where_a_loop_does_not_close_are_refused() -> None:
