@@ -62,7 +62,7 @@ def _advance(character: str) -> float:
 
 
 def labelled(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Label]:
-    """Return a label for each text beside its anchor, the first of (N, 2); `drawn` (M, 4) are to be kept clear of, px."""
+    """Return a label for each text beside its anchor, the first of (N, 2), clear of the boxes `drawn` (M, 4), px."""
     found: list[Label] = []
     for text, anchor in zip(texts, anchors, strict=False):
         found.append(_best(text, anchor, anchors, drawn, found))
