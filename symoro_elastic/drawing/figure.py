@@ -20,7 +20,7 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.machine.machine import Body, Joint, Machine
+from symoro_elastic.machine.machine import Joint, Machine
 
 BODY = "body"
 UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
@@ -101,7 +101,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         up,
         extent,
         unit,
-        tuple(_remarks(placements, boxes, values)),
+        tuple(_remarks(placements, boxes)),
     )
 
 
@@ -111,26 +111,21 @@ def _boxes(machine: Machine, values: Mapping[str, float]) -> dict[int, Box]:
     return {j: box for j, box in found.items() if box}
 
 
-def _remarks(placements: Placements, boxes: Mapping[int, Box], values: Mapping[str, float]) -> Iterator[str]:
+def _remarks(placements: Placements, boxes: Mapping[int, Box]) -> Iterator[str]:
     """Lines about what a figure does not show, or not as it is."""
     machine = placements.machine
     if placements.not_given:
         yield f"not to scale: {', '.join(placements.not_given)} without value"
-    unknown = [joint.name for _, joint in _numbered(machine) if _has_other_names(joint.body, values)]
+    unknown = [joint.name for j, joint in _numbered(machine) if j not in boxes and not joint.body.mass.is_zero]
     if machine.is_grouped:
         yield "base parameters are those of no bodies: none is drawn"
     elif unknown:
-        yield f"bodies without values are not drawn: {', '.join(unknown)}"
+        yield f"bodies without usable values are not drawn: {', '.join(unknown)}"
     flat = [machine.joint(j).name for j, box in boxes.items() if not box.is_exact]
     if flat:
         yield f"no evenly filled box has the inertia of these bodies, drawn flat: {', '.join(flat)}"
     if len(machine.joints) >= MOST_NAMED:
         yield f"more than {MOST_NAMED} frames: names are left out"
-
-
-def _has_other_names(body: Body, values: Mapping[str, float]) -> bool:
-    """Whether parameters of a body have no value."""
-    return any(not cell.names <= values.keys() for cell in (body.mass, *body.moments, *body.inertia))
 
 
 def upward(machine: Machine, values: Mapping[str, float]) -> Array:
@@ -170,7 +165,7 @@ def _extent(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> float:
         centred = T[j] @ box.placement
         points.append((CORNERS * box.edges) @ centred[:3, :3].T + centred[:3, 3])
     spread = np.ptp(np.concatenate(points), axis=0)
-    extent = float(np.linalg.norm(spread))
+    extent = math.hypot(*spread.tolist())
     if not extent <= LARGEST:
         what = f"the machine is {extent:.3g} m large: {LARGEST:g} m is the most that is drawn, check units"
         raise InputError(machine.label, "joints", what)

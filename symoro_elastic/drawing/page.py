@@ -22,7 +22,7 @@ from symoro_elastic.drawing.projection import view_of
 from symoro_elastic.drawing.shapes import Solid, Wire
 from symoro_elastic.drawing.shown import ShownMachine
 from symoro_elastic.drawing.significant import rounded
-from symoro_elastic.drawing.svg import picture_of, said, svg
+from symoro_elastic.drawing.svg import legend_of, picture_of, said, svg
 from symoro_elastic.drawing.vibrations import modes_data
 from symoro_elastic.machine.machine import Kind, Machine
 
@@ -69,6 +69,7 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "summary": said(figure),
         "notes": list(machine.notes),
         "remarks": list(shown.remarks),
+        "legend": [list(entry) for entry in legend_of({*(shape.role for shape in figure.shapes)})],
         "crowded": figure.is_crowded,
         "marks": [{"frame": mark.frame, "name": mark.name, "role": mark.role} for mark in figure.marks],
         "antecedents": list(figure.antecedents),

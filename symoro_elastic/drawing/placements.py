@@ -64,8 +64,21 @@ class Placements:
         """Return q_dep (d,) at q (n,), NaN where the loops do not close; None where no program takes it."""
         if not self.is_followed:
             return None
-        followed: Array = Followed(self.machine, parameter_values(self.machine)).at(q[None])[0]
-        return followed
+        found: Array = self._followed.at(q[None])[0]
+        return found
+
+    @property
+    def _not_there(self) -> str:
+        """Why frames are nowhere at a position."""
+        loops = ", ".join(loop.name for loop in self.machine.loops)
+        if loops:
+            return f"loop {loops} does not close there: give another position"
+        return "frames are out of the range of numbers there: check lengths and their units"
+
+    @cached_property
+    def _followed(self) -> Followed:
+        """The joints that are followed."""
+        return Followed(self.machine, parameter_values(self.machine))
 
     def at(self, q: Array) -> Array:
         """Return the placements (1 + rows, 4, 4) of frame 0 and of the rows at q (n,) in frame 0, lengths in m.
@@ -83,8 +96,7 @@ class Placements:
         except (ArithmeticError, ValueError):
             T = np.full((1, 4, 4), math.nan)
         if not np.isfinite(T).all():
-            loops = ", ".join(loop.name for loop in self.machine.loops)
-            raise self.machine.error("--at", f"loop {loops} does not close there: give another position")
+            raise self.machine.error("--at", self._not_there)
         return np.concatenate([np.eye(4)[None], T])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -43,8 +43,7 @@ class Picture:
     @property
     def legend(self) -> list[tuple[str, str]]:
         """Roles that are drawn, and what they stand for."""
-        there = {part.role for part in self.drawn}
-        return [(role, text) for role, text in LEGEND.items() if role in there]
+        return legend_of({part.role for part in self.drawn})
 
 
 def picture_of(figure: Figure, T: Array | None = None) -> Picture:
@@ -59,6 +58,11 @@ def picture_of(figure: Figure, T: Array | None = None) -> Picture:
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
     labels = labelled(names, anchors, boxes.reshape(-1, 4))
     return Picture(drawn, labels, _edges(drawn, labels), figure)
+
+
+def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:
+    """Return those of the roles that a legend explains, and what they stand for."""
+    return [(role, text) for role, text in LEGEND.items() if role in roles]
 
 
 def machine_picture(machine: Machine, at: Mapping[str, float] | None = None) -> Picture:

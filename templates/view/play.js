@@ -97,9 +97,10 @@ function modesSection(player, data) {
   return made;
 }
 
-function showSection(stage) {
+function showSection(stage, legend) {
   const layer = (name) => (on) => { stage.figure.layers[name].forEach((mesh) => (mesh.visible = on)); stage.request(); };
   const names = (on) => { stage.named = on; stage.labels.svg.classList.toggle("hidden", !on); stage.request(); };
   return section("Show", element("div", { class: "checks" },
-    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", stage.named, names)));
+    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", stage.named, names)),
+    element("p", { class: "legend" }, ...legend.map(([role, text]) => element("span", { class: `key ${role}` }, text))));
 }

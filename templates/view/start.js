@@ -17,7 +17,7 @@ function start() {
   if (data.joints.length) sections.append(positionSection(player, data));
   if (data.modes.length) sections.append(modesSection(player, data));
   data.motions.forEach((motion) => sections.append(motionSection(player, data, motion)));
-  sections.append(showSection(stage));
+  sections.append(showSection(stage, data.legend));
   document.getElementById("views").append(...Object.keys(SIDES_SEEN).map((name) => button(name, () => stage.eye.look(name))));
 }
 

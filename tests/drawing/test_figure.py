@@ -143,7 +143,7 @@ def test_up_is_against_gravity() -> None:
 def test_what_has_no_value_is_said() -> None:
     found = figure("rx90.par")
     assert found.remarks[0] == "not to scale: D3, RL4 without value"
-    assert found.remarks[1] == "bodies without values are not drawn: j1, j2, j3, j4, j5, j6"
+    assert found.remarks[1] == "bodies without usable values are not drawn: j1, j2, j3, j4, j5, j6"
     assert figure("two_axis.toml").remarks == ()
 
 
@@ -157,6 +157,17 @@ def test_bodies_that_cannot_be_are_said_to_be() -> None:
     grouped = placements_of(replace(two_r, extras={BASE_PARAMETERS: "true"}))
     found = figure_of(grouped, grouped.start)
     assert "base parameters" in found.remarks[0] and not any(shape.role == "body" for shape in found.shapes)
+
+
+def test_numbers_beyond_all_range_are_refused_or_said() -> None:
+    two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
+    far = placements_of(replace(two_r, joints=(*two_r.joints[:2], replace(two_r.joints[2], d=Formula.parse(1e300)))))
+    with pytest.raises(InputError, match="m large: 1e\\+06 m is the most that is drawn, check units"):
+        figure_of(far, far.start)
+    moments = tuple(map(Formula.parse, (1e200, 0, 0)))
+    body = replace(two_r.joints[0].body, moments=moments, mass=Formula.parse(1e-9), central=False)
+    heavy = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=body), *two_r.joints[1:])))
+    assert figure_of(heavy, heavy.start).remarks == ("bodies without usable values are not drawn: shoulder",)
 
 
 def test_names_of_very_many_frames_are_left_out() -> None:

@@ -196,7 +196,7 @@ def test_what_is_missing_is_said_on_the_page_and_on_standard_error(tmp_path: Pat
     remarks = data((tmp_path / "rx90.html").read_text(encoding="utf-8"))["remarks"]
     assert [line.split(":")[0] for line in remarks] == [
         "not to scale",
-        "bodies without values are not drawn",
+        "bodies without usable values are not drawn",
         "no modes",
     ]
 
