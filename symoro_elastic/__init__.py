@@ -25,6 +25,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from symoro_elastic.api.drawings import picture, view
     from symoro_elastic.api.loaded import load
     from symoro_elastic.api.machines import MachineWarning, new, read, write
     from symoro_elastic.api.measured import excite, identify
@@ -51,15 +52,18 @@ __all__ = [
     "load",
     "modes",
     "new",
+    "picture",
     "read",
     "report",
     "response",
     "simulate",
     "trade",
+    "view",
     "write",
 ]
 
 _ROOMS = {
+    "drawings": ("picture", "view"),
     "loaded": ("load",),
     "machines": ("MachineWarning", "new", "read", "write"),
     "measured": ("excite", "identify"),

@@ -16,6 +16,7 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.numerics.values import NoValues
 from symoro_elastic.output_files import permission, write_text
 from symoro_elastic.pipeline import Generated
@@ -112,6 +113,7 @@ class Equations(Shown):
     """The equations of one model of a machine, in the order of evaluation."""
 
     package: Package
+    machine: Machine
 
     @property
     def headline(self) -> str:
@@ -136,10 +138,11 @@ class Equations(Shown):
 
     @cached_property
     def html(self) -> str:
-        """A standalone web page, in MathML."""
+        """A standalone web page, in MathML, with a picture of the machine."""
+        from symoro_elastic.drawing.svg import svg_for_light_paper
         from symoro_elastic.reports.page import html_page
 
-        return html_page(self.package, self.package.functions[0])
+        return html_page(self.package, self.package.functions[0], svg_for_light_paper(self.machine))
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write a .tex, .html or .pdf file (by LaTeX), and return its path; raises `InputError`."""
@@ -170,7 +173,7 @@ def equations(
     """
     found = the_machine(machine)
     asked = Asked((model,) if model else (), fold, outputs).of(found, scene)
-    return Equations(pipeline.programs(found, asked, announce).package)
+    return Equations(pipeline.programs(found, asked, announce).package, restricted(found, asked))
 
 
 def trade(

@@ -101,13 +101,16 @@ class Prescribed:
 
 def prescribed(machine: Machine, scene: SceneLike) -> Prescribed:
     """Return the motions of a scene, or those of the machine's file; raises `InputError` where there are none."""
-    source = machine.source or machine.name
-    if scene is None or isinstance(scene, Scene):
-        motions, wanted = machine.motions, machine.wanted
-    else:
-        top = top_of(scene)
-        motions, wanted, source = motions_of(top, machine), wanted_of(top), top.source
-    if not motions:
+    found = described(machine, scene)
+    if not found.motions:
         what = "missing: write a table [motion] with duration and moves, or give a scene that has one"
-        raise InputError(source, "motion", what)
-    return Prescribed(motions, wanted, source)
+        raise InputError(found.source, "motion", what)
+    return found
+
+
+def described(machine: Machine, scene: SceneLike) -> Prescribed:
+    """Return the motions of a scene, or those of the machine's file, however many there are."""
+    if scene is None or isinstance(scene, Scene):
+        return Prescribed(machine.motions, machine.wanted, machine.source or machine.name)
+    top = top_of(scene)
+    return Prescribed(motions_of(top, machine), wanted_of(top), top.source)

@@ -81,17 +81,14 @@ def show(
 
 def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: bool) -> None:
     """Write the picture of a machine at a position, and name it; on stderr beside JSON."""
-    from symoro_elastic.drawing.figure import figure_of
     from symoro_elastic.drawing.files import refuse_picture, write_picture
-    from symoro_elastic.drawing.placements import placements_of
-    from symoro_elastic.drawing.svg import picture_of
+    from symoro_elastic.drawing.svg import machine_picture
 
     refuse_picture(path, "--picture")
-    placements = placements_of(machine)
-    figure = figure_of(placements, placements.position(positions))
-    for remark in figure.remarks:
+    picture = machine_picture(machine, positions)
+    for remark in picture.figure.remarks:
         click.echo(f"note: {remark}", err=True)
-    write_picture(picture_of(figure), path, "--picture")
+    write_picture(picture, path, "--picture")
     click.echo(f"wrote {path}", err=as_json)
 
 

@@ -32,7 +32,7 @@ class Box:
 
 
 def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
-    """Return the box of equal inertia; None for a body without mass, or one with parameters that have no value.
+    """Return the box of equal inertia; None for a body without mass, or with numbers that are none.
 
     The edges a, b, c fulfil I_x = m (b^2 + c^2) / 12 and so on about the principal axes.
     """
@@ -42,7 +42,10 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
     mass, *others = (_number(cell, values) for cell in cells)
     if not (mass > 0 and np.isfinite(others).all()):
         return None
-    centre, tensor = _about_centre(body, mass, np.array(others))
+    with np.errstate(over="ignore", invalid="ignore"):
+        centre, tensor = _about_centre(body, mass, np.array(others))
+    if not np.isfinite(tensor).all():
+        return None
     moments, axes = np.linalg.eigh(tensor)
     squares = 6 * (moments.sum() - 2 * moments) / mass
     placement = np.eye(4)

@@ -23,12 +23,14 @@ from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Joint, Machine
 
 BODY = "body"
-UNIT = 0.02
-"""Of the extent: the unit of the shapes of joints."""
-THIN = 0.3
+UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
+"""The unit of the shapes of joints: this much of the extent, at most so much of a usual link, at least so much."""
+THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
 LARGEST = 1e6
 """Of the extent, m."""
+MOST_NAMED = 150
+"""Frames whose names are drawn."""
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
@@ -46,8 +48,8 @@ class Figure:
     """A machine to be drawn: shapes fixed to frames 0 (the base) and 1 to the number of rows, as it stands.
 
     `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
-    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `not_to_scale` are
-    parameters of the geometry without value, `skipped` bodies without one.
+    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `remarks` are
+    lines about what is not shown as it is.
     """
 
     title: str
@@ -59,8 +61,7 @@ class Figure:
     up: Array
     extent: float
     unit: float
-    not_to_scale: tuple[str, ...] = ()
-    skipped: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -73,29 +74,23 @@ class Figure:
         return tuple(shape for shape in self.shapes if isinstance(shape, Wire))
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """Lines about what the figure does not show as it is."""
-        found = []
-        if self.not_to_scale:
-            found.append(f"not to scale: {', '.join(self.not_to_scale)} without value")
-        if self.skipped:
-            found.append(f"bodies without values are not drawn: {', '.join(self.skipped)}")
-        return tuple(found)
+    def is_crowded(self) -> bool:
+        """Whether there are too many frames for names beside them."""
+        return len(self.marks) > MOST_NAMED
 
 
 def figure_of(placements: Placements, q: Array) -> Figure:
     """Return the figure of a machine at q (n,); raises `InputError` where a loop does not close, or for its size."""
     machine, T = placements.machine, placements.at(q)
     values = parameter_values(machine)
-    boxes = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
-    extent = _extent(machine, T, {j: box for j, box in boxes.items() if box})
-    unit, up = UNIT * extent, upward(machine, values)
+    boxes = {} if machine.is_grouped else _boxes(machine, values)
+    extent = _extent(machine, T, boxes)
+    unit, up = _unit(machine, T, extent), upward(machine, values)
     shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
     for j, joint in _numbered(machine):
         if joint.name not in COORDINATES:
             shapes += joint_shapes(j, joint, T, unit)
-        box = boxes[j]
-        shapes += [_body(j, box, unit)] if box and not machine.is_grouped else []
+        shapes += [_body(j, boxes[j], unit)] if j in boxes else []
     return Figure(
         machine.name,
         tuple(_marks(machine)),
@@ -106,18 +101,39 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         up,
         extent,
         unit,
-        placements.not_given,
-        tuple(joint.name for j, joint in _numbered(machine) if boxes[j] is None and joint.body.mass.names),
+        tuple(_remarks(placements, boxes)),
     )
+
+
+def _boxes(machine: Machine, values: Mapping[str, float]) -> dict[int, Box]:
+    """The boxes of the bodies that have values, by the number of their joint."""
+    found = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
+    return {j: box for j, box in found.items() if box}
+
+
+def _remarks(placements: Placements, boxes: Mapping[int, Box]) -> Iterator[str]:
+    """Lines about what a figure does not show, or not as it is."""
+    machine = placements.machine
+    if placements.not_given:
+        yield f"not to scale: {', '.join(placements.not_given)} without value"
+    unknown = [joint.name for j, joint in _numbered(machine) if j not in boxes and not joint.body.mass.is_zero]
+    if machine.is_grouped:
+        yield "base parameters are those of no bodies: none is drawn"
+    elif unknown:
+        yield f"bodies without usable values are not drawn: {', '.join(unknown)}"
+    flat = [machine.joint(j).name for j, box in boxes.items() if not box.is_exact]
+    if flat:
+        yield f"no evenly filled box has the inertia of these bodies, drawn flat: {', '.join(flat)}"
+    if len(machine.joints) >= MOST_NAMED:
+        yield f"more than {MOST_NAMED} frames: names are left out"
 
 
 def upward(machine: Machine, values: Mapping[str, float]) -> Array:
     """Return the direction (3,) against gravity; z without gravity, and an axis whose gravity has no value."""
     gravity = np.array([_value(x, values) for x in machine.base.gravity])
-    if np.isnan(gravity).any():
-        return np.eye(3)[int(np.argmax(np.isnan(gravity)))]
-    size = float(np.linalg.norm(gravity))
-    up: Array = 0.0 - gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    unknown = np.isnan(gravity)
+    size = 0.0 if unknown.any() else float(np.linalg.norm(gravity))
+    up: Array = 0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2]
     return up
 
 
@@ -149,11 +165,19 @@ def _extent(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> float:
         centred = T[j] @ box.placement
         points.append((CORNERS * box.edges) @ centred[:3, :3].T + centred[:3, 3])
     spread = np.ptp(np.concatenate(points), axis=0)
-    extent = float(np.linalg.norm(spread))
+    extent = math.hypot(*spread.tolist())
     if not extent <= LARGEST:
         what = f"the machine is {extent:.3g} m large: {LARGEST:g} m is the most that is drawn, check units"
         raise InputError(machine.label, "joints", what)
     return extent if extent > 1 / LARGEST else 1.0
+
+
+def _unit(machine: Machine, T: Array, extent: float) -> float:
+    """Return the size of a joint, m: of long machines with many links it is less of the extent."""
+    ways = np.linalg.norm(T[1:, :3, 3] - T[list(machine.antecedents), :3, 3], axis=1)
+    links = ways[ways > LEAST * extent]
+    usual = float(np.median(links)) if len(links) else extent
+    return max(min(UNIT * extent, SHARE * usual), LEAST * extent)
 
 
 def _body(j: int, box: Box, unit: float) -> Solid:

@@ -76,7 +76,7 @@ def _cylinder(j: int, role: str, diameter: float, length: float) -> Solid:
 
 def _disc(j: int, unit: float) -> Solid:
     """The end of a coil."""
-    return _cylinder(j, Kind.ELASTIC, 1.7 * unit, 0.2 * unit)
+    return _cylinder(j, Kind.FIXED, 1.7 * unit, 0.2 * unit)
 
 
 def _rod(frame: int, begin: Array, end: Array, unit: float) -> Iterator[Solid]:

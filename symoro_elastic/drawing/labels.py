@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
 
-HEIGHT, ADVANCE, GAP = 15.0, 6.4, 4.0
-"""Of a line of text, of a character, and around them, px."""
+HEIGHT, GAP = 15.0, 4.0
+"""Of a line of text, and around it, px."""
+NARROW, WIDE = frozenset("fijlrtI.,:;|'!()[] -"), frozenset("mwMW@%")
+NARROW_ADVANCE, ADVANCE, CAPITAL_ADVANCE, WIDE_ADVANCE = 4.2, 6.8, 8.7, 10.2
+"""Of characters in Helvetica and its likes at 12 px."""
 DIRECTIONS = 16
 FIRST, GROWTH = 16.0, 1.32
 """Distance of the first place from its point, px, and the ratio of those further out."""
@@ -31,27 +35,36 @@ class Label:
     anchor_x: float
     anchor_y: float
 
-    @property
+    @cached_property
     def box(self) -> tuple[float, float, float, float]:
         """Left, top, right, bottom, px."""
         return self.x, self.y - HEIGHT / 2, self.x + width(self.text), self.y + HEIGHT / 2
 
-    @property
+    @cached_property
     def end(self) -> tuple[float, float]:
         """The end of the line from the point to the text."""
         left, _, right, _ = self.box
         return (left - GAP if self.anchor_x <= (left + right) / 2 else right + GAP), self.y
 
 
+@cache
 def width(text: str) -> float:
     """Return how wide a text is at most, px."""
-    return ADVANCE * len(text)
+    return sum(map(_advance, text))
+
+
+def _advance(character: str) -> float:
+    if character in NARROW:
+        return NARROW_ADVANCE
+    if character in WIDE:
+        return WIDE_ADVANCE
+    return CAPITAL_ADVANCE if character.isupper() else ADVANCE
 
 
 def labelled(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Label]:
-    """Return a label for each text beside its anchor (N, 2); `drawn` (M, 4) are boxes to keep clear of, px."""
+    """Return a label for each text beside its anchor, the first of (N, 2), clear of the boxes `drawn` (M, 4), px."""
     found: list[Label] = []
-    for text, anchor in zip(texts, anchors, strict=True):
+    for text, anchor in zip(texts, anchors, strict=False):
         found.append(_best(text, anchor, anchors, drawn, found))
     return found
 
@@ -60,7 +73,7 @@ def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Sequen
     """The place of least cost; rings grow until one has room, since paper has no end."""
     ring = 0
     best: tuple[float, Label] | None = None
-    while best is None or ring < PLENTY:
+    while best is None or (ring < PLENTY and FIRST * GROWTH**ring < best[0]):
         distance = FIRST * GROWTH**ring
         for k in range(DIRECTIONS):
             label = _placed(text, anchor, distance, 2 * math.pi * k / DIRECTIONS)

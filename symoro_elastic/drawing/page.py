@@ -14,15 +14,15 @@ from typing import Any
 
 from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import render, template_folder
-from symoro_elastic.drawing.figure import Figure, figure_of
+from symoro_elastic.drawing.figure import Figure
 from symoro_elastic.drawing.joint_shapes import REACH
 from symoro_elastic.drawing.motions import motions_data
 from symoro_elastic.drawing.palette import DARK, LIGHT, Palette
 from symoro_elastic.drawing.projection import view_of
 from symoro_elastic.drawing.shapes import Solid, Wire
-from symoro_elastic.drawing.shown import Shown
+from symoro_elastic.drawing.shown import ShownMachine
 from symoro_elastic.drawing.significant import rounded
-from symoro_elastic.drawing.svg import picture_of, said, svg
+from symoro_elastic.drawing.svg import legend_of, picture_of, said, svg
 from symoro_elastic.drawing.vibrations import modes_data
 from symoro_elastic.machine.machine import Kind, Machine
 
@@ -32,6 +32,7 @@ SCRIPTS = (
     "frames.js",
     "figure.js",
     "labels.js",
+    "camera.js",
     "stage.js",
     "panel.js",
     "play.js",
@@ -44,31 +45,32 @@ TURN = 3.142
 RUN = re.compile(r"<(script|style)>(.*?)</\1>", re.DOTALL)
 
 
-def machine_page(shown: Shown) -> str:
+def machine_page(shown: ShownMachine) -> str:
     """Return the page as HTML; raises `InputError` where the machine cannot be drawn at its position."""
-    figure = figure_of(shown.placements, shown.q)
     programs = [javascript_function(name, program) for name, program in shown.placements.programs.items()]
     names = ", ".join(shown.placements.programs)
     page = render(
         "view/page.html.j2",
-        data=as_json(page_data(shown, figure)),
+        data=as_json(page_data(shown)),
         style=_file("page.css"),
-        picture=svg(picture_of(figure)),
+        picture=svg(picture_of(shown.figure)),
         program="\n".join(['"use strict";', *programs, f"const programs = {{ {names} }};"]),
         scripts=[_file(name) for name in SCRIPTS],
     )
     return page.replace("POLICY", _policy(page), 1)
 
 
-def page_data(shown: Shown, figure: Figure) -> dict[str, Any]:
+def page_data(shown: ShownMachine) -> dict[str, Any]:
     """Return all that the scripts of the page read: numbers and texts."""
-    machine = shown.placements.machine
+    machine, figure = shown.placements.machine, shown.figure
     dependent = shown.placements.dependent(shown.q)
     return {
         "title": figure.title,
         "summary": said(figure),
         "notes": list(machine.notes),
-        "remarks": [*figure.remarks, *shown.remarks],
+        "remarks": list(shown.remarks),
+        "legend": [list(entry) for entry in legend_of({*(shape.role for shape in figure.shapes)})],
+        "crowded": figure.is_crowded,
         "marks": [{"frame": mark.frame, "name": mark.name, "role": mark.role} for mark in figure.marks],
         "antecedents": list(figure.antecedents),
         "slides": list(figure.slides),

@@ -11,11 +11,15 @@ LIT = (0.16, 0.0, -0.16)
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours `#rrggbb`: paper, ink, faint ink, and those of shapes by their role."""
+    """Colours `#rrggbb`: paper, ink, faint ink, and those of shapes by their role.
+
+    `edges` is how far the edges of a shape are mixed with white, or black.
+    """
 
     paper: str
     ink: str
     faint: str
+    edges: float
     roles: dict[str, str]
 
     def shaded(self, role: str, shade: int) -> str:
@@ -23,8 +27,8 @@ class Palette:
         return mixed(self.roles[role], LIT[shade])
 
     def outline(self, role: str) -> str:
-        """Return the colour of the edges of a shape."""
-        return mixed(self.roles[role], -0.45 if self is LIGHT else -0.6)
+        """Return the colour of the edges of a shape: darker on light paper, lighter on dark paper."""
+        return mixed(self.roles[role], self.edges)
 
 
 def mixed(colour: str, share: float) -> str:
@@ -38,6 +42,7 @@ LIGHT = Palette(
     "#fbfaf7",
     "#20262b",
     "#6d757c",
+    -0.45,
     {
         "body": "#8fa9bf",
         "motor": "#1f6fb2",
@@ -58,6 +63,7 @@ DARK = Palette(
     "#14181c",
     "#e8eaec",
     "#98a2aa",
+    0.3,
     {
         "body": "#5f7d96",
         "motor": "#4a9fe0",

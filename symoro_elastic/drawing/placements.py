@@ -15,6 +15,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.closed_positions import Followed, drawn_values
@@ -46,7 +47,7 @@ class Placements:
     @cached_property
     def is_followed(self) -> bool:
         """Whether loops have no closed form, so that their joints are followed from the start."""
-        return any(x.name == "q_dep" for x in trace(self.machine, "geometric_model").program.inputs)
+        return Bound(self.machine).takes_dependent
 
     @cached_property
     def start(self) -> Array:
@@ -63,8 +64,21 @@ class Placements:
         """Return q_dep (d,) at q (n,), NaN where the loops do not close; None where no program takes it."""
         if not self.is_followed:
             return None
-        followed: Array = Followed(self.machine, parameter_values(self.machine)).at(q[None])[0]
-        return followed
+        found: Array = self._followed.at(q[None])[0]
+        return found
+
+    @property
+    def _not_there(self) -> str:
+        """Why frames are nowhere at a position."""
+        loops = ", ".join(loop.name for loop in self.machine.loops)
+        if loops:
+            return f"loop {loops} does not close there: give another position"
+        return "frames are out of the range of numbers there: check lengths and their units"
+
+    @cached_property
+    def _followed(self) -> Followed:
+        """The joints that are followed."""
+        return Followed(self.machine, parameter_values(self.machine))
 
     def at(self, q: Array) -> Array:
         """Return the placements (1 + rows, 4, 4) of frame 0 and of the rows at q (n,) in frame 0, lengths in m.
@@ -82,19 +96,24 @@ class Placements:
         except (ArithmeticError, ValueError):
             T = np.full((1, 4, 4), math.nan)
         if not np.isfinite(T).all():
-            loops = ", ".join(loop.name for loop in self.machine.loops)
-            raise self.machine.error("--at", f"loop {loops} does not close there: give another position")
+            raise self.machine.error("--at", self._not_there)
         return np.concatenate([np.eye(4)[None], T])
 
 
 def placements_of(machine: Machine) -> Placements:
     """Return the placements of a machine that a scene has restricted; raises `InputError`."""
     machine = with_base_coordinates(machine)
-    used = trace(machine, "geometric_model").program.used
-    missing = tuple(p.name for p in machine.parameters if p.value is None and p.name in used)
+    missing = _missing(machine)
     if missing:
         machine = _with_stand_ins(machine, missing)
     return Placements(with_independent_motors(machine), missing)
+
+
+def _missing(machine: Machine) -> tuple[str, ...]:
+    """Parameters without value on which the places of frames depend."""
+    without = [p.name for p in machine.parameters if p.value is None]
+    used = trace(machine, "geometric_model").program.used if without else frozenset()
+    return tuple(name for name in without if name in used)
 
 
 def _with_stand_ins(machine: Machine, names: Sequence[str]) -> Machine:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.drawing.figure import Figure, figure_of
 from symoro_elastic.drawing.motions import Played
 from symoro_elastic.drawing.placements import Placements, placements_of
 from symoro_elastic.drawing.vibrations import ModeSet, mode_sets
@@ -16,17 +18,27 @@ from symoro_elastic.vibration.linearization import linearize, motion_of
 
 
 @dataclass(frozen=True)
-class Shown:
-    """A machine at q (n,): modes about it, motions, and remarks on what could not be shown."""
+class ShownMachine:
+    """A machine at q (n,): modes about it, motions, and lines about what is `missing`."""
 
     placements: Placements
     q: Array
     modes: Sequence[ModeSet] = ()
     motions: Sequence[Played] = ()
-    remarks: Sequence[str] = ()
+    missing: Sequence[str] = ()
+
+    @cached_property
+    def figure(self) -> Figure:
+        """The figure of the machine where it stands."""
+        return figure_of(self.placements, self.q)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines about what is not shown, or not as it is."""
+        return (*self.figure.remarks, *self.missing)
 
 
-def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[Played] = ()) -> Shown:
+def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[Played] = ()) -> ShownMachine:
     """Return what is shown of a machine, restricted to a scene, with motors at positions, rad or m.
 
     It stands in equilibrium there; where none is found, or values are missing, springs are neutral and a remark says
@@ -34,12 +46,11 @@ def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[P
     """
     placements = placements_of(machine)
     q = placements.position(at)
-    placements.at(q)
     try:
         q, sets = _vibrating(machine, at)
     except InputError as error:
-        return Shown(placements, q, (), motions, (f"no modes: {error.place}: {error.what}",))
-    return Shown(placements, q, sets, motions)
+        return ShownMachine(placements, q, (), motions, (f"no modes: {error.place}: {error.what}",))
+    return ShownMachine(placements, q, sets, motions)
 
 
 def _vibrating(machine: Machine, at: Mapping[str, float]) -> tuple[Array, list[ModeSet]]:

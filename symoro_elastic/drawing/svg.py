@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -10,11 +10,14 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.drawing.figure import BODY, Figure
+from symoro_elastic.drawing.figure import BODY, Figure, figure_of
 from symoro_elastic.drawing.joint_shapes import AXES
 from symoro_elastic.drawing.labels import HEIGHT, Label, labelled, width
 from symoro_elastic.drawing.palette import DARK, LIGHT
+from symoro_elastic.drawing.placements import placements_of
 from symoro_elastic.drawing.projection import Drawn, Projection, view_of
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
 
 WIDTH, HEIGHT_MOST, MARGIN = 640.0, 460.0, 14.0
 """Of the machine itself, px; labels may stand beside it."""
@@ -40,8 +43,7 @@ class Picture:
     @property
     def legend(self) -> list[tuple[str, str]]:
         """Roles that are drawn, and what they stand for."""
-        there = {part.role for part in self.drawn}
-        return [(role, text) for role, text in LEGEND.items() if role in there]
+        return legend_of({part.role for part in self.drawn})
 
 
 def picture_of(figure: Figure, T: Array | None = None) -> Picture:
@@ -53,12 +55,30 @@ def picture_of(figure: Figure, T: Array | None = None) -> Picture:
     drawn = [_scaled(part, low, scale) for part in projection.drawn]
     boxes = np.array([[*part.points.min(axis=0), *part.points.max(axis=0)] for part in drawn if _is_in_the_way(part)])
     anchors = (projection.anchors() - low) * scale
-    labels = labelled([mark.name for mark in figure.marks], anchors, boxes.reshape(-1, 4))
+    names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
+    labels = labelled(names, anchors, boxes.reshape(-1, 4))
     return Picture(drawn, labels, _edges(drawn, labels), figure)
 
 
-def svg(picture: Picture) -> str:
-    """Return a standalone SVG document; names of the machine are text in it, never markup."""
+def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:
+    """Return those of the roles that a legend explains, and what they stand for."""
+    return [(role, text) for role, text in LEGEND.items() if role in roles]
+
+
+def machine_picture(machine: Machine, at: Mapping[str, float] | None = None) -> Picture:
+    """Return the picture of a machine, restricted to a scene, with joints at positions, rad or m; springs are neutral.
+
+    Raises `InputError` for positions of joints that do not move by themselves, and loops that do not close.
+    """
+    placements = placements_of(machine)
+    return picture_of(figure_of(placements, placements.position(at or {})))
+
+
+def svg(picture: Picture, dark: bool = True) -> str:
+    """Return a standalone SVG document; names of the machine are text in it, never markup.
+
+    It follows the colours that a reader prefers; without `dark` it is for light paper only.
+    """
     left, top, right, bottom = picture.box
     legend = _legend(picture.legend, left, bottom)
     remarks = picture.figure.remarks
@@ -69,7 +89,7 @@ def svg(picture: Picture) -> str:
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
         light=_style(picture, dark=False),
-        dark=_style(picture, dark=True),
+        dark=_style(picture, dark=True) if dark else [],
         shapes=[_shape(part) for part in picture.drawn],
         labels=[_label(label) for label in picture.labels],
         legend=legend[0],
@@ -81,6 +101,14 @@ def _notes(remarks: Sequence[str], left: float, bottom: float) -> list[tuple[str
     """Places of the remarks, one below the other, and their texts."""
     lines = enumerate(reversed(remarks))
     return [(_text(left + MARGIN), _text(bottom - 16 * k - 10), escape(remark)) for k, remark in lines]
+
+
+def svg_for_light_paper(machine: Machine) -> str:
+    """Return the picture of a machine at its start; an empty text where it cannot be drawn there."""
+    try:
+        return svg(machine_picture(machine), dark=False)
+    except InputError:
+        return ""
 
 
 def said(figure: Figure) -> str:
@@ -126,7 +154,7 @@ def _legend(entries: Sequence[tuple[str, str]], left: float, bottom: float) -> t
         if x + width(text) + 20 > left + WIDTH and x > left + MARGIN:
             x, row = left + MARGIN, row + 1
         found.append({"role": role, "text": text, "x": _text(x), "y": _text(bottom + HEIGHT + 20 * row)})
-        x += 0.9 * width(text) + 30
+        x += width(text) + 26
     return found, list(range(row + 1)) if entries else []
 
 

@@ -16,7 +16,7 @@ from symoro_elastic.vibration.energies import Shares, frame_shapes, kinetic_shar
 from symoro_elastic.vibration.linearization import Linearization, with_motors
 from symoro_elastic.vibration.modes import Modes, modes, refuse_rigid
 
-SEEN, LEVER = 0.05, 0.12
+SEEN, LEVER = 0.04, 0.35
 """Of the extent: how far the farthest frame moves at full amplitude, and the lever on which a rotation counts."""
 MOST_MODES = 60
 LEAST_SHARE = 0.005

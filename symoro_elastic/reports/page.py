@@ -70,9 +70,9 @@ def latex_document(package: Package, function: Function) -> str:
     return render("latex/equations.tex.j2", **content(package, function, TEX))
 
 
-def html_page(package: Package, function: Function) -> str:
-    """Return a standalone web page with the equations of a function, as MathML."""
-    return render("html/equations.html.j2", **content(package, function, HTML))
+def html_page(package: Package, function: Function, picture: str = "") -> str:
+    """Return a standalone web page with the equations of a function, as MathML, below a picture in SVG."""
+    return render("html/equations.html.j2", **content(package, function, HTML), picture=picture)
 
 
 def content(package: Package, function: Function, markup: Markup, prefix: str = "") -> dict[str, Any]:

@@ -2,6 +2,7 @@
 // The shapes of the figure as meshes, each in the group of its frame.
 
 const ROUND = 28, SIDES = 7, THICK = 0.085;  // of a cylinder; of a wire, and its radius in units
+const WEAK = 0.05;  // share of a spring in the energy of a mode
 const IN_FRONT = 1;  // joints are seen through bodies, which are drawn before them
 
 function geometryOf(solid) {
@@ -96,6 +97,7 @@ class MachineFigure {
     this.frames = frames;
     this.painted = painted;
     this.groups = frames.reference.map(() => Object.assign(new THREE.Group(), { matrixAutoUpdate: false }));
+    this.names = new Map(data.marks.map((mark) => [mark.frame, mark.name]));
     this.layers = { bodies: [], axes: [] };
     this.tubes = [];
     for (const solid of data.solids) this._add(solid);
@@ -125,6 +127,15 @@ class MachineFigure {
     tube.mesh.renderOrder = IN_FRONT;
     if (axis) this.layers.axes.push(tube.mesh);
     else this.tubes.push(tube);
+  }
+
+  // Grey the springs that store little of the strain energy [name, share] of a mode; none without one.
+  emphasize(strain) {
+    for (const tube of this.tubes) {
+      const own = strain.find(([name]) => name === this.names.get(tube.wire.frame));
+      const weak = strain.length > 0 && !(own && own[1] >= WEAK);
+      tube.mesh.material = this.painted.fill(weak ? "passive" : tube.wire.role);
+    }
   }
 
   // Move all shapes to placements of the frames.

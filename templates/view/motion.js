@@ -23,7 +23,7 @@ function pathsOf(frames, data, motion, times) {
 
 // How many times larger deviations are shown at first: 1, 2, 5, 10 ..., so that the largest is some of the machine.
 function firstScale(frames, data, motion) {
-  const [wanted, found] = [pathsOf(frames, data, motion, 1).filter((_, k) => k % 2 === 0), pathsOf(frames, data, motion, 1).filter((_, k) => k % 2)];
+  const lines = pathsOf(frames, data, motion, 1), [wanted, found] = [0, 1].map((half) => lines.filter((_, k) => k % 2 === half));
   let far = 0;
   wanted.forEach((line, k) => line.points.forEach((p, i) => {
     far = Math.max(far, Math.hypot(...p.map((x, axis) => x - found[k].points[i]?.[axis])) || 0);

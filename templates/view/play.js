@@ -2,18 +2,20 @@
 // What moves the machine: sliders, a mode, or a motion over time; one of them at a time.
 
 const SLOW = 0.8;  // Hz at which a mode is shown
+const MOST = 8, FEW = 6;  // motors whose sliders are shown at once; with more of them, the first
 
 class Player {
   constructor(data, frames, stage) {
     Object.assign(this, { data, frames, stage, q: [...data.q], running: null, amplitude: 1 });
     this.status = document.getElementById("status");
+    this.standing = stage ? "" : "This browser shows no WebGL: the picture stands still.";
     this.listeners = [];
   }
 
   // Move to q; where a loop does not close stay, and say so.
   place(q) {
     const T = this.frames.at(q);
-    this.status.textContent = T ? "" : "A loop does not close there.";
+    this.status.textContent = T ? this.standing : "A loop does not close there.";
     if (T) {
       this.q = [...q];
       this.stage?.place(T);
@@ -31,6 +33,7 @@ class Player {
   home() {
     this.stop();
     this.stage?.trace([]);
+    this.stage?.emphasize([]);
     this.frames.follower?.restart();
     this.place(this.data.q);
   }
@@ -57,6 +60,7 @@ class Player {
   swing(mode) {
     this.home();
     if (!mode) return;
+    this.stage?.emphasize(mode.strain);
     this.run((t) => {
       const by = this.amplitude * Math.sin(2 * Math.PI * SLOW * t);
       this.place(this.data.q.map((x, k) => x + by * mode.shape[k]));
@@ -71,8 +75,10 @@ function positionSection(player, data) {
   player.listeners.push((q) => sliders.forEach((one, k) => one.show(q[k])));
   const driven = data.joints.some((joint) => joint.motor);
   const of = (motor) => sliders.filter((_, k) => data.joints[k].motor === motor);
+  const [first, more] = of(true).length > MOST ? [of(true).slice(0, FEW), of(true).slice(FEW)] : [of(true), []];
+  const hidden = more.length ? element("details", {}, element("summary", {}, `${more.length} more motors`), ...more) : "";
   const others = of(false).length ? element("details", { open: !driven }, element("summary", {}, !driven ? "joints" : data.joints.some((joint) => joint.role === "elastic") ? "springs and other joints" : "other joints"), ...of(false)) : "";
-  return section("Position", ...of(true), others, button("Back to the start", () => player.home()));
+  return section("Position", ...first, hidden, others, button("Back to the start", () => player.home()));
 }
 
 function modesSection(player, data) {
@@ -91,9 +97,10 @@ function modesSection(player, data) {
   return made;
 }
 
-function showSection(stage) {
+function showSection(stage, legend) {
   const layer = (name) => (on) => { stage.figure.layers[name].forEach((mesh) => (mesh.visible = on)); stage.request(); };
   const names = (on) => { stage.named = on; stage.labels.svg.classList.toggle("hidden", !on); stage.request(); };
   return section("Show", element("div", { class: "checks" },
-    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", true, names)));
+    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", stage.named, names)),
+    element("p", { class: "legend" }, ...legend.map(([role, text]) => element("span", { class: `key ${role}` }, text))));
 }

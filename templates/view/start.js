@@ -6,24 +6,31 @@ function start() {
   document.getElementById("title").textContent = data.title;
   document.getElementById("summary").textContent = data.summary;
   canvas.setAttribute("aria-label", `Machine ${data.title}: ${data.summary}`);
-  let stage = null;
-  try {
-    stage = new Stage(data, frames, canvas, document.getElementById("labels"));
-    document.getElementById("still").hidden = true;
-  } catch (error) {
-    canvas.hidden = true;
-    document.getElementById("status").textContent = "This browser shows no WebGL: the picture stands still.";
-  }
+  document.title = data.title;
+  const lines = [...data.remarks, ...data.notes].map((line) => element("p", {}, line));
+  document.getElementById("notes").append(...lines);
+  const stage = stageOf(data, frames, canvas);
   const player = new Player(data, frames, stage);
+  player.place(data.q);
+  if (!stage) return;
   const sections = document.getElementById("sections");
   if (data.joints.length) sections.append(positionSection(player, data));
   if (data.modes.length) sections.append(modesSection(player, data));
   data.motions.forEach((motion) => sections.append(motionSection(player, data, motion)));
-  if (stage) sections.append(showSection(stage));
-  if (stage) document.getElementById("views").append(...Object.keys(DIRECTIONS_OF_VIEWS).map((name) => button(name, () => stage.look(name))));
-  const lines = [...data.remarks, ...data.notes].map((line) => element("p", {}, line));
-  document.getElementById("notes").append(...lines);
-  player.place(data.q);
+  sections.append(showSection(stage, data.legend));
+  document.getElementById("views").append(...Object.keys(SIDES_SEEN).map((name) => button(name, () => stage.eye.look(name))));
+}
+
+// The machine in space in the place of its picture; null, and the picture stays, where there is no WebGL.
+function stageOf(data, frames, canvas) {
+  try {
+    const stage = new Stage(data, frames, canvas, document.getElementById("labels"));
+    document.getElementById("still").hidden = true;
+    return stage;
+  } catch {
+    canvas.hidden = true;
+    return null;
+  }
 }
 
 start();

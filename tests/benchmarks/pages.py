@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.drawing.placements import placements_of
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.formats import FORMATS, read_machine
 from tests.command_line import EXAMPLES, ended
 
 FLAGS = (
@@ -32,6 +33,14 @@ MACHINES: dict[str, tuple[object, ...]] = {
     "rx90": (EXAMPLES / "rx90.par", "--at", "th2=0.6", "--at", "th3=0.9"),
     "floating_arm": (EXAMPLES / "floating_arm.toml", "--at", "shoulder=0.5"),
 }
+ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+URDF = {
+    "panda": ROBOTS / "panda_description" / "urdf" / "panda.urdf",
+    "talos": ROBOTS / "talos_data" / "robots" / "talos_reduced.urdf",
+    "hyq": ROBOTS / "hyq_description" / "robots" / "hyq_no_sensors.urdf",
+}
+READ = {suffix for form in FORMATS for suffix in form.suffixes}
+MACHINES |= {name: (path,) for name, path in URDF.items() if path.exists() and path.suffix in READ}
 NAMELESS = """() => [...document.querySelectorAll("button, input, select, canvas, svg[role=img]")].filter((x) =>
   x.checkVisibility() && !(x.getAttribute("aria-label") || x.textContent.trim() || x.labels?.[0]?.textContent.trim())
 ).map((x) => x.outerHTML.slice(0, 90))"""

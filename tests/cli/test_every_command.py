@@ -61,6 +61,7 @@ ODD = {
 LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5", "--evaluations", "1", "--periods", "1")
 CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "show": ((),),
+    "view": (("--out", "page.html"),),
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
     **{"models": (), "new": (), "formats": (), "schema": ()},
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),

@@ -28,6 +28,8 @@ LIMITS = ("--position", "-1:1", "--velocity", "1", "--acceleration", "5", "--eva
 WRITING = {
     "equations": (TWO_R, "--model", "inertia_matrix", "--out", "out.tex"),
     "convert": (TWO_R, "out.par"),
+    "show": (TWO_R, "--picture", "out.svg"),
+    "view": (TWO_R, "--out", "out.html"),
     "new": ("out.toml",),
     "formats": ("--out", "out.md"),
     "schema": ("--out", "out.json"),

@@ -124,6 +124,7 @@ ROOMS: dict[str, set[str]] = {
         "symbolic",
         "models",
         "codegen",
+        "drawing",
         "output_folder",
         "pipeline",
         "grouping",

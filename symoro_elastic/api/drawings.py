@@ -1,0 +1,146 @@
+"""Machines drawn: picture, view."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
+from symoro_elastic.api.motions import Integration, Plan, plan
+from symoro_elastic.api.scenes import Asked, SceneLike, described
+from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
+from symoro_elastic.drawing.files import write_picture
+from symoro_elastic.drawing.page import machine_page
+from symoro_elastic.drawing.shown import ShownMachine, shown_machine
+from symoro_elastic.drawing.svg import Picture, machine_picture, picture_of, svg
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.output_files import permission, write_text
+from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.results import Shown
+
+if TYPE_CHECKING:
+    from symoro_elastic.drawing.motions import Played
+    from symoro_elastic.simulation.reference import Reference
+
+
+@dataclass(frozen=True, repr=False)
+class MachinePicture(Shown):
+    """The picture of a machine at a position."""
+
+    drawn: Picture
+
+    @property
+    def headline(self) -> str:
+        """The machine."""
+        return f"Picture of {self.drawn.figure.title}"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines about what is not drawn as it is."""
+        return self.drawn.figure.remarks
+
+    @cached_property
+    def svg(self) -> str:
+        """A standalone SVG document, for light and dark paper."""
+        return svg(self.drawn)
+
+    def _repr_html_(self) -> str:
+        """Return the picture."""
+        return self.svg
+
+    def write(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write a .svg, .png or .pdf file (the latter by matplotlib), and return its path; raises `InputError`."""
+        with permission(force=force):
+            write_picture(self.drawn, str(path), "path")
+        return Path(path)
+
+
+@dataclass(frozen=True, repr=False)
+class MachinePage(Shown):
+    """The page on which a machine moves: one file that needs no network."""
+
+    shown: ShownMachine
+
+    @property
+    def headline(self) -> str:
+        """The machine, its modes and motions."""
+        return f"Page of {self.shown.figure.title}: {len(self.shown.motions)} motions"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines about what is not shown, or not as it is."""
+        return (*self.shown.remarks, *(one.remark for one in self.shown.motions if one.remark))
+
+    @cached_property
+    def html(self) -> str:
+        """The page."""
+        return machine_page(self.shown)
+
+    def _repr_html_(self) -> str:
+        """Return the picture of the machine: notebooks run no scripts of pages."""
+        return svg(picture_of(self.shown.figure))
+
+    def write(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the page, and return its path; raises `InputError`."""
+        with permission(force=force):
+            write_text(self.html, path)
+        return Path(path)
+
+
+def picture(
+    machine: MachineLike, *, at: Values = NO_VALUES, scene: SceneLike = None, values: Values = NO_VALUES
+) -> MachinePicture:
+    """Return the picture of a machine: bodies as boxes of equal inertia, joints, springs, rails, frames, names.
+
+    `at` are positions by joint, rad or m; springs are neutral. Lengths without value are drawn as 1 m, which `remarks`
+    say. Raises `InputError` for joints that do not move by themselves, and where a loop does not close.
+    """
+    found = the_machine(machine, values)
+    return MachinePicture(machine_picture(restricted(found, Asked().of(found, scene)), at))
+
+
+def view(
+    machine: MachineLike,
+    scene: SceneLike = None,
+    *,
+    at: Values = NO_VALUES,
+    values: Values = NO_VALUES,
+    announce: Announce = announce_nothing,
+    progress: Progress = no_progress,
+) -> MachinePage:
+    """Return the page on which a machine moves: a slider for each motor, its modes, the motions of a scene.
+
+    Motors stand `at` positions by joint, rad or m, in equilibrium with the springs; the modes are those about it.
+    Motions are simulated; where they cannot be their reference is shown, and `remarks` say why. Raises `InputError`.
+    """
+    whole = the_machine(machine)
+    found = the_machine(restricted(whole, Asked().of(whole, scene)), values)
+    played = list(_played(whole, scene, values, announce, progress))
+    return MachinePage(shown_machine(found, at, played))
+
+
+def _played(
+    whole: Machine, scene: SceneLike, values: Values, announce: Announce, progress: Progress
+) -> Iterator[Played]:
+    """The motions of a scene, simulated where that is possible."""
+    if not described(whole, scene).motions:
+        return
+    planned = plan(whole, scene, Integration(), values)
+    for reference in planned.references:
+        yield _simulated(planned, reference, announce, progress)
+
+
+def _simulated(planned: Plan, reference: Reference, announce: Announce, progress: Progress) -> Played:
+    """A motion as it is simulated; its reference where it cannot be, with the reason."""
+    from symoro_elastic.drawing.motions import reference_motion, simulated_motion
+
+    try:
+        return simulated_motion(planned.run(reference, announce, progress))
+    except (InputError, CompilerMissing, CompilationFailed) as error:
+        what = error.what if isinstance(error, InputError) else str(error)
+        return reference_motion(reference, f"{reference.prescribed.place}: the reference only: {what}")

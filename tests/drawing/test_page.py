@@ -1,0 +1,209 @@
+"""The page of a machine: one file that loads nothing, texts that are no markup, modes and motions as computed."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symoro_elastic
+from symoro_elastic.drawing.motions import motions_data, simulated_motion, with_base
+from symoro_elastic.drawing.page import machine_page
+from symoro_elastic.drawing.placements import placements_of
+from symoro_elastic.drawing.shown import ShownMachine, shown_machine
+from symoro_elastic.drawing.vibrations import HELD, modes_data
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.vibration.energies import frame_shapes
+from tests.command_line import EXAMPLES, ended, refused, run
+from tests.generated_code import COMPILERS
+
+HOSTILE = '</script><script>alert(1)</script><!--&"<b>'
+
+
+@cache
+def machine(name: str) -> Machine:
+    return read_machine(EXAMPLES / name)[0]
+
+
+@cache
+def shown(name: str) -> ShownMachine:
+    return shown_machine(machine(name), {})
+
+
+class Elements(HTMLParser):
+    """Elements of a page: their attributes, and the text of scripts and styles."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.run: list[tuple[str, str]] = []
+        self.data = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        tag, attributes = self.elements[-1] if self.elements else ("", {})
+        if tag == "script" and attributes.get("type") == "application/json":
+            self.data += data
+        elif self.get_starttag_text() in ("<script>", "<style>") and data.strip():
+            self.run.append((tag, data))
+
+
+@cache
+def page(name: str) -> str:
+    return machine_page(shown(name))
+
+
+def data(text: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    return json.loads(found[1])
+
+
+def test_the_page_loads_nothing_and_runs_only_what_is_in_it() -> None:
+    """Every script and style is in the policy by its digest, and nothing is left of other sources."""
+    found = Elements(page("two_axis.toml"))
+    for tag, attributes in found.elements:
+        assert not {"src", "href", "onclick", "onload", "style"} & attributes.keys(), (tag, attributes)
+        assert tag not in ("link", "iframe", "object", "embed", "base", "form", "img")
+    (policy,) = (str(a["content"]) for tag, a in found.elements if tag == "meta" and "http-equiv" in a)
+    assert policy.startswith("default-src 'none'; ") and "unsafe" not in policy
+    for tag in ("script", "style"):
+        digests = {
+            base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for kind, text in found.run if kind == tag
+        }
+        (allowed,) = (part for part in policy.split("; ") if part.startswith(f"{tag}-src "))
+        assert set(re.findall(r"'sha256-([^']+)'", allowed)) == digests and digests
+
+
+def test_the_same_machine_gives_the_same_page_of_reasonable_size() -> None:
+    assert page("two_axis.toml") == machine_page(shown_machine(machine("two_axis.toml"), {}))
+    assert len(page("two_axis.toml").encode()) < 800_000
+
+
+def test_names_and_notes_are_data_and_never_markup() -> None:
+    hostile = replace(machine("planar_2r.toml"), name=HOSTILE, notes=(HOSTILE,))
+    hostile = replace(hostile, joints=tuple(replace(j, name=f"{HOSTILE}{k}") for k, j in enumerate(hostile.joints)))
+    text = machine_page(shown_machine(hostile, {}))
+    assert "alert(1)</script>" not in text and "<b>" not in text
+    found = data(text)
+    assert found["notes"] == [HOSTILE] and found["title"] == HOSTILE and found["marks"][1]["name"] == f"{HOSTILE}0"
+    plain, changed = (Elements(one).elements for one in (page("planar_2r.toml"), text))
+    assert [tag for tag, _ in plain] == [tag for tag, _ in changed]
+
+
+def test_modes_move_frames_as_computed() -> None:
+    """Along the shape of a mode, differences of placements are displacements and rotations of its frames."""
+    found = shown("two_axis.toml")
+    (held, free) = found.modes
+    assert held.title == HELD and held.modal is not None and free.modal is not None
+    extent = 2.0
+    one = modes_data(held, extent)
+    assert one["count"] == len(one["modes"]) == 10
+    seen, small = frame_shapes(held.modal), 1e-6
+    for k, mode in enumerate(one["modes"]):
+        shape = np.array(mode["shape"])
+        there, back = (found.placements.at(found.q + sense * small * shape)[1:] for sense in (1, -1))
+        moved = (there[:, :3, 3] - back[:, :3, 3]) / (2 * small)
+        scale = np.abs(shape).max() / np.abs(held.modal.shapes[:, k]).max()
+        np.testing.assert_allclose(moved, scale * seen[:, :3, k], atol=1e-7)
+        assert np.abs(moved).max() <= 0.04 * extent * (1 + 1e-6)
+        assert mode["strain"][0][1] == pytest.approx(max(share for _, share in mode["strain"]))
+    assert [mode["hertz"] for mode in one["modes"]] == pytest.approx(held.modal.frequencies.tolist(), rel=1e-8)
+
+
+def test_machines_without_values_or_springs_have_no_modes_and_say_so_where_they_could() -> None:
+    assert shown("palletizer.toml").modes == [] and shown("palletizer.toml").remarks == ()
+    assert shown("rx90.par").modes == () and "XX1 has no value" in shown("rx90.par").missing[0]
+
+
+def test_sliders_are_those_of_the_motors_and_of_all_other_joints() -> None:
+    joints = data(page("two_axis.toml"))["joints"]
+    assert [joint["name"] for joint in joints if joint["motor"]] == ["motor_x", "motor_y"]
+    assert [joint["frame"] for joint in joints] == list(machine("two_axis.toml").moving)
+    assert all(joint["reach"] > 0 for joint in joints)
+
+
+@pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
+def test_motions_are_played_as_simulated() -> None:
+    """Reference and deviation add to the simulated motion at the times shown, to the 8 digits that are written."""
+    from symoro_elastic.machine.formats.motions import read_motions
+    from symoro_elastic.model_ladder.simulate import Request, simulate
+    from symoro_elastic.simulation.reference import reference_of
+
+    found = machine("planar_2r.toml")
+    (motion,) = read_motions(EXAMPLES / "scenes" / "planar_2r_move.toml", found)
+    simulation = simulate(reference_of(found, motion), Request(step=0.001))
+    (played,) = motions_data([simulated_motion(simulation)])
+    assert played["t"][0] == 0 and played["t"][-1] == pytest.approx(0.4)
+    kept = np.searchsorted(simulation.motion.t, np.array(played["t"]) - 1e-9)
+    q = np.array(played["reference"]) + np.array(played["deviation"])
+    np.testing.assert_allclose(q, simulation.motion.q[kept], rtol=0, atol=1.1e-8)
+
+
+def test_a_floating_base_is_played_where_it_is() -> None:
+    """Coordinates of a base from its position and quaternion put its frame there, turned as the rotation of scipy."""
+    Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    found = placements_of(machine("floating_arm.toml"))
+    rng = np.random.default_rng(4)
+    turned = Rotation.from_rotvec(rng.uniform(-1, 1, (5, 3)))
+    base = {"P0": rng.normal(size=(5, 3)), "Q0": turned.as_quat(scalar_first=True)}
+    frame = [joint.name for joint in found.machine.joints].index("base") + 1
+    for k, q in enumerate(with_base(np.zeros((5, 2)), base)):
+        T = found.at(q)[frame]
+        np.testing.assert_allclose(T[:3, :3], turned[k].as_matrix(), atol=1e-14)
+        np.testing.assert_allclose(T[:3, 3], base["P0"][k], atol=1e-14)
+
+
+def test_pages_and_pictures_from_python(tmp_path: Path) -> None:
+    page = symoro_elastic.view(EXAMPLES / "planar_2r.toml", at={"elbow": 0.5})
+    assert repr(page) == "<Page of planar_2r: 0 motions>" and page.remarks == ()
+    assert page.write(tmp_path / "a.html").read_text(encoding="utf-8") == page.html
+    drawn = symoro_elastic.picture(EXAMPLES / "rx90.par", at={"th2": 0.5})
+    assert repr(drawn) == "<Picture of rx90>" and drawn._repr_html_() == drawn.svg and len(drawn.remarks) == 2
+    assert drawn.write(tmp_path / "a.svg").read_text(encoding="utf-8") == drawn.svg
+    with pytest.raises(InputError, match="exists already"):
+        page.write(tmp_path / "a.html")
+
+
+# The command
+
+
+def test_view_writes_one_page(tmp_path: Path) -> None:
+    run("view", EXAMPLES / "gantry.toml", "--out", tmp_path / "gantry.html", "--at", "ram=-0.1")
+    text = (tmp_path / "gantry.html").read_text(encoding="utf-8")
+    (at,) = (x for x, joint in zip(data(text)["q"], data(text)["joints"], strict=True) if joint["name"] == "ram")
+    assert at == -0.1 and [path.name for path in tmp_path.iterdir()] == ["gantry.html"]
+
+
+def test_what_is_missing_is_said_on_the_page_and_on_standard_error(tmp_path: Path) -> None:
+    found = ended("view", EXAMPLES / "rx90.par", "--out", tmp_path / "rx90.html")
+    assert found.code == 0 and "note: not to scale: D3, RL4 without value" in found.err
+    assert "note: no modes: parameters: XX1 has no value" in found.err
+    remarks = data((tmp_path / "rx90.html").read_text(encoding="utf-8"))["remarks"]
+    assert [line.split(":")[0] for line in remarks] == [
+        "not to scale",
+        "bodies without usable values are not drawn",
+        "no modes",
+    ]
+
+
+def test_positions_that_cannot_be_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    out = tmp_path / "a.html"
+    assert "no joint 'knee' moves" in refused("view", EXAMPLES / "planar_2r.toml", "--out", out, "--at", "knee=1")
+    assert "follows from other variables" in refused("view", EXAMPLES / "gantry.toml", "--out", out, "--at", "guide=1")
+    assert "missing" in refused("view", tmp_path / "none.toml", "--out", out) or not out.exists()
+    assert list(tmp_path.iterdir()) == []
