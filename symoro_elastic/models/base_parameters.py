@@ -165,7 +165,7 @@ def _grouping(texts: _Texts, effects: Mapping[Label, str]) -> Grouping:
 
 
 class ZeroPosition:
-    """The tree of a machine with all joint positions zero, in several arithmetics: loops open, no coupling.
+    """The tree of a machine with all joint positions zero, in several arithmetics: loops open, no coupling, no force.
 
     Every joint then moves freely. What is grouped in that tree is grouped in all its motions, those of the machine
     with its couplings and loops among them.
@@ -173,7 +173,8 @@ class ZeroPosition:
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        bound = Bound(replace(machine, joints=tuple(_held(machine, joint) for joint in machine.joints), loops=()))
+        held = tuple(_held(machine, joint) for joint in machine.joints)
+        bound = Bound(replace(machine, joints=held, loops=(), forces=()))
         links = [
             replace(link, axis=Axis(machine.joint(j).sigma) if j in machine.articulated else Axis.NONE)
             for j, link in enumerate(bound.mechanism.links, start=1)

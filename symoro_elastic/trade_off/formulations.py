@@ -116,11 +116,11 @@ def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machin
 
 
 def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
-    """The models of a scene; `ways` names the models that stand for those asked for."""
+    """The models of a scene without its steps; `ways` names the models that stand for those asked for."""
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
-    programs = traced(machine, replace(scene, models=written, outputs=outputs))
+    programs = traced(machine, replace(scene, models=written, outputs=outputs, steps=()))
     return Formulation(
         BY_MATRIX if ways else RECURSION,
         machine.is_grouped,

@@ -210,7 +210,9 @@ def _of_section(name: str, section: Section, start: Start) -> str:
         example = ", ".join(f"{key.name} = {key.example}" for key in own)
         lines = f"{section.entries}_name = {{ {example} }}"
     else:
-        lines = "\n".join(f"{key.name} = {key.example}" for key in section.keys)
+        fixed = section is MOTION and "base" not in start.tables
+        keys = [key for key in section.keys if not (fixed and key.name == "base")]
+        lines = "\n".join(f"{key.name} = {key.example}" for key in keys)
     return _table(name, "\n".join(_comments(section)), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))
 
 
