@@ -121,13 +121,14 @@ def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[s
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
     programs = traced(machine, replace(scene, models=written, outputs=outputs, steps=()))
+    by_name = {one.model.name: one for one in programs.models}
     return Formulation(
         BY_MATRIX if ways else RECURSION,
         machine.is_grouped,
         scene.fold == ALL,
         any(model.merged for model in programs.models),
         programs.package,
-        dict(zip(models, programs.models, strict=True)),
+        {name: by_name[other] for name, other in zip(models, written, strict=True)},
         values,
         scene.merge_angles,
     )
