@@ -23,17 +23,21 @@ class Eye {
     const front = seen.clone().addScaledVector(this.up, -seen.dot(this.up)).normalize().applyAxisAngle(this.up, -AZIMUTH);
     const right = this.up.clone().cross(front), way = SIDES_SEEN[name];
     if (way) seen.set(0, 0, 0).addScaledVector(right, way[0]).addScaledVector(this.up, way[1]).addScaledVector(front, way[2] + 1e-4);
-    this._fit(seen.normalize());
-    this.camera.zoom = 1;
-    this.shape(this.width, this.height);
-    this.controls.update();
-    this.changed();
+    this._fit(seen.normalize(), this.corners());
   }
 
-  // Put the camera where all shapes are in the middle, looking against `eye`.
-  _fit(eye) {
+  // Where a point is outside of the window, look from farther away, so that all are in it.
+  keep(corners) {
+    const outside = (p) => Math.max(Math.abs(p.x), Math.abs(p.y)) > 1;
+    this.camera.updateMatrixWorld(true);
+    if (!corners.some((p) => outside(p.clone().project(this.camera)))) return;
+    this._fit(this.camera.position.clone().sub(this.controls.target).normalize(), corners);
+  }
+
+  // Put the camera where all corners are around the middle, looking against `eye`.
+  _fit(eye, corners) {
     const right = this.up.clone().cross(eye).normalize(), axes = [right, eye.clone().cross(right), eye];
-    const corners = this.corners(), middle = new THREE.Vector3();
+    const middle = new THREE.Vector3();
     const halves = axes.map((axis) => {
       const along = corners.map((p) => p.dot(axis)), [low, high] = [Math.min(...along), Math.max(...along)];
       middle.addScaledVector(axis, (low + high) / 2);
@@ -43,6 +47,10 @@ class Eye {
     this.radius = Math.hypot(...halves);
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).addScaledVector(eye, 4 * this.radius);
+    this.camera.zoom = 1;
+    this.shape(this.width, this.height);
+    this.controls.update();
+    this.changed();
   }
 
   // Fill a window of so many pixels.

@@ -37,7 +37,12 @@ function motionSection(player, data, motion) {
   const last = motion.t.at(-1), scale = firstScale(player.frames, data, motion);
   const state = { t: 0, times: scale };
   const go = (t) => { state.t = t; return player.place(positionAt(motion, t, state.times)); };
-  const paths = () => player.stage?.trace(pathsOf(player.frames, data, motion, state.times));
+  const paths = () => {
+    if (!player.stage || player.stage.traced === motion) return;
+    player.stage.trace(pathsOf(player.frames, data, motion, state.times), motion);
+    const times = [0, 0.25, 0.5, 0.75, 1].map((share) => share * last);
+    player.stage.keep(times.map((t) => player.frames.at(positionAt(motion, t, state.times))).filter((T) => T));
+  };
   const time = slider({ name: "time", value: 0, low: 0, high: last, unit: "s" }, (t) => { player.stop(); paths(); return go(t); });
   const play = button("Play", () => {
     if (play.textContent === "Pause") return player.stop();
@@ -52,10 +57,12 @@ function motionSection(player, data, motion) {
     play.textContent = "Pause";
   });
   const larger = [...new Set([1, scale / 10, scale, scale * 10].filter((x) => x >= 1))];
-  const choice = element("select", { "aria-label": "Deviations from the reference", onchange: () => { state.times = Number(choice.value); paths(); go(state.t); } },
+  const choice = element("select", { "aria-label": "Deviations from the reference", onchange: () => { state.times = Number(choice.value); player.stage?.trace([]); paths(); go(state.t); } },
     ...larger.map((x) => element("option", { value: x, selected: x === scale }, `× ${figures(x)}`)));
   const rows = motion.remark
     ? [element("p", { class: "remark" }, motion.remark)]
-    : [element("label", { class: "row" }, "deviations from the reference", choice)];
+    : [element("label", { class: "row" }, "deviations from the reference", choice),
+      element("p", { class: "legend" }, ...[["passive", "reference"], ["z", "simulated"]].map(([role, text]) =>
+        element("span", { class: `key ${role}` }, text)))];
   return section(motion.title, element("div", { class: "row" }, play, time), ...rows);
 }

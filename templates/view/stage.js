@@ -94,8 +94,17 @@ class Stage {
     this.repaint();
   }
 
-  // Draw lines through points in frame 0, each of a role; none where there are none.
-  trace(lines) {
+  // Keep the machine in the window at all of these placements.
+  keep(placements) {
+    this.eye.keep(placements.flatMap((T) => {
+      this.figure.place(T);
+      return this._corners();
+    }));
+  }
+
+  // Draw lines through points in frame 0, each of a role; `owner` is whose they are.
+  trace(lines, owner = null) {
+    this.traced = owner;
     for (const old of this.paths.children) old.geometry.dispose();
     this.paths.clear();
     const radius = PATH * this.data.unit;

@@ -125,6 +125,9 @@ def check_page(opened: Opened, machine: Path, folder: Path, size: str) -> Iterat
     if page.get_by_role("button", name="Play").count():
         page.get_by_role("button", name="Play").first.click()
         page.wait_for_timeout(1200)
+        width, height = (page.locator("#space").bounding_box()[side] for side in ("width", "height"))
+        seen = [0 < x < width and 0 < y < height for _, x, y in page.evaluate(DOTS)]
+        opened.expect(all(seen), f"{seen.count(False)} frames are outside of the window in the motion")
         page.screenshot(path=folder / f"{opened.name}.{size}.motion.png", full_page=tall)
     page.get_by_role("button", name="Top").click()
 
