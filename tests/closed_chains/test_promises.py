@@ -63,7 +63,7 @@ encoder = { stiffness = 40000000.0 }
         ("parallelogram_loop", "inverse_dynamics", 289, 281),
         ("five_bar", BY_INERTIA_MATRIX, 205, 164),
         ("delta", BY_INERTIA_MATRIX, 693, 448),
-        ("delta", "dependent_coordinates", 86, 43),
+        ("delta", "dependent_coordinates", 86, 46),
         ("ball_screw", "direct_dynamics", 30, 23),
         ("rigid_axis", "direct_dynamics", 10, 6),
     ],

@@ -235,7 +235,7 @@ def test_json_has_every_rung() -> None:
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ('[wanted]\ntolerance = { "tool.x" = 1e-6 }', "there is no table [motion]"),
+        ('[wanted]\ntolerance = { "tool.x" = 1e-6 }', "missing: write a table [motion]"),
         ("[motion]\nduration = 1", "no error is allowed yet"),
     ],
 )

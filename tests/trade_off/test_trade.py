@@ -390,6 +390,7 @@ def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, t
 def test_static_springs_and_steps_of_a_scene_are_no_models_to_time() -> None:
     """Both add functions to generated code."""
     machine = read_machine(EXAMPLES / "all_keys.toml")[0]
-    assert machine.scene and machine.scene.steps and machine.scene.static
-    found, _ = formulations_of_trade.formulations(machine, machine.scene, parameter_values(machine))
+    assert machine.scene and machine.scene.static
+    scene = replace(machine.scene, steps=("rk4",))
+    found, _ = formulations_of_trade.formulations(machine, scene, parameter_values(machine))
     assert {tuple(one.traced) for one in found} == {("inverse_dynamics", "jacobian")}
