@@ -54,10 +54,13 @@ class Subject:
 
     @cached_property
     def modal(self) -> Modes:
-        """The modes with all motors held."""
+        """The modes with all motors held; with free ones where nothing else moves."""
         held = [self.linear.motion.names[k] for k in self.linear.motion.motors]
         kept = with_motors(self.linear, held) if held else self.linear
-        refuse_rigid(kept)
+        try:
+            refuse_rigid(kept)
+        except InputError:
+            kept = self.linear
         return modes(kept)
 
 
