@@ -70,6 +70,12 @@ class Result(Shown):
         return imported("pandas", "a data frame", "notebook").DataFrame(dict(self.columns()))
 
 
+def framed(page: str) -> str:
+    """Return a whole page as a part of another: its styles and names stay within."""
+    style = "width:100%;height:40em;border:1px solid #ccc"
+    return f'<iframe srcdoc="{escape(page, quote=True)}" style="{style}" title="page"></iframe>'
+
+
 def as_html(part: Part) -> str:
     """Return a sentence or a table as HTML."""
     if isinstance(part, str):

@@ -1,12 +1,13 @@
-"""Functions of the command line's work as Python calls them: messages name arguments instead of options."""
+"""Functions of the command line's work as Python calls them: what is given is checked, messages name arguments."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from functools import wraps
 from inspect import signature
-from typing import ParamSpec, TypeVar, get_type_hints
+from numbers import Real
+from typing import Any, ParamSpec, TypeVar
 
 from symoro_elastic.errors import InputError
 
@@ -14,21 +15,25 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 COMMAND, PACKAGE = "symoro-elastic", "symoro_elastic"
-OTHER_NAMES = {"--from": "box", "--free": "free"}
+OTHER_NAMES = {"--from": "box"}
+OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
 def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
-    """Return a function whose `InputError`s about options of the command line name its arguments."""
-    names = _arguments(function)
+    """Return a function that takes one name for a list of names, and whose `InputError`s name its arguments."""
+    annotations = _annotations(function)
+    bound = signature(function)
 
     @wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> T:
+        given = bound.bind(*args, **kwargs)
+        for name in given.arguments:
+            given.arguments[name] = _argument(name, given.arguments[name], annotations)
         try:
-            return function(*args, **kwargs)
+            return function(*given.args, **given.kwargs)
         except InputError as error:
-            if error.file != COMMAND:
-                raise
-            raise InputError(PACKAGE, argument(error.place, names), in_words(error.what, names)) from None
+            file = PACKAGE if error.file == COMMAND else error.file
+            raise InputError(file, in_words(error.place, annotations), in_words(error.what, annotations)) from None
 
     return called
 
@@ -41,14 +46,39 @@ def argument(option: str, names: Collection[str]) -> str:
 
 def in_words(text: str, names: Collection[str]) -> str:
     """Return a message with arguments in the place of options."""
-    return re.sub(r"--[a-z][a-z-]*", lambda found: argument(found[0], names), text)
+    return OPTION.sub(lambda found: argument(found[0], names), text)
 
 
-def _arguments(function: Callable[..., object]) -> set[str]:
-    """Return the names of arguments, those of `**where` too."""
-    found = set(signature(function).parameters)
+def _annotations(function: Callable[..., object]) -> dict[str, str]:
+    """Return the annotations of arguments as they are written, those of `**where` too."""
+    found = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
     if "where" in found:
         from symoro_elastic.api.vibrations import Where
 
-        found |= set(get_type_hints(Where))
+        found |= {name: getattr(one, "__forward_arg__", str(one)) for name, one in Where.__annotations__.items()}
     return found
+
+
+def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
+    """Return an argument as the function takes it; raises `InputError` for what is no mapping of names to numbers."""
+    if name == "where":
+        return {each: _argument(each, x, annotations) for each, x in value.items()}
+    expected = annotations.get(name, "")
+    if expected.startswith("Sequence[str]") and isinstance(value, str):
+        return [value]
+    if expected.startswith(("Values", "Mapping[str, float]")) and not _is_number(value, expected):
+        _refuse_no_mapping(name, value)
+    return value
+
+
+def _is_number(value: Any, expected: str) -> bool:
+    return "| float" in expected and isinstance(value, Real)
+
+
+def _refuse_no_mapping(name: str, value: Any) -> None:
+    if not isinstance(value, Mapping):
+        what = f'{value!r} gives no numbers by name: write {{"name": 1.0}}'
+        raise InputError(PACKAGE, name, what)
+    for key, x in value.items():
+        if not isinstance(key, str) or not isinstance(x, Real):
+            raise InputError(PACKAGE, name, f"{key!r}: {x!r} is no number by name: write {{'name': 1.0}}")

@@ -86,7 +86,9 @@ class MachinePage(Shown):
         return svg(picture_of(self.shown.figure))
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
-        """Write the page, and return its path; raises `InputError`."""
+        """Write the page as .html, and return its path; raises `InputError`."""
+        if Path(path).suffix not in (".html", ".htm"):
+            raise InputError("symoro-elastic", "path", f"{str(path)!r} is no page: end the name with .html")
         with permission(force=force):
             write_text(self.html, path)
         return Path(path)

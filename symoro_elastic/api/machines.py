@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -31,8 +33,11 @@ class MachineWarning(UserWarning):
 
 
 def warn(line: str) -> None:
-    """Issue a `MachineWarning`."""
-    warnings.warn(line, MachineWarning, stacklevel=4)
+    """Issue a `MachineWarning` that points to the line of the user's program."""
+    frame, level = inspect.currentframe(), 1
+    while frame and str(frame.f_globals.get("__name__", "")).partition(".")[0] == "symoro_elastic":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(line, MachineWarning, stacklevel=level)
 
 
 def read(
@@ -73,8 +78,25 @@ def read(
         return pipeline.prepared(machine_of(table_of(machine, "machine")), warn, base=base, free=free)
     if hasattr(machine, "links"):
         return pipeline.prepared(pipeline.read_robot(machine), warn, base=base, free=free)
+    if not isinstance(machine, str | Path):
+        what = f"{type(machine).__name__} is no machine: give a file, its tables as dictionaries, or a robot with links"
+        raise InputError("symoro-elastic", "machine", what)
+    _refuse_springs(elastic)
     conversion = Conversion.of(snap, elastic or {})
     return pipeline.prepare(machine, warn, base=base, free=free, conversion=conversion)
+
+
+def _refuse_springs(elastic: Any) -> None:
+    """Raise `InputError` for springs that are no numbers by joint."""
+    if elastic is None:
+        return
+    if not isinstance(elastic, Mapping):
+        raise InputError("symoro-elastic", "--elastic", f'{elastic!r} gives no stiffness: write {{"elbow": 1e4}}')
+    for name, given in elastic.items():
+        numbers = [given] if isinstance(given, Real) else given
+        if isinstance(numbers, str) or not all(isinstance(x, Real) for x in numbers):
+            what = f"{name}: {given!r} is no stiffness, nor a stiffness and an inertia of the rotor"
+            raise InputError("symoro-elastic", "--elastic", what)
 
 
 def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> Machine:

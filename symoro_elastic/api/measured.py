@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, chosen, the_machine
+from symoro_elastic.errors import InputError
 from symoro_elastic.output_files import permission
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.results import Part, Result, Titled
@@ -137,7 +139,11 @@ def excite(
 
 
 def _of_all(ranges: Ranges | Range) -> dict[str, Range]:
-    return dict(ranges) if isinstance(ranges, Mapping) else {"": (float(ranges[0]), float(ranges[1]))}
+    if isinstance(ranges, Mapping):
+        return dict(ranges)
+    if isinstance(ranges, Real) or len(ranges) != 2:
+        raise InputError("symoro-elastic", "--position", f"{ranges} is no range: give (low, high)")
+    return {"": (float(ranges[0]), float(ranges[1]))}
 
 
 def _up_to(largest: Values | Ranges | float) -> dict[str, Range]:
@@ -250,6 +256,8 @@ def identify(
     prepare.refuse(found)
     _refuse_unknown(values, found)
     step("read")
+    if not isinstance(records, str | Path | Mapping) and not len(records):
+        raise InputError("symoro-elastic", "--records", "there is none: give a file, or columns by name")
     several = [records] if isinstance(records, str | Path | Mapping) else records
     read = tuple(_record(one, found, prepare) for one in several)
     other = None if validate is None else _record(validate, found, prepare)

@@ -21,7 +21,7 @@ from symoro_elastic.numerics.values import NoValues
 from symoro_elastic.output_files import permission, write_text
 from symoro_elastic.pipeline import Generated
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.results import Shown
+from symoro_elastic.results import Shown, framed
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
@@ -33,10 +33,9 @@ if TYPE_CHECKING:
 
 def generate(
     machine: MachineLike,
+    *models: str,
     out: str | Path = "generated",
-    models: Sequence[str] = (),
     targets: Sequence[str] = DEFAULT_TARGETS,
-    *,
     scene: SceneLike = None,
     outputs: Mapping[str, Sequence[str]] | None = None,
     fold: Sequence[str] = (),
@@ -51,10 +50,10 @@ def generate(
     ----------
     machine
         A machine, its file or its tables.
-    out
-        Folder of generated machines.
     models
         Names of models; by default those of the scene, else direct_dynamics and inverse_dynamics.
+    out
+        Folder of generated machines.
     targets
         "numpy", "c", "c-batch".
     scene, outputs, fold, steps
@@ -121,8 +120,14 @@ class Equations(Shown):
         return f"Equations of {self.package.name}: {self.model}"
 
     def _repr_html_(self) -> str:
-        """Return the page."""
-        return self.html
+        """Return the page in a frame of its own."""
+        return framed(self.html)
+
+    def _repr_latex_(self) -> str:
+        """Return the equations as one array; written out where they are short."""
+        from symoro_elastic.reports.page import latex_equations
+
+        return latex_equations(self.package, self.package.functions[0])
 
     @property
     def model(self) -> str:

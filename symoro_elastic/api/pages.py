@@ -11,7 +11,7 @@ from symoro_elastic.api.scenes import Asked, SceneLike
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.output_files import permission, write_all
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.results import Shown
+from symoro_elastic.results import Shown, framed
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,8 +27,8 @@ class Report(Shown):
         return f"Report of {self.name}: {len(self.html) // 1000} kB"
 
     def _repr_html_(self) -> str:
-        """Return the page."""
-        return self.html
+        """Return the page in a frame of its own."""
+        return framed(self.html)
 
     def write(self, folder: str | Path, *, force: bool = False) -> Path:
         """Write the page to a folder as <machine name>.html, and return its path; raises `InputError`."""

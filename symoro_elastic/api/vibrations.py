@@ -358,5 +358,8 @@ def feed_forward(
 
 
 def _point(point: OperatingPoint | None, where: Where) -> OperatingPoint:
-    """Return the operating point, with fields that are given by name."""
+    """Return the operating point, with fields that are given by name; raises `TypeError` for others."""
+    fields_ = OperatingPoint.__dataclass_fields__
+    if unknown := where.keys() - fields_.keys():
+        raise TypeError(f"unexpected argument {min(unknown)!r}: an operating point has {', '.join(fields_)}")
     return replace(point or OperatingPoint(), **where)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from symoro_elastic.cli.options import AT, MACHINE, VALUE, InputFile, OutputFile, writes
 from symoro_elastic.cli.output import staged
 from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.errors import InputError
 
 
 @click.command()
@@ -30,6 +33,8 @@ def view(machine: str, out: str, scene: str | None, positions: dict[str, float],
     from symoro_elastic.api import drawings as api
     from symoro_elastic.output_files import write_text
 
+    if Path(out).suffix not in (".html", ".htm"):
+        raise InputError("symoro-elastic", "--out", f"{out!r} is no page: end the name with .html")
     whole = read(machine)
     asked = scene_of(whole, scene)
     with staged("predict") as (announce, progress):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from symoro_elastic.cli.options import MACHINE, SCENE, VALUE, OutputFolder, writes
 from symoro_elastic.cli.output import staged
 from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.errors import InputError
 
 
 @click.command()
@@ -23,6 +26,8 @@ def report(machine: str, out: str, scene: str | None, values: dict[str, float]) 
     """
     from symoro_elastic.api import pages
 
+    if Path(out).suffix == ".html":
+        raise InputError("symoro-elastic", "--out", f"give the folder of the page, not {out!r}: it is named there")
     whole = read(machine)
     scene_of(whole, scene)
     with staged("machine") as (announce, progress):

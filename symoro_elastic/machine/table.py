@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
 
 
+BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
+
+
 def machine_table(machine: Machine) -> Any:
     """The table of geometric parameters."""
     from rich.table import Table
@@ -24,6 +27,18 @@ def machine_table(machine: Machine) -> Any:
         geometric = [_cell(joint, name) for name in shown]
         kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
         table.add_row(str(j), joint.name, *kind, *geometric, _body(joint), _law(joint))
+    return table
+
+
+def bodies_table(machine: Machine) -> Any:
+    """Return masses, kg, first moments, kg m, and inertias, kg m2, about the origin of each body's frame."""
+    from rich.table import Table
+
+    table = Table("body", *BODY_COLUMNS)
+    for joint in machine.joints:
+        values = [formula for _, formula in cells(joint.body)]
+        if not all(formula.is_zero for formula in values):
+            table.add_row(joint.name, *map(_written, values))
     return table
 
 

@@ -13,13 +13,14 @@ from symoro_elastic.pipeline import programs
 from symoro_elastic.reports.page import HTML, content
 
 TEXTBOOK = ("inertia_matrix", "bias_forces")
+MOST_LINES = 24
 RECURSIONS = ("inverse_dynamics", "direct_dynamics")
 
 
 def equation_blocks(machine: Machine) -> Iterator[str]:
     """Return A(q) and H(q, qd) written out where they are short, and the recursions step by step."""
     textbook = [_content(machine, name) for name in TEXTBOOK]
-    if all(one["short"] for one in textbook):
+    if all(one["short"] for one in textbook) and sum(len(one["short"]) for one in textbook) <= MOST_LINES:
         yield paragraph("A(q) qdd + H(q, qd) = the torques of motors, springs and dampers:")
         yield from (render("html/written_out.html.j2", **one) for one in textbook)
     else:

@@ -11,7 +11,7 @@ from symoro_elastic.grouping import base_parameters
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.table import machine_table
+from symoro_elastic.machine.table import bodies_table, machine_table
 from symoro_elastic.machine_report.equations import equation_blocks
 from symoro_elastic.machine_report.pictures import machine_image, mode_images
 from symoro_elastic.machine_report.section import Section, block, folded, image, paragraph, section, shown
@@ -32,7 +32,7 @@ from symoro_elastic.vibration.plots import bode
 from symoro_elastic.vibration.responses import frequency_grid, frequency_response
 
 COUNTED = ("inverse_dynamics", "direct_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
-MOST_RESPONSES = 4
+MOST_RESPONSES, MOST_OPENED = 4, 20
 
 
 @dataclass(frozen=True)
@@ -88,31 +88,40 @@ def _machine(subject: Subject) -> Iterator[str]:
     yield block(Titled(machine_table(machine), "Geometric parameters, bodies and springs"))
     placed = placed_machine(machine, {})
     yield block(Titled(axes_table(placed), "Origins and axes in frame 0"))
+    yield block(Titled(bodies_table(machine), "Bodies: mass, first moments and inertia about the origin of the frame"))
     if machine.parameters:
         values = (f"{p.name} = {p.value or 'no value'} {p.unit}".rstrip() for p in machine.parameters)
-        yield folded("Parameters", [f'<div class="columns">{"".join(map(paragraph, values))}</div>'])
+        yield folded("Parameters", [f'<div class="columns">{"".join(map(paragraph, values))}</div>'], opened=True)
     if machine.is_coupled:
         yield from map(paragraph, closed_chain_lines(closed_chain(machine, placed)))
     base = base_parameters(machine)
-    formulas = {**base.parts, **base.formulas}
-    yield folded(f"{len(formulas)} base inertial parameters", [paragraph(f"{k} = {x}") for k, x in formulas.items()])
+    formulas = [paragraph(f"{name} = {x}") for name, x in {**base.parts, **base.formulas}.items()]
+    if formulas:
+        yield folded(f"{len(formulas)} base inertial parameters", formulas, opened=len(formulas) <= MOST_OPENED)
+    else:
+        yield paragraph(f"Base inertial parameters: {base.check}")
 
 
 def _modes(subject: Subject) -> Iterator[str]:
     if not subject.linear.motion.springs:
         raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing vibrates")
+    if held := subject.modal.linear.held:
+        yield paragraph(f"Held: {', '.join(held)}.")
     yield from shown(subject.modal)
     yield f'<div class="pictures">{"".join(mode_images(subject.modal, subject.machine))}</div>'
 
 
 def _responses(subject: Subject) -> Iterator[str]:
     linear = subject.linear
-    if not linear.inputs or not linear.motion.springs:
-        raise InputError(subject.machine.label, "motors", "there is no motor, or no spring, so no response to show")
+    if not linear.inputs:
+        raise InputError(subject.machine.label, "motors", "there is none, so no response to show")
+    if not linear.motion.springs:
+        raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing resonates")
     found = frequency_response(linear, frequency_grid(linear))
     for j, name in enumerate(found.inputs[:MOST_RESPONSES]):
         drawn = picture(bode(found, j), "svg")
-        yield image(drawn, f"Magnitude and phase of {', '.join(found.outputs)} over {name}", f"Input: {name}")
+        described = f"Magnitude and phase of {', '.join(found.outputs)} over {name}"
+        yield image(drawn, described, f"Input: {name}", "plot")
     if len(found.inputs) > MOST_RESPONSES:
         yield paragraph(f"The other {len(found.inputs) - MOST_RESPONSES}: symoro-elastic response")
 
@@ -121,7 +130,7 @@ def _scene(subject: Subject) -> Iterator[str]:
     assert subject.ladder
     yield from shown(subject.ladder)
     drawn = picture(rungs(subject.ladder), "svg")
-    yield image(drawn, "Error of each rung, predicted and measured", "Errors of the rungs")
+    yield image(drawn, "Error of each rung, predicted and measured", "Errors of the rungs", "plot")
 
 
 def _counts(subject: Subject) -> Iterator[str]:

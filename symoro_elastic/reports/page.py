@@ -70,6 +70,15 @@ def latex_document(package: Package, function: Function) -> str:
     return render("latex/equations.tex.j2", **content(package, function, TEX))
 
 
+def latex_equations(package: Package, function: Function) -> str:
+    """Return the equations as one array of LaTeX, those written out where they are short, as notebooks show it."""
+    solved = solution(package, function)
+    steps = [e for stretch in (*solved.once, *solved.steps) for e in stretch.equations]
+    lines = closed_equations(package, function, solved.notation) or [*steps, *solved.results]
+    rows = " \\\\\n".join(f"{e.left} &= {e.right}" for e in lines)
+    return f"$\\displaystyle \\begin{{aligned}}\n{rows}\n\\end{{aligned}}$"
+
+
 def html_page(package: Package, function: Function, picture: str = "") -> str:
     """Return a standalone web page with the equations of a function, as MathML, below a picture in SVG."""
     return render("html/equations.html.j2", **content(package, function, HTML), picture=picture)

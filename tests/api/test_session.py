@@ -48,8 +48,9 @@ def test_tables_of_python_are_refused_as_files_are() -> None:
 
 def test_what_is_rarely_meant_is_a_warning() -> None:
     bent = {**PENDULUM, "joints": [{**PENDULUM["joints"][0], "alpha": 90.0}]}
-    with pytest.warns(se.MachineWarning, match="degrees"):
+    with pytest.warns(se.MachineWarning, match="degrees") as issued:
         se.read(bent)
+    assert issued[0].filename == __file__
 
 
 def test_files_are_kept_without_force(tmp_path: Path) -> None:
@@ -103,14 +104,14 @@ def test_time_steps_are_loaded() -> None:
 
 
 def test_generate_writes_what_the_command_writes(tmp_path: Path) -> None:
-    made = se.generate(PLANAR, tmp_path, ["inertia_matrix"], ["numpy"])
+    made = se.generate(PLANAR, "inertia_matrix", out=tmp_path, targets="numpy")
     assert made.written[0].name == "__init__.py"
     assert made.frame().to_dict("records") == [{"model": "inertia_matrix", "products": 3, "sums": 5, "sincos": 1}]
 
 
 def test_analyses_take_the_operating_point_by_name(two_axis: Any) -> None:
     pytest.importorskip("scipy")
-    found = se.modes(two_axis, hold=["all"])
+    found = se.modes(two_axis, hold="all")  # type: ignore[typeddict-item]
     from symoro_elastic.vibration.equilibrium import equilibrium
     from symoro_elastic.vibration.linearization import linearize, motion_of, with_motors
     from symoro_elastic.vibration.modes import modes
@@ -145,8 +146,18 @@ def test_wrong_arguments_are_named_as_arguments(two_axis: Any) -> None:
         se.linearize(two_axis, rates={"motor_x": 1.0})
     with pytest.raises(se.InputError, match=r"^symoro_elastic: backend: there is no 'matlab': choose from numpy, c"):
         se.load(two_axis, backend="matlab")
-    with pytest.raises(se.InputError, match=r"targets: give a list of names: \['numpy'\]"):
-        se.generate(two_axis, targets="numpy")
+    with pytest.raises(se.InputError, match=r"targets: there is no 'fortran'"):
+        se.generate(two_axis, targets="fortran")
+    with pytest.raises(se.InputError, match=r"^symoro_elastic: at: \[0, 1\] gives no numbers by name"):
+        se.modes(two_axis, at=[0, 1])  # type: ignore[typeddict-item]
+    with pytest.raises(se.InputError, match=r"at: 'motor_x': 'a' is no number"):
+        se.modes(two_axis, at={"motor_x": "a"})  # type: ignore[typeddict-item]
+    with pytest.raises(se.InputError, match=r"machine: int is no machine"):
+        se.read(3)
+    with pytest.raises(se.InputError, match=r"elastic: \['elbow'\] gives no stiffness"):
+        se.read(ROOT / "examples" / "pendant_arm.urdf", elastic=["elbow"])  # type: ignore[arg-type]
+    with pytest.raises(se.InputError, match=r"position: 1.0 is no range"):
+        se.excite(two_axis, 1.0, 1.0, 1.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="att"):
         se.modes(two_axis, att={})  # type: ignore[call-arg]
 
@@ -165,7 +176,8 @@ def test_scenes_are_files_or_tables(two_axis: Any) -> None:
 
 def test_equations_are_shown_and_written(tmp_path: Path) -> None:
     found = se.equations(PLANAR, "inertia_matrix")
-    assert found._repr_html_() == found.html
+    assert found._repr_html_().startswith("<iframe srcdoc=") and "<style>" not in found._repr_html_()
+    assert found._repr_latex_().count(r"A_{2,2} &=") == 1
     assert found.write(tmp_path / "a.tex").read_text(encoding="utf-8") == found.latex
     with pytest.raises(se.InputError, match=r"as \.tex, \.html or \.pdf"):
         found.write(tmp_path / "a.doc")

@@ -75,7 +75,7 @@ def test_places_are_unique_and_links_lead_to_them(page: str) -> None:
 
 
 def test_pictures_are_described_and_whole(page: str) -> None:
-    images = re.findall(r'<img src="data:image/svg\+xml;base64,([^"]*)" alt="([^"]*)">', page)
+    images = re.findall(r'<img class="\w+" src="data:image/svg\+xml;base64,([^"]*)" alt="([^"]*)">', page)
     assert len(images) == page.count("<img") == 1 + 1 + 1
     assert all(described for _, described in images)
     for picture, _ in images:
