@@ -16,12 +16,13 @@ from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.closed_positions import Followed, drawn_values
 from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
+from symoro_elastic.traced import traced
 
 STAND_IN = 1.0
 """Length, m, or angle, rad, that is drawn where the machine gives none."""
@@ -41,8 +42,8 @@ class Placements:
     def programs(self) -> dict[str, Program]:
         """The programs of its frames by the name of their model; `assemble` is one where loops have no closed form."""
         models = ("geometric_model", "assemble")[: 1 + self.is_followed]
-        traced = trace_scene(self.machine, Scene(models=models, fold=ALL))
-        return {one.model.name: one.program for one in traced}
+        programs = traced(self.machine, Scene(models=models, fold=ALL)).models
+        return {one.model.name: one.program for one in programs}
 
     @cached_property
     def is_followed(self) -> bool:

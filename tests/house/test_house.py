@@ -79,7 +79,17 @@ ROOMS: dict[str, set[str]] = {
         "vibration",
     },
     "model_ladder": {"packages", "pictures", "machine", "models", "integration", "numerics", "vibration", "simulation"},
-    "drawing": {"pictures", "machine", "symbolic", "models", "codegen", "numerics", "vibration", "simulation"},
+    "drawing": {
+        "pictures",
+        "machine",
+        "symbolic",
+        "models",
+        "codegen",
+        "traced",
+        "numerics",
+        "vibration",
+        "simulation",
+    },
     "identification": {
         "packages",
         "pictures",
