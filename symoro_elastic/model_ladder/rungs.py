@@ -206,6 +206,8 @@ class _Climb:
         self.machine, self.references, self.tolerance = machine, references, dict(tolerance)
         self.condensed = condensed
         self.request = Request(tuple(tolerance), tolerance, period=period)
+        self._libraries: dict[tuple[tuple[str, ...], int, str], CompiledSteps] = {}
+        self._observers: dict[tuple[tuple[str, ...], bool, int], Observer] = {}
 
     @cached_property
     def paths(self) -> tuple[LinearPath, ...]:
@@ -264,8 +266,7 @@ class _Climb:
             if best and least * operations >= best.cost:
                 continue
             found = [enough_steps(simulating, method, self.tolerance) for simulating in each]
-            steps, predicted = max(found, key=lambda pair: pair[0])
-            one = Steps(name, steps, predicted, operations)
+            one = Steps(name, *max(found, key=lambda pair: pair[0]), operations)
             best = one if best is None or one.cost < best.cost else best
         assert best is not None
         return best
@@ -341,26 +342,32 @@ class _Climb:
         return enough_steps(simulating, METHODS[TimeStep.W3], limits, 1.0)[0]
 
     def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
-        reduced = self._reduced_reference(rung, reference)
+        observer = self._observer(rung, reference)
         if self._moves(rung):
-            trajectory = self._compiled(rung, reference, method).run(reduced, method, steps)
+            trajectory = self._compiled(rung, reference, method).run(observer.reference, method, steps)
         else:
-            trajectory = prescribed(reduced, steps)
-        observer = Observer(reduced.machine, reduced, ())
+            trajectory = prescribed(observer.reference, steps)
         whole = whole_motion(reference, observer, observer.motion(trajectory))
-        return Observer(self.machine, reference, tuple(self.tolerance)).outputs(whole), trajectory.seconds
+        return self._whole[self._number(reference)].outputs(whole), trajectory.seconds
+
+    def _observer(self, rung: Rung, reference: Reference) -> Observer:
+        key = rung.left_out, rung.locked, self._number(reference)
+        if key not in self._observers:
+            reduced = self._reduced_reference(rung, reference)
+            self._observers[key] = Observer(reduced.machine, reduced, ())
+        return self._observers[key]
+
+    @cached_property
+    def _whole(self) -> tuple[Observer, ...]:
+        return tuple(Observer(self.machine, reference, tuple(self.tolerance)) for reference in self.references)
 
     def _compiled(self, rung: Rung, reference: Reference, method: str) -> CompiledSteps:
         key = rung.left_out, self._number(reference), method
         if key not in self._libraries:
-            machine = self._reduced_reference(rung, reference).loaded
+            machine = self._observer(rung, reference).reference.loaded
             with TemporaryDirectory() as folder:
                 self._libraries[key] = CompiledSteps(machine, [method], Path(folder))
         return self._libraries[key]
-
-    @cached_property
-    def _libraries(self) -> dict[tuple[tuple[str, ...], int, str], CompiledSteps]:
-        return {}
 
     def _errors_of_steps(self, rung: Rung, reference: Reference) -> tuple[dict[str, float], float]:
         assert rung.chosen is not None

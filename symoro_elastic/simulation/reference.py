@@ -151,7 +151,7 @@ def reference_of(
     alone. Raises `InputError` for a base of known acceleration, motors that cannot all follow exactly, motors that the
     scene locks, servos of some motors only, records that are no motion of all motors, and joints that nothing supports.
     """
-    machine = replace(machine, forces=())
+    machine = replace(machine, forces=()) if machine.forces else machine
     base = start_of_base(machine, prescribed)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None

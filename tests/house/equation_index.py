@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from symoro_elastic.quantities import INTERMEDIATES
@@ -99,6 +100,7 @@ def _functions(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from walk(tree, ())
 
 
+@cache
 def index() -> dict[int, list[Place]]:
     """The places of each equation, each once, in the order of the files."""
     places: dict[int, list[Place]] = {}

@@ -182,13 +182,23 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    return [*ast.walk(tree(path))]
+
+
+@cache
+def calls(path: Path) -> list[ast.Call]:
+    return [node for node in nodes(path) if isinstance(node, ast.Call)]
+
+
 def room_of(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
 def imports(path: Path) -> Iterator[tuple[str, int]]:
     """(module, line) of every import, inside functions too; names imported from a package count as modules of it."""
-    for node in ast.walk(tree(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -246,7 +256,7 @@ def test_generated_code_needs_numpy_only() -> None:
 
 
 def imports_of_generated(path: Path) -> Iterator[tuple[str, int]]:
-    for node in ast.walk(tree(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -270,8 +280,8 @@ def test_text_of_a_user_is_never_run(path: Path) -> None:
     """No eval and its kin."""
     wrong = [
         f"{path.relative_to(ROOT)}:{node.lineno}: {called(node)}"
-        for node in ast.walk(tree(path))
-        if isinstance(node, ast.Call) and called(node) in FORBIDDEN and ast.unparse(node.func) not in HARMLESS
+        for node in calls(path)
+        if called(node) in FORBIDDEN and ast.unparse(node.func) not in HARMLESS
     ]
     wrong += [f"{path.relative_to(ROOT)}:{line}: {name}" for name, line in imports(path) if name in FORBIDDEN_MODULES]
     assert wrong == []
@@ -289,8 +299,8 @@ def test_files_of_users_are_written_in_one_module(path: Path) -> None:
     if name in MAY_WRITE:
         return
     wrong = []
-    for node in ast.walk(tree(path)):
-        if isinstance(node, ast.Call) and called(node) in WRITES and isinstance(node.func, ast.Attribute):
+    for node in calls(path):
+        if called(node) in WRITES and isinstance(node.func, ast.Attribute):
             ours = ast.unparse(node.func) == "output_files.write_text"
             if not ours and not (name in TO_MEMORY and "stream" in ast.unparse(node)):
                 wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node.func)}")
@@ -299,7 +309,7 @@ def test_files_of_users_are_written_in_one_module(path: Path) -> None:
 
 def functions(path: Path) -> dict[str, int]:
     """Lines of each function of a file, without those of docstrings that list parameters."""
-    found = (node for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef))
+    found = (node for node in nodes(path) if isinstance(node, ast.FunctionDef))
     return {
         f"{node.name}, line {node.lineno}": (node.end_lineno or 0) - node.lineno + 1 - parameters_described(node)
         for node in found

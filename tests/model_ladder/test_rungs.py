@@ -31,7 +31,7 @@ from symoro_elastic.model_ladder.tables import (
     reduced_scene,
     springs_table,
 )
-from symoro_elastic.progress import no_progress
+from symoro_elastic.progress import announce_nothing, no_progress
 from symoro_elastic.simulation.reference import reference_of
 from tests.command_line import EXAMPLES, refused, run
 
@@ -54,8 +54,15 @@ def motion() -> PrescribedMotion:
 
 
 @cache
+def climbed() -> tuple[rungs_module._Climb, tuple[rungs_module.Rung, ...]]:
+    """The steps of `ladder`: its compiled rungs serve more than one test."""
+    return rungs_module._predicted(machine(), [motion()], TOLERANCE, None, announce_nothing, no_progress)
+
+
+@cache
 def found() -> Ladder:
-    return ladder(machine(), [motion()], TOLERANCE)
+    climb, rungs = climbed()
+    return climb.measured(rungs, no_progress)
 
 
 def test_the_chosen_rung_is_measured_within_its_tolerance_and_prediction() -> None:
@@ -91,8 +98,7 @@ def test_a_rung_whose_prediction_fails_is_not_chosen(monkeypatch: MonkeyPatch) -
         return Measured({name: 3 * x for name, x in right.model.items()}, right.steps, right.seconds)
 
     monkeypatch.setattr(rungs_module._Climb, "_measured", wrong)
-    climb = rungs_module._Climb(machine(), found().references, TOLERANCE, None)
-    fallen = climb.measured(found().rungs, no_progress)
+    fallen = climbed()[0].measured(found().rungs, no_progress)
     assert fallen.distrusted and fallen.chosen != found().chosen and found().chosen in fallen.distrusted
     assert all(max(fallen.rungs[k].predicted.values()) > 0.01 * min(TOLERANCE.values()) for k in fallen.distrusted)
 

@@ -301,7 +301,7 @@ def swinging(duration: float) -> Reference:
     motion = PrescribedMotion(duration, {}, servo={"motor": Gains(3e4, 0.0)}, source="scene.toml")
     reference = reference_of(carriage(), motion, values(1, 0.0))
     reference.start.q[2] += 0.5
-    reference.start.tau[:] = 0.0
+    reference.start.tau[:] = reference.start.torques[:] = 0.0
     return reference
 
 
