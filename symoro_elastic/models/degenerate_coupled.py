@@ -14,6 +14,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
@@ -32,13 +33,16 @@ PLACING = "joints"
 def motions_without_inertia(machine: Machine, known_motors: bool, folded: Sequence[str]) -> Iterator[tuple[int, ...]]:
     """Joints that move in each of these motions, 0 for a floating base; with `known_motors` no motor moves.
 
-    Positions at which loops are singular tell nothing; raises `InputError` where all of them are.
+    Positions at which loops are singular tell nothing; raises `InputError` where all of them are, and for a cell that
+    has a value at none.
     """
     bound, plan = Bound(machine, folded), plan_of(machine, Bound)
     found = []
     for symbols in _symbols(machine, plan):
         with suppress(ZeroDivisionError):
             found.append(_directions(bound, symbols, known_motors))
+    if not found and not machine.loops:
+        raise machine.error("joints", "no position was found at which all their formulas have a value")
     if not found:
         loops = ", ".join(loop.name for loop in machine.loops)
         what = "start is a singular position, as where two links are stretched: write one beside it"
@@ -62,8 +66,14 @@ def _symbols(machine: Machine, plan: Plan) -> Iterator[dict[str, float]]:
         for name in formula.names
     }
     values = {p.name: source.uniform(0.5, 1.5) for p in machine.parameters if p.name not in placing}
+    domain = Domain(machine)
     for position in plan.positions:
-        yield plan.assembly.symbols(position) | values
+        symbols = plan.assembly.symbols(position) | values
+        defined = domain.defined(symbols, source)
+        if defined is not None:
+            yield defined
+        elif refusal := domain.refusal(symbols):
+            raise refusal
 
 
 def _directions(bound: Bound, symbols: Mapping[str, float], known_motors: bool) -> tuple[Array, Array]:

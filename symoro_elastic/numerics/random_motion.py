@@ -137,6 +137,8 @@ def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: M
         if len(good) >= states:
             return {name: block[good[:states]] for name, block in blocks.items()}
     what = "no positions about start at which they close and are not singular: move start to the side that is meant"
+    if not bound.machine.loops:
+        what = "too few random positions at which their cells have a value"
     raise bound.machine.error(", ".join(f"loop {loop.name}" for loop in bound.machine.loops) or "joints", what)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from symoro_elastic.array_types import Array
+from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.numerics.assembled_states import assembled_states, start_of
 from symoro_elastic.numerics.base_states import base_states
@@ -116,13 +118,15 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     """Angles within pi, slides within 0.5 m, velocities within 2, torques within 20, accelerations within 5.
 
     Elastic joints are within 0.5 of their neutral position in every other state, and otherwise
-    within the deflection of 1 kN or 1 kN m. Joints of loops are near their start, where the loops close.
+    within the deflection of 1 kN or 1 kN m. Joints of loops are near their start, where the loops close. Where a cell
+    has no value, the variables of cells are drawn again.
     """
     values = values or parameter_values(machine, seed)
     variables, motors = _variables(machine, values), len(machine.motors)
     rng = np.random.default_rng([seed, 1])
     drawn = [("moderate", _moderate(variables, motors, rng, wide=k % 2 == 0)) for k in range(count)]
     states = _assembled(machine, _stacked(drawn, len(variables), motors), values, seed)
+    states = _defined(machine, states, values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 5]))
     states = _with_deflections(machine, states, values, np.random.default_rng([seed, 7]))
     states = _with_wrenches(machine, states, np.random.default_rng([seed, 9]))
@@ -146,6 +150,7 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
         change(state, variables, rng)
         found.append((title, state))
     states = _assembled(machine, _stacked(found, len(variables), motors), values, seed)
+    states = _defined(machine, states, values, seed)
     states = _with_motions(states, variables, np.random.default_rng([seed, 6]))
     states = _with_deflections(machine, states, values, np.random.default_rng([seed, 8]))
     states = _with_wrenches(machine, states, np.random.default_rng([seed, 10]))
@@ -159,6 +164,24 @@ def _assembled(machine: Machine, states: States, values: ParameterValues, seed: 
     q, q_dep = assembled_states(machine, len(states), seed, values)
     in_loops = np.array([j in machine.in_loops for j in machine.moving], dtype=bool)
     return replace(states, q=np.where(in_loops, q, states.q), q_dep=q_dep)
+
+
+def _defined(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
+    """The states, others where cells have no value; raises `InputError` for a cell that has one nowhere."""
+    domain, source = Domain(machine), random.Random(seed)
+    if not domain.free:
+        return states
+    rows, dependent = states.q.copy(), [str(machine.joint(j).variable) for j in machine.dependent]
+    names = [str(machine.joint(j).variable) for j in machine.moving]
+    for k in range(len(states)):
+        symbols = {**values, **dict(zip(names, rows[k].tolist(), strict=True))}
+        symbols |= zip(dependent, states.q_dep[k].tolist() if dependent else (), strict=True)
+        found = domain.defined(symbols, source)
+        if found is not None:
+            rows[k] = [found[name] for name in names]
+        elif refusal := domain.refusal(symbols):
+            raise refusal
+    return replace(states, q=rows)
 
 
 def _with_base(machine: Machine, states: States, rng: Rng) -> States:

@@ -323,7 +323,10 @@ class _Tally:
 def _reference_results(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
     """Return the results of the reference."""
     put_back = traced.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION and point.reference.solved
-    return torques(point, traced) if put_back else point.model(traced)
+    found = torques(point, traced) if put_back else point.model(traced)
+    if any(math.isnan(x) for entries in found.values() for x in entries):
+        raise Singular("formulas or their slopes have no value at this state")
+    return found
 
 
 def _error(computed: Array, wanted: Numbers) -> float:

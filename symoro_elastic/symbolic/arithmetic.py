@@ -24,6 +24,7 @@ from symoro_elastic.symbolic.operations import (
     PI,
     SIGN,
     SIN,
+    SQRT,
     SUBTRACT,
     SYMBOL,
     Functions,
@@ -113,14 +114,19 @@ def sign(x: Value) -> Value:
     return 1 if x > 0 else -1 if x < 0 else x
 
 
+def _root(x: float) -> float:
+    return math.nan if x < 0 else math.sqrt(x)
+
+
 FLOATS: Arithmetic[float] = Arithmetic(
-    float, library(math, {SIGN: sign, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
+    float, library(math, {SIGN: sign, SQRT: _root, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
 )
+"""Double precision; the root of a negative number is NaN."""
 
 
 @cache
 def multiprecision(digits: int = 50) -> Arithmetic[Value]:
-    """Arithmetic with this many decimal digits."""
+    """Arithmetic with this many decimal digits; the root of a negative number is NaN."""
     import mpmath
 
     context = mpmath.MPContext()
@@ -131,7 +137,10 @@ def multiprecision(digits: int = 50) -> Arithmetic[Value]:
             return context.mpf(x)
         return context.mpf(Fraction(x).numerator) / Fraction(x).denominator
 
-    return Arithmetic(number, library(context, {SIGN: sign, PI: lambda: +context.pi}))
+    def root(x: Value) -> Value:
+        return context.nan if x < 0 else context.sqrt(x)
+
+    return Arithmetic(number, library(context, {SIGN: sign, SQRT: root, PI: lambda: +context.pi}))
 
 
 def nodes(graph: Graph, own: Functions | None = None) -> Arithmetic[Operand]:

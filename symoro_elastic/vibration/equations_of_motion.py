@@ -21,6 +21,7 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.machine.domain import NEXT, Domain
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.named_cells import refuse_values, with_named_cells
@@ -283,12 +284,25 @@ class EquationsOfMotion:
         return self._at(q, [stiffness * deflection for stiffness, deflection, _ in self.springs.values()])
 
     def refuse_open(self, q: Array) -> None:
-        """Raise `InputError` where a loop does not close."""
-        dependent = [self.bound.variables[j] for j in self.machine.dependent]
-        if not np.isfinite(self._at(q, dependent)).all():
-            loops = ", ".join(loop.name for loop in self.machine.loops)
-            at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
-            raise InputError(self.source, f"loop {loops}", f"it does not close at {at}: give another position (--at)")
+        """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""
+        at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
+        if self._is_closed(q):
+            zero, owners = np.zeros_like(q), self.machine.owners
+            x = self._at(q, [self.bound.variables[j] for j in owners]).tolist()
+            own = self.machine.by_variable(dict(zip(owners, x, strict=True)))
+            undefined = Domain(self.given).undefined(self._symbols(q, zero, zero) | own)
+            if undefined:
+                raise undefined.error(self.machine, f"at {at}: give another position (--at)")
+            return
+        loops = ", ".join(loop.name for loop in self.machine.loops)
+        beside = (q + way * NEXT * unit for unit in np.eye(len(q)) for way in (1, -1))
+        what = f"it does not close at {at}: give another position (--at)"
+        if any(self._is_closed(x) for x in beside):
+            what = f"it is singular at {at}, where links are stretched or folded: give a position beside it (--at)"
+        raise InputError(self.source, f"loop {loops}", what)
+
+    def _is_closed(self, q: Array) -> bool:
+        return bool(np.isfinite(self._at(q, [self.bound.variables[j] for j in self.machine.dependent])).all())
 
     def _at(self, q: Array, roots: Sequence[Scalar]) -> Array:
         zero = np.zeros_like(q)

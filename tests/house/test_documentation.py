@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -99,3 +100,12 @@ def test_the_changelog_has_the_version() -> None:
 def test_the_citation_has_the_version() -> None:
     found = re.search(r"^version: (\S+)$", text("CITATION.cff"), re.MULTILINE)
     assert found and found[1] == symoro_elastic.__version__
+
+
+def test_no_line_repeats_another() -> None:
+    """A merge of two versions of a line keeps both, whole or torn."""
+    rows = Counter(re.findall(r"^\| ([^|]+) \|", text("tests/README.md"), re.MULTILINE))
+    assert [row for row, count in rows.items() if count > 1] == []
+    lines = [line.split() for line in text("CHANGELOG.md").splitlines()]
+    phrases = Counter(phrase for words in lines for phrase in {tuple(words[k : k + 6]) for k in range(len(words) - 5)})
+    assert [phrase for phrase, count in phrases.items() if count > 1] == []
