@@ -11,6 +11,7 @@ from typing import TypeVar
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quoted
 from symoro_elastic.machine.prescribed_motion import (
+    WRENCH,
     AppliedForce,
     BaseStart,
     Gains,
@@ -121,6 +122,8 @@ def _faults(motion: PrescribedMotion) -> Iterator[Fault]:
     for name, servo in motion.servo.items():
         yield from _of_servo(f"servo, {name}", servo)
     for k, force in enumerate(motion.forces, 1):
+        if not any(force.wrench):
+            yield f"forces {k} ({force.at})", f"it has no component: give {', '.join(WRENCH)}, or leave it out"
         yield from (fault for x in force.wrench for fault in _too_large(f"forces {k} ({force.at})", x))
         yield from _outside(f"forces {k} ({force.at})", force, motion.duration)
     yield from _of_base(motion.base or BaseStart())

@@ -23,6 +23,7 @@ from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative
 from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
+from symoro_elastic.model_ladder.whole_steps import WHOLE, is_whole, part_from, part_of, rounded_down
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.quantities.time_steps import TimeStep
@@ -48,8 +49,6 @@ FIRST, REFINEMENTS = 200, 8
 """Steps that are tried where nothing is predicted, and how often they are made shorter."""
 MARGIN, MOST_AT_ONCE = 1.1, 16.0
 """Steps more than the order of a method asks for, and times as many at most."""
-WHOLE = 1e-9
-"""Of a number of steps: rounding of times."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
 CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3, TimeStep.RODAS4)
 SLOW = 1e-6
@@ -185,18 +184,22 @@ class Simulating:
         """Raise `InputError` for steps that an explicit method does not bear."""
         largest = self.largest_step(method)
         if step > largest:
-            what = f"{step:g} s is beyond the limit of {method.name} here: give at most {largest:.3g} s, or w3, w2"
+            period = self.request.period
+            give = part_of(period, largest) if period else f"at most {rounded_down(largest)}"
+            what = f"{step:g} s is beyond the limit of {method.name} here: give {give} s, or w3, w2"
             raise self.error("--step", what)
 
     def refuse_many(self, steps: float) -> None:
         """Raise `InputError` for more steps than are carried out."""
         if steps > MOST_STEPS:
             hours = steps * SLOW / 3600
-            what = (
-                f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} are the most, so give at least "
-                f"{self.reference.duration / MOST_STEPS:.3g} s"
-            )
-            raise self.error("--step", what)
+            taken = f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} are the most, so give"
+            least, period = self.reference.duration / MOST_STEPS, self.request.period
+            if period and period < least:
+                what = f"{taken} at most {rounded_down(MOST_STEPS * period)} s with a period of {period:g} s"
+                raise self.reference.prescribed.error("duration", what)
+            give = part_from(period, least) if period else f"at least {least:.3g}"
+            raise self.error("--step", f"{taken} {give} s")
 
 
 def enough_steps(
@@ -251,19 +254,14 @@ def refuse_period(simulating: Simulating) -> None:
     period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
     if period is None:
         return
-    if not _is_whole(duration / period):
+    if not is_whole(duration / period):
         nearest = max(1, round(duration / period)) * period
         what = f"{period:g} s is no whole part of the motion of {duration:g} s: make its duration {nearest:g} s"
         raise simulating.error("period", what)
-    if step and 0 < step < math.inf and not _is_whole(period / step):
-        what = (
-            f"{step:g} s is no whole part of the period of {period:g} s: give {period / math.ceil(period / step):g} s"
-        )
-        raise simulating.error("--step", what)
-
-
-def _is_whole(ratio: float) -> bool:
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
+    if step and 0 < step < math.inf and not is_whole(period / step):
+        largest = min(step, simulating.largest_step(METHODS[simulating.request.method or W3.name]))
+        give = part_of(period, largest)
+        raise simulating.error("--step", f"{step:g} s is no whole part of the period of {period:g} s: give {give} s")
 
 
 def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:

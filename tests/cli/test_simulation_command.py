@@ -200,6 +200,16 @@ def test_adapted_steps_take_forces() -> None:
             ("--step", "3e-3"),
             "--step: 0.003 s is no whole part of the period of 0.01 s: give 0.0025 s",
         ),
+        (
+            MOTION + WANTED + "period = 5e-2",
+            ("--step", "0.1", "--method", "rk4"),
+            "--step: 0.1 s is no whole part of the period of 0.05 s: give 0.025 s",
+        ),
+        (
+            MOTION.replace("0.25", "1e9") + WANTED + "period = 1e-3",
+            (),
+            "motion, duration: 1e+12 steps, some 278 h of work: 1e+08 are the most, so give at most 1e+05 s with",
+        ),
         (MOTION, ("--event", "motor.q=0.1"), "--event: even steps find no events: add --adaptive"),
         (MOTION, ("--adaptive", "--stop"), "--stop: there is no event to stop at"),
         (MOTION, ("--adaptive", "--step", "1e-3"), "--adaptive: choose even steps (--method, --step) or adapted ones"),

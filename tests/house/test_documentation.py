@@ -107,5 +107,5 @@ def test_no_line_repeats_another() -> None:
     rows = Counter(re.findall(r"^\| ([^|]+) \|", text("tests/README.md"), re.MULTILINE))
     assert [row for row, count in rows.items() if count > 1] == []
     lines = [line.split() for line in text("CHANGELOG.md").splitlines()]
-    phrases = Counter(phrase for words in lines for phrase in {tuple(words[k : k + 6]) for k in range(len(words) - 5)})
+    phrases = Counter(phrase for words in lines for phrase in {tuple(words[k : k + 8]) for k in range(len(words) - 7)})
     assert [phrase for phrase, count in phrases.items() if count > 1] == []

@@ -137,6 +137,7 @@ WRONG_MOTIONS = [
     ("motor_y = { kp", "ram = { kp", "motion, servo: ram has no motor: motors are motor_x, motor_y"),
     ('at = "tool"', 'at = "tol"', "motion, forces 1, at: no joint 'tol'; did you mean 'tool'?"),
     ("in = 0.01", "in = 0.2", "motion, forces 1 (tool), in: it ends at 0.3 s, the motion at 0.25 s"),
+    ("fx = 200, mz = -3, ", "", "motion, forces 1 (tool): it has no component: give fx, fy, fz, mx, my, mz, or leave"),
     ("fx = 200", "fx = 1e12", "motion, forces 1 (tool): 1e+12 is out of range"),
     ("fx = 200", "force = 200", "motion, forces 1, force: no such key here"),
 ]  # fmt: skip

@@ -149,6 +149,13 @@ def test_defaults_are_those_of_the_format() -> None:
     assert all(link.frame_only for link in description.links)
 
 
+def test_the_length_of_an_axis_may_leave_double_precision() -> None:
+    text = robot(A, B, joint("j", "a", "b", axis=(1e200, 1e200, 0)))
+    with np.errstate(all="raise"):
+        description = describe(text, "robot.urdf")
+    assert description.joints[0].axis == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0])
+
+
 def test_roll_pitch_and_yaw_are_about_fixed_axes() -> None:
     quarter = np.pi / 2
     assert rotation(quarter, 0, 0) @ [0, 1, 0] == pytest.approx([0, 0, 1])

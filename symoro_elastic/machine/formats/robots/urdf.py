@@ -6,6 +6,7 @@ is told in `remarks`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -218,5 +219,5 @@ def _is_long(joint: Element) -> bool:
     axis = joint.find("axis")
     if axis is None or joint.get("type") in ("fixed", "floating"):
         return False
-    length = np.linalg.norm([float(word) for word in axis.get("xyz", "").split()])
-    return bool(abs(length - 1.0) > NOT_OF_LENGTH_ONE)
+    length = math.hypot(*map(float, axis.get("xyz", "").split()))
+    return abs(length - 1.0) > NOT_OF_LENGTH_ONE
