@@ -240,8 +240,10 @@ class _Climb:
         return Simulating(self._reduced_reference(rung, reference), self.request, self._path(rung, reference))
 
     def _path(self, rung: Rung, reference: Reference) -> tuple[LinearPath, tuple[int, ...]]:
+        """Return the linear model of a rung on one motion, and the entries of q that it leaves out."""
         path = self.paths[self._number(reference)]
-        return path, tuple(path.joints.index(name) for name in rung.left_out)
+        left_out = tuple(path.joints.index(name) for name in rung.left_out)
+        return path if rung.locked else path.recovering(left_out), left_out
 
     def _number(self, reference: Reference) -> int:
         return next(k for k, one in enumerate(self.references) if one is reference)
