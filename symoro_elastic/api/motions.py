@@ -91,14 +91,14 @@ class Plan:
 def plan(whole: Machine, scene: SceneLike, integration: Integration, values: Values = NO_VALUES) -> Plan:
     """Return the motions of a scene, of a machine whose joints the scene locks; raises `InputError`."""
     from symoro_elastic.simulation.reference import reference_of
-    from symoro_elastic.simulation.tolerances import refuse_rounding
+    from symoro_elastic.simulation.tolerances import refuse_rounding, tolerances
 
     moving = the_machine(restricted(whole, Asked().of(whole, scene)), values)
     found = prescribed(whole, scene)
     references = tuple(reference_of(moving, motion) for motion in found.motions)
-    for reference in references if found.wanted else ():
-        assert found.wanted
-        refuse_rounding(found.wanted, reference)
+    allowed = tolerances(found.wanted, moving) if found.wanted else {}
+    for reference in references:
+        refuse_rounding(allowed, reference)
     return Plan(references, found.wanted, integration)
 
 
@@ -194,5 +194,10 @@ def _from_box(motions: Sequence[PrescribedMotion], box: Box, count: int, machine
     from symoro_elastic.model_ladder.starts import starts
 
     chosen(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
+    for name, (low, high) in box.items():
+        if not low <= high:
+            raise InputError(
+                "symoro-elastic", "--from", f"{name}={low:g}:{high:g} is no range: give LOW:HIGH, LOW first"
+            )
     places = starts(box, count) if box else [{}]
     return [replace(motion, start={**motion.start, **place}) for motion in motions for place in places]

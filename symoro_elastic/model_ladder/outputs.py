@@ -13,6 +13,7 @@ import numpy as np
 from symoro_elastic.array_types import Array, BoolArray
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import BASE, Asked
+from symoro_elastic.model_ladder.deflections import Deflections, placement_rows
 from symoro_elastic.model_ladder.samples import between, slopes
 from symoro_elastic.model_ladder.small_motion import SmallMotion
 from symoro_elastic.numerics.implementations import numpy_model
@@ -47,6 +48,15 @@ class Outputs:
         """The rows at every second time."""
         return replace(self, Cq=self.Cq[::2], Cv=self.Cv[::2], Ca=self.Ca[::2])
 
+    def deflected(self, springs: Sequence[int], by: Three) -> Outputs:
+        """Return the rows where the variables of springs (s,) follow others: d_E = by_q d + by_v d' + by_a d''.
+
+        `by` are (N, s, n), zero for the springs themselves.
+        """
+        along = np.where(self.follows[:, None], self.Cq[..., list(springs)], 0.0)
+        Cq, Cv, Ca = (C + along @ x for C, x in zip((self.Cq, self.Cv, self.Ca), by, strict=True))
+        return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
+
     def of(self, motion: SmallMotion) -> Array:
         """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
         terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)
@@ -60,15 +70,21 @@ def is_torque(name: str) -> bool:
 
 
 def outputs_along(
-    machine: Machine, servo: tuple[Array, Array] | None, names: Sequence[str], states: Three, torques: Three
+    machine: Machine,
+    servo: tuple[Array, Array] | None,
+    names: Sequence[str],
+    states: Three,
+    torques: Three,
+    deflections: Deflections | None = None,
 ) -> Outputs:
     """Return the rows of outputs along states q, v, a (N, n); raises `InputError` for signals that do not exist.
 
-    `torques` are the rows of K, D, M of the motors (N, m, n), their torques where no servo gives them.
+    `torques` are the rows of K, D, M of the motors (N, m, n), their torques where no servo gives them; `deflections`
+    are those of the static springs of the machine, where it has some.
     """
     signals = [inputs(machine, [name])[0] if is_torque(name) else output_signals(machine, [name])[0] for name in names]
     Cq, Cv, Ca = np.zeros((3, len(states[0]), len(names), states[0].shape[1]))
-    _add_frames(machine, signals, states, (Cq, Cv, Ca))
+    _add_frames(machine, signals, states, (Cq, Cv, Ca), deflections)
     for row, (name, signal) in enumerate(zip(names, signals, strict=True)):
         if not isinstance(signal, JointSignal):
             continue
@@ -84,7 +100,9 @@ def outputs_along(
     return Outputs(tuple(names), Cq, Cv, Ca, np.array([not is_torque(name) for name in names]))
 
 
-def _add_frames(machine: Machine, signals: Sequence[Signal], states: Three, rows: Three) -> None:
+def _add_frames(
+    machine: Machine, signals: Sequence[Signal], states: Three, rows: Three, deflections: Deflections | None
+) -> None:
     """Fill the rows of frames: the Jacobian, and how velocities and accelerations change with the state."""
     asked = {row: signal for row, signal in enumerate(signals) if isinstance(signal, FrameSignal)}
     if not asked:
@@ -96,7 +114,7 @@ def _add_frames(machine: Machine, signals: Sequence[Signal], states: Three, rows
     model = numpy_model(machine, models, dict.fromkeys(models, frames))
     q, v, a = states
     J = model.jacobian(q)
-    by_order: list[tuple[Array, ...]] = [(J,)]
+    by_order: list[tuple[Array, ...]] = [placement_rows(machine, frames, states, deflections) if deflections else (J,)]
     if highest > 0:
         by_order.append((slopes(lambda q: model.velocities(q, v), q), J))
     if highest > 1:

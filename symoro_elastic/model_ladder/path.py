@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from inspect import signature
 from typing import Any
 
@@ -28,6 +28,7 @@ from symoro_elastic.model_ladder.outputs import Outputs, outputs_along
 from symoro_elastic.model_ladder.refusals import refuse_machine
 from symoro_elastic.model_ladder.samples import between
 from symoro_elastic.model_ladder.small_motion import LinearMotion, SmallMotion, small_motion
+from symoro_elastic.models.static_deflections import DEFLECTIONS
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.simulation.reference import Reference
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
@@ -88,6 +89,16 @@ class LinearPath:
         found = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
         return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
 
+    def recovering(self, static: Sequence[int]) -> LinearPath:
+        """Return the model whose outputs follow the deflections of static springs E, for motions that leave them out.
+
+        They are those by the motion, d_E = -(M_E d'' + D_E d' + K_E d) / k_E, without R_E / k_E.
+        """
+        E = list(static)
+        by = np.array([-x[:, E] / self.stiffness[E, None] for x in (self.K, self.D, self.M)])
+        by[..., E] = 0.0
+        return replace(self, outputs=self.outputs.deflected(E, (by[0], by[1], by[2])))
+
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,)."""
         return self.reference.states(t)
@@ -132,7 +143,8 @@ class _Along:
         self.motion = EquationsOfMotion(self.machine)
         refuse_machine(self.motion, reference.start)
         self.motors = list(self.machine.motor_entries)
-        self.model = numpy_model(reference.loaded, ("linearization", "inverse_dynamics"))
+        recovered = (DEFLECTIONS,) if self.machine.static else ()
+        self.model = numpy_model(reference.loaded, ("linearization", "inverse_dynamics", *recovered))
         self.wrenches, _ = reference.wrenches(t)
         self.states = reference.states(t)
 
@@ -150,7 +162,8 @@ class _Along:
             driven = sum(np.einsum("tij,tj->ti", matrix, x) for matrix, x in terms)
         R = self.reference.start.tau - taken + driven
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
-        rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques)
+        deflections = partial(self._given_to, self.model.static_deflections) if self.machine.static else None
+        rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques, deflections)
         return self._served(M, D, K, R, rows)
 
     def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs) -> LinearPath:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.array_types import Array
-from symoro_elastic.integration.methods import METHODS, share_of_halving
+from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.integration.tableaus import RK4
 from symoro_elastic.machine.checks import refuse_floating
 from symoro_elastic.machine.formula import Formula
@@ -30,14 +30,15 @@ from symoro_elastic.model_ladder.path import LinearPath
 from symoro_elastic.model_ladder.recovery import whole_motion
 from symoro_elastic.model_ladder.resolution import resolved_path
 from symoro_elastic.model_ladder.series import with_springs_joined
-from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, refuse_period
+from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, errors_by_halving, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.simulation.compiled_steps import CompiledSteps, prescribed, refuse_still
+from symoro_elastic.simulation.compiled_steps import CompiledSteps, Trajectory, prescribed, refuse_still
 from symoro_elastic.simulation.observed import Observer
 from symoro_elastic.simulation.reference import Reference, reference_of
+from symoro_elastic.simulation.tolerances import refuse_rounding
 
 MODEL_SHARE = 0.7
 """Of the tolerance that the springs left out may take; steps take a quarter, arithmetic the rest."""
@@ -187,6 +188,7 @@ def _predicted(
     climb = _Climb(series.machine, references, tolerance, period, series.notes)
     for reference in references:
         refuse_still(reference)
+        refuse_rounding(climb.tolerance, reference)
         refuse_period(Simulating(reference, climb.request))
     return climb, climb.rungs(progress)
 
@@ -240,8 +242,10 @@ class _Climb:
         return Simulating(self._reduced_reference(rung, reference), self.request, self._path(rung, reference))
 
     def _path(self, rung: Rung, reference: Reference) -> tuple[LinearPath, tuple[int, ...]]:
+        """Return the linear model of a rung on one motion, and the entries of q that it leaves out."""
         path = self.paths[self._number(reference)]
-        return path, tuple(path.joints.index(name) for name in rung.left_out)
+        left_out = tuple(path.joints.index(name) for name in rung.left_out)
+        return path if rung.locked else path.recovering(left_out), left_out
 
     def _number(self, reference: Reference) -> int:
         return next(k for k, one in enumerate(self.references) if one is reference)
@@ -311,8 +315,8 @@ class _Climb:
         """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
         reference = self.references[self._worst(rung)]
         names, fine = tuple(self.tolerance), self._fine(reference)
-        whole, _ = self._observed(Rung((), False, {}), reference, TimeStep.W3, fine)
-        outputs, _ = self._observed(rung, reference, TimeStep.W3, fine)
+        _, whole = self._observed(Rung((), False, {}), reference, TimeStep.W3, fine)
+        _, outputs = self._observed(rung, reference, TimeStep.W3, fine)
         model = np.abs(outputs - whole).max(axis=0)
         steps, seconds = (
             self._errors_of_steps(rung, reference) if rung.chosen else (dict.fromkeys(names, np.nan), np.nan)
@@ -341,14 +345,14 @@ class _Climb:
         limits = {name: FINE * limit for name, limit in self.tolerance.items()}
         return enough_steps(simulating, METHODS[TimeStep.W3], limits, 1.0)[0]
 
-    def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Array, float]:
+    def _observed(self, rung: Rung, reference: Reference, method: str, steps: int) -> tuple[Trajectory, Array]:
         observer = self._observer(rung, reference)
         if self._moves(rung):
             trajectory = self._compiled(rung, reference, method).run(observer.reference, method, steps)
         else:
             trajectory = prescribed(observer.reference, steps)
         whole = whole_motion(reference, observer, observer.motion(trajectory))
-        return self._whole[self._number(reference)].outputs(whole), trajectory.seconds
+        return trajectory, self._whole[self._number(reference)].outputs(whole)
 
     def _observer(self, rung: Rung, reference: Reference) -> Observer:
         key = rung.left_out, rung.locked, self._number(reference)
@@ -374,10 +378,10 @@ class _Climb:
         if not rung.chosen.method:
             return dict.fromkeys(self.tolerance, 0.0), 0.0
         method = METHODS[rung.chosen.method]
-        coarse, seconds = self._observed(rung, reference, method.name, rung.chosen.steps)
-        fine, _ = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
-        errors = share_of_halving(method) * np.abs(fine[::2] - coarse).max(axis=0)
-        return dict(zip(self.tolerance, errors.tolist(), strict=True)), seconds
+        coarse = self._observed(rung, reference, method.name, rung.chosen.steps)
+        fine = self._observed(rung, reference, method.name, 2 * rung.chosen.steps)
+        errors = errors_by_halving(method, coarse, fine)
+        return dict(zip(self.tolerance, errors.tolist(), strict=True)), coarse[0].seconds
 
 
 def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:

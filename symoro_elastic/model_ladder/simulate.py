@@ -321,13 +321,8 @@ class Runs:
     def errors(self, steps: int) -> dict[str, float]:
         """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
         (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
-        _, here, there = np.intersect1d(_numbers(coarse) * 2, _numbers(fine), return_indices=True)
-        with np.errstate(invalid="ignore"):
-            apart = np.abs(smooth[there] - rough[here]).max(axis=0)
-        factor = share_of_halving(self.method)
-        return dict(
-            zip(self.simulating.names, np.where(np.isfinite(apart), factor * apart, np.inf).tolist(), strict=True)
-        )
+        errors = errors_by_halving(self.method, (coarse, rough), (fine, smooth))
+        return dict(zip(self.simulating.names, errors.tolist(), strict=True))
 
     def tolerance(self, steps: int) -> dict[str, float]:
         """Return the tolerances; those of a run itself where nothing gives them before."""
@@ -362,6 +357,19 @@ class Runs:
             simulating.largest_step(self.method),
             simulating.request.period,
         )
+
+
+def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tuple[Trajectory, Array]) -> Array:
+    """Return the errors (names,) of outputs (N, names) of a run, from a run at half the step; infinite out of range.
+
+    They are compared where both were kept: of many steps only some are.
+    """
+    (run, rough), (halved, smooth) = coarse, fine
+    _, here, there = np.intersect1d(_numbers(run) * 2, _numbers(halved), return_indices=True)
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(smooth[there] - rough[here]).max(axis=0)
+    errors: Array = np.where(np.isfinite(apart), share_of_halving(method) * apart, np.inf)
+    return errors
 
 
 def _numbers(run: Trajectory) -> AnyArray:

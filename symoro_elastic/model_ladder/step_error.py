@@ -116,7 +116,10 @@ class _Steps:
 
 @dataclass(frozen=True)
 class StepErrors:
-    """Errors of methods on one path, with the springs `left_out` (entries of q) locked."""
+    """Errors of methods on one path without the springs `left_out` (entries of q).
+
+    They are locked; static where the outputs of the path follow their deflections, see `LinearPath.recovering`.
+    """
 
     path: LinearPath
     left_out: tuple[int, ...] = ()

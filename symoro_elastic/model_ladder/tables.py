@@ -10,13 +10,16 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
 from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.model_ladder.rungs import Ladder, Rung
+from symoro_elastic.model_ladder.rungs import MODEL_SHARE, Ladder, Rung
 from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.simulation.periods import period_line, quantity
 from symoro_elastic.simulation.tolerances import unit_of
 
 ARITHMETIC_SHARE = 0.05
 """Of a tolerance that arithmetic may take."""
+
+LEAST_SAVING = 1.05
+"""Operations of the whole machine with RK4 over those of a rung, from which they are told."""
 
 
 def ladder_table(found: Ladder) -> Any:
@@ -60,10 +63,8 @@ def advice(found: Ladder) -> str:
     )
     if found.chosen is None:
         nearest = min(found.rungs, key=lambda rung: relative(rung.predicted, found.tolerance))
-        lost = relative(nearest.predicted, found.tolerance)
-        return (
-            f"{within}: no rung is good enough; the nearest one, {_described(found, nearest)}, takes {lost:.0%} of that"
-        )
+        what = f"{within}: no rung is good enough; the nearest one, {_described(found, nearest)}"
+        return f"{what}, {_shortfall(found, nearest)}"
     rung = found.rungs[found.chosen]
     assert rung.chosen is not None
     many = "this motion" if len(found.references) == 1 else f"these {len(found.references)} motions"
@@ -71,7 +72,22 @@ def advice(found: Ladder) -> str:
     if not rung.chosen.method:
         return f"{what}; nothing is left to integrate, for motors follow exactly"
     steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {quantity(_step(found, rung), 's')}"
+    if found.saving < LEAST_SAVING:
+        return f"{what}; {steps}"
     return f"{what}; {steps}, {found.saving:.3g} times fewer operations than the whole machine with RK4"
+
+
+def _shortfall(found: Ladder, rung: Rung) -> str:
+    """Return why a rung is not good enough: its model, its steps as measured, or springs that do not hold."""
+    lost = relative(rung.predicted, found.tolerance)
+    if rung.chosen is None and lost <= MODEL_SHARE:
+        return f"takes {lost:.0%} of that, but its springs do not hold their loads"
+    if rung.measured is None or rung.chosen is None:
+        return f"takes {lost:.0%} of that"
+    model, steps = (relative(x, found.tolerance) for x in (rung.measured.model, rung.measured.steps))
+    taken = f"{rung.chosen.steps} steps of {rung.chosen.method}"
+    predicted = relative(rung.chosen.predicted, found.tolerance)
+    return f"takes {model:.0%} of that; its {taken} take {steps:.0%} where {predicted:.0%} were predicted"
 
 
 def predicted_line(found: Ladder) -> str:

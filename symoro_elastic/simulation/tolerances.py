@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.wanted import Wanted
@@ -53,13 +55,13 @@ def output_signals(wanted: Wanted, machine: Machine) -> tuple[str, ...]:
     return tuple(_named(name, wanted, machine, "tolerance") for name in wanted.tolerance)
 
 
-def refuse_rounding(wanted: Wanted, reference: Reference) -> None:
-    """Raise `InputError` for a tolerance of a position that is below the rounding of the positions in a motion."""
-    least = ROUNDING * reference.extent
-    for signal, x in tolerances(wanted, reference.machine).items():
+def refuse_rounding(tolerance: Mapping[str, float], reference: Reference) -> None:
+    """Raise `InputError` for a tolerance of a position, by signal, below the rounding of the positions in a motion."""
+    least, source = ROUNDING * reference.extent, reference.prescribed.source or reference.machine.label
+    for signal, x in tolerance.items():
         if unit_of(reference.machine, signal) in POSITIONS and x < least:
             what = f"{x:g} is below rounding, {least:.1g} for positions up to {reference.extent:.3g}: give more"
-            raise wanted.error(f"tolerance, {signal}", what)
+            raise InputError(source, f"wanted, tolerance, {signal}", what)
 
 
 def _named(name: str, wanted: Wanted, machine: Machine, key: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from symoro_elastic.array_types import Array
 from symoro_elastic.errors import InputError
+from symoro_elastic.machine.series_springs import springs_in_series
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
 
 MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
@@ -20,6 +21,7 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
     """Raise `InputError` where M (n, n) of the coordinates `kept` is not positive definite.
 
     The message names the joints that move without inertia and those that need some; `can_hold` offers --hold too.
+    Springs in series become one by `condense`, or the message says why not.
     """
     idle, least = massless_rows(M)
     if not idle:
@@ -30,13 +32,27 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
     ways = [f"give {_listed([names[row] for row in culprits])} an inertia"]
     if can_hold and motors.issuperset(culprits):
         ways.append(" ".join(f"--hold {names[row]}" for row in culprits))
+    idle_names = [names[row] for row in idle]
+    joined, obstacle = _condensing(motion, idle_names)
+    ways += joined
     wrong = (
         "singular here: nothing has inertia"
         if least > -MATRIX_ROUNDING
         else "not positive here: the inertia is negative"
     )
-    what = f"{wrong} in a motion of {_listed([names[row] for row in idle])}; {' or '.join(ways)}"
+    what = f"{wrong} in a motion of {_listed(idle_names)}; {' or '.join(ways)}{obstacle}"
     raise InputError(motion.source, "inertia matrix", what)
+
+
+def _condensing(motion: EquationsOfMotion, idle: Collection[str]) -> tuple[list[str], str]:
+    """Return the ways out by one spring in place of two in series that are idle, and why there is none."""
+    machine = motion.given
+    for pair in springs_in_series(machine):
+        if {machine.joint(j).name for j in (pair.first, pair.last)}.issubset(idle):
+            if pair.obstacle:
+                return [], f" (condense = true cannot make these springs in series one: {pair.obstacle})"
+            return ["write condense = true in [scene], which makes these springs in series one"], ""
+    return [], ""
 
 
 def massless_rows(M: Array) -> tuple[list[int], float]:

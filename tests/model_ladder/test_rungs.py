@@ -121,6 +121,27 @@ def test_advice_where_no_rung_is_good_enough() -> None:
     assert "no rung is good enough; the nearest one, keep every spring, takes" in advice(replace(found(), chosen=None))
 
 
+def test_advice_says_that_steps_are_not_good_enough() -> None:
+    """The model of the whole machine takes nothing of the tolerance; its steps take twelve times what was predicted."""
+    rung = found().rungs[0]
+    assert rung.chosen is not None
+    predicted, measured = (dict.fromkeys(TOLERANCE, x) for x in (1e-6, 1.2e-5))
+    chosen = replace(rung.chosen, predicted=predicted)
+    missed = replace(rung, chosen=chosen, measured=Measured(dict.fromkeys(TOLERANCE, 0.0), measured, 0.0))
+    said = f"its {chosen.steps} steps of {chosen.method} take 120% where 10% were predicted"
+    assert said in advice(replace(found(), rungs=(missed, *found().rungs[1:]), chosen=None))
+
+
+def test_advice_leaves_out_a_saving_that_is_none() -> None:
+    rung = found().rungs[found().chosen or 0]
+    assert rung.chosen is not None and "times fewer operations" in advice(found())
+    for part, told in ((1.0, False), (1.04, False), (1.06, True)):
+        full = replace(found().full, steps=round(part * 1e6), operations=rung.chosen.cost)
+        slow = replace(rung, chosen=replace(rung.chosen, steps=10**6, operations=rung.chosen.cost))
+        rungs = (*found().rungs[: found().chosen], slow, *found().rungs[(found().chosen or 0) + 1 :])
+        assert ("times fewer operations" in advice(replace(found(), rungs=rungs, full=full))) is told
+
+
 def test_the_reduced_scene_is_generated_and_is_the_same_again(tmp_path: Path) -> None:
     scene = reduced_scene(found(), machine(), Scene())
     rung = found().rungs[found().chosen or 0]
@@ -248,3 +269,17 @@ def test_json_has_every_rung() -> None:
 def test_what_the_ladder_needs(text: str, what: str, tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(text)
     assert what in refused("ladder", TWO_AXIS, "--scene", tmp_path / "scene.toml")
+
+
+def test_tolerances_below_rounding_are_refused_before_any_work(tmp_path: Path) -> None:
+    text = SCENE.read_text().replace("tolerance = 10e-6", "tolerance = 1e-18")
+    (tmp_path / "scene.toml").write_text(text)
+    said = "scene.toml: wanted, tolerance, tool.x: 1e-18 is below rounding"
+    for command in ("ladder", "simulate"):
+        assert said in refused(command, TWO_AXIS, "--scene", tmp_path / "scene.toml")
+
+
+@pytest.mark.parametrize("box", ["motor_y=0.3:0", "motor_y=-0.1"])
+def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
+    line = refused("ladder", TWO_AXIS, "--scene", SCENE, "--from", box)
+    assert "--from: motor_y=" in line and line.endswith("is no range: give LOW:HIGH, LOW first")

@@ -15,6 +15,8 @@ from symoro_elastic.machine.prescribed_motion import Bandwidth
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene as Request
 from symoro_elastic.model_ladder.path import LinearPath, linear_path
+from symoro_elastic.model_ladder.simulate import Request as Simulated
+from symoro_elastic.model_ladder.simulate import simulate
 from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
 from symoro_elastic.simulation.reference import Reference
@@ -22,6 +24,7 @@ from tests.model_ladder.generated_steps import stepped_motion, with_steps
 from tests.model_ladder.motions import moved
 from tests.model_ladder.scenes import all_motors, flex4, tuned
 from tests.model_ladder.truth import Truth, generated_dynamics
+from tests.vibration.machines import drive
 
 OUTPUTS = ("j4.x", "j4.y")
 SAMPLES, EVENLY = 400, 80
@@ -90,6 +93,38 @@ def test_springs_that_are_left_out_stay_out() -> None:
     exact = StepErrors(alone).errors(METHODS["w3"], 60)
     for name in OUTPUTS:
         assert found[name] == pytest.approx(exact[name], rel=0.05)
+
+
+def test_static_springs_deflect_by_the_errors_of_accelerations() -> None:
+    """Rows from M, D, K of the whole machine are those from the reactions of the machine that has the spring static.
+
+    Without the deflections the errors are others; the two are linear about motions that differ by a deflection.
+    """
+    whole = reference(True)
+    static = restricted(whole.machine, Request(static={"j2": ZERO}))
+    servos = {joint.name: SERVO for joint in static.motor_joints}
+    moving = moved(static, 0.12, all_motors(static, 0.2, 0.1), {"j3": 0.5}, servos)
+    found = StepErrors(path(True).recovering((1,)), (1,)).errors(METHODS["w2"], 60)
+    exact = StepErrors(linear_path(moving, OUTPUTS, SAMPLES)).errors(METHODS["w2"], 60)
+    held = StepErrors(path(True), (1,)).errors(METHODS["w2"], 60)
+    for name in OUTPUTS:
+        assert found[name] == pytest.approx(exact[name], rel=0.05)
+    assert any(held[name] != pytest.approx(exact[name], rel=0.2) for name in OUTPUTS)
+
+
+def test_predictions_hold_for_static_springs() -> None:
+    """A load on a static spring behind a motor with a servo: most of its error is that of the deflection."""
+    servo = {"motor": Bandwidth(20.0, 0.8)}
+    static, locked = (
+        simulate(
+            moved(restricted(drive(), scene), 0.5, {"motor": (0.1, 0.2)}, servo=servo),
+            Simulated(("load.z",), method="w2", step=0.5 / 40),
+        )
+        for scene in (Request(static={"load": None}), Request(locked={"load": ZERO}))
+    )
+    for found in (static, locked):
+        assert found.predicted["load.z"] == pytest.approx(found.errors["load.z"], rel=0.25)
+    assert static.errors["load.z"] > 3 * locked.errors["load.z"]
 
 
 @pytest.mark.parametrize("name", ["w3", "rk4"])

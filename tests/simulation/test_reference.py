@@ -174,7 +174,7 @@ def test_the_example_is_read_and_ends_where_it_says() -> None:
     np.testing.assert_allclose(y, [[0, 0.1], [0.08, 0.15], [0.08, 0.15]], rtol=1e-15)
     np.testing.assert_array_equal(yd, 0)
     assert tolerances(wanted, two_axis()) == {"tool.x": 1e-5, "tool.y": 1e-5}
-    refuse_rounding(wanted, found)
+    refuse_rounding(tolerances(wanted, two_axis()), found)
 
 
 # Records
@@ -373,8 +373,8 @@ def test_signals_refused(given: dict[str, Any], said: str) -> None:
 def test_a_tolerance_below_rounding_is_refused() -> None:
     found = reference_of(two_axis(), motion(start={"motor_y": -0.1}, moves=(Move("motor_y", 0.5, 0.0, 0.2),)))
     assert found.extent == pytest.approx(0.5, rel=1e-12)
-    refuse_rounding(wanted(tolerance={"tool.x": 5.1e-15, "motor_x.tau": 1e-30}), found)
+    refuse_rounding({"tool.x": 5.1e-15, "motor_x.tau": 1e-30}, found)
     with pytest.raises(
         InputError, match=r"tolerance, tool\.x: 4\.9e-15 is below rounding, 5e-15 for positions up to 0\.5"
     ):
-        refuse_rounding(wanted(tolerance={"tool.x": 4.9e-15}), found)
+        refuse_rounding({"tool.x": 4.9e-15}, found)

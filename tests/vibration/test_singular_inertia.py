@@ -109,3 +109,24 @@ def test_joints_of_a_grid_are_named_once() -> None:
     )
     with pytest.raises(InputError, match="--over: pitch and q_pitch are not joints of their own"):
         over_grid(EquationsOfMotion(on_the_axis()), {"pitch": [0.1], "q_pitch": [0.2]})
+
+
+@pytest.mark.parametrize(
+    ("damping", "said"),
+    [
+        (2, " or write condense = true in [scene], which makes these springs in series one"),
+        (
+            1,
+            " (condense = true cannot make these springs in series one: damping over stiffness is not the same at"
+            " first and at last)",
+        ),
+    ],
+)
+def test_springs_in_series_are_to_be_condensed(damping: int, said: str) -> None:
+    """Or the message says why they cannot be."""
+    motor = slide("motor", 0, Kind.MOTOR, 1)
+    first = slide("first", 1, Kind.ELASTIC, 0, spring=spring(100, 1))
+    last = slide("last", 2, Kind.ELASTIC, 3, spring=spring(200, damping))
+    with pytest.raises(InputError) as refusal:
+        modes(linearized(machine_of("series", motor, first, last)))
+    assert str(refusal.value).endswith(f"in a motion of first and last; give first an inertia{said}")
