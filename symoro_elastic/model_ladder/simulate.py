@@ -19,7 +19,7 @@ from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved
+from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved, refuse_unresolved
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative
 from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
@@ -30,6 +30,7 @@ from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
+    refuse_lost_loops,
     refuse_still,
     refuse_turned,
     ways_of,
@@ -245,6 +246,8 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     refuse_still(simulating.reference)
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
+    if request.step is None:
+        refuse_unresolved(simulating.reference)
     announce("predict")
     return request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
 
@@ -321,6 +324,8 @@ class Runs:
     def errors(self, steps: int) -> dict[str, float]:
         """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
         (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
+        if not np.isfinite(fine.q).all():
+            refuse_lost_loops(self.simulating.reference, fine)
         errors = errors_by_halving(self.method, (coarse, rough), (fine, smooth))
         return dict(zip(self.simulating.names, errors.tolist(), strict=True))
 
@@ -339,6 +344,7 @@ class Runs:
     ) -> Simulation:
         """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
         simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
+        refuse_lost_loops(simulating.reference, trajectory)
         _refuse_infinite(simulating, trajectory)
         refuse_turned(simulating.reference, trajectory)
         return Simulation(

@@ -8,13 +8,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from symoro_elastic.model_ladder.resolution import refuse_unresolved
 from symoro_elastic.model_ladder.simulate import Request, Simulating
 from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.simulation.adaptive import Adapted, CompiledMotion, integrated, method_for
 from symoro_elastic.simulation.adaptive_on_base import compiled_motion
-from symoro_elastic.simulation.compiled_steps import refuse_turned
+from symoro_elastic.simulation.compiled_steps import refuse_lost_loops, refuse_turned
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.events import level_of
 from symoro_elastic.simulation.reference import Reference
@@ -38,6 +39,7 @@ def simulate_adaptively(
     """
     simulating = Simulating(reference, request)
     refuse_machines_without_steps(reference.machine, ())
+    refuse_unresolved(reference)
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")
     with TemporaryDirectory() as folder:
@@ -59,6 +61,7 @@ def _compared(simulating: Simulating, system: CompiledMotion, coarse: Adapted, f
     reference, observer = simulating.reference, simulating.observer
     t = coarse.samples
     trajectory = coarse.trajectory(system, t)
+    refuse_lost_loops(reference, trajectory)
     refuse_turned(reference, trajectory)
     motion = observer.motion(trajectory)
     outputs = observer.outputs(motion)
