@@ -13,10 +13,11 @@ def whole_motion(reference: Reference, reduced: Observer, motion: Motion) -> Mot
     """Return the motion of the whole machine of a reference from that of a reduced one.
 
     Springs that are left out stay where the motion starts; those that are static deflect by the reactions.
+    Springs that are static in the whole machine have no variable in its motion.
     """
     rows = {joint.name: k for k, joint in enumerate(reference.machine.moving_joints)}
     moved = [rows[joint.name] for joint in reduced.machine.moving_joints]
-    static = [rows[joint.name] for joint in reduced.machine.static.values()]
+    static = [rows[joint.name] for joint in reduced.machine.static.values() if joint.name in rows]
 
     def spread(x: Array, start: Array) -> Array:
         found = np.tile(start, (len(x), 1))

@@ -29,6 +29,7 @@ from symoro_elastic.model_ladder.greedy import SpringFigures, backward_greedy, s
 from symoro_elastic.model_ladder.path import LinearPath
 from symoro_elastic.model_ladder.recovery import whole_motion
 from symoro_elastic.model_ladder.resolution import resolved_path
+from symoro_elastic.model_ladder.rung import Measured, Rung, Steps
 from symoro_elastic.model_ladder.series import with_springs_joined
 from symoro_elastic.model_ladder.simulate import Request, Simulating, enough_steps, errors_by_halving, refuse_period
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
@@ -42,60 +43,9 @@ from symoro_elastic.simulation.tolerances import refuse_rounding
 
 MODEL_SHARE = 0.7
 """Of the tolerance that the springs left out may take; steps take a quarter, arithmetic the rest."""
-DOUBT = 2.0
-"""Ratio of measured and predicted error from which a prediction is not trusted."""
-NEGLIGIBLE = 0.01
-"""Of the tolerance: errors that need not be predicted well."""
 FINE = 0.01
 """Of the tolerance that steps take where a model is measured."""
 EACH_SPRING = "each spring by itself, which does not tell what it costs with others"
-
-
-@dataclass(frozen=True)
-class Steps:
-    """Method and number of steps that suffice, their predicted errors by output, weighted operations of a step."""
-
-    method: str
-    steps: int
-    predicted: Mapping[str, float]
-    operations: int
-
-    @property
-    def cost(self) -> int:
-        """Weighted operations over the motion."""
-        return self.steps * self.operations
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Errors of a rung's model and of its steps by output, and the time of a step, s."""
-
-    model: Mapping[str, float]
-    steps: Mapping[str, float]
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Rung:
-    """A model: springs that are static or, if `locked`, held; predicted errors by output; steps where they suffice."""
-
-    left_out: tuple[str, ...]
-    locked: bool
-    predicted: Mapping[str, float]
-    chosen: Steps | None = None
-    measured: Measured | None = None
-
-    def is_trusted(self, tolerance: Mapping[str, float]) -> bool:
-        """Whether measured errors agree with the predicted ones, where they matter, and are within the tolerances."""
-        if self.measured is None or self.chosen is None:
-            return True
-        of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
-        return all(
-            _agree(predicted[name], measured[name], NEGLIGIBLE * limit)
-            and self.measured.model[name] + self.measured.steps[name] <= limit
-            for predicted, measured in (of_model, of_steps)
-            for name, limit in tolerance.items()
-        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -395,10 +345,3 @@ def _by_cost(rungs: Sequence[Rung]) -> list[int]:
     """Return the numbers of the rungs that fit, the cheapest first."""
     costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
     return sorted(costs, key=lambda k: costs[k])
-
-
-def _agree(predicted: float, measured: float, negligible: float) -> bool:
-    """Whether two errors are within a factor, or both do not matter."""
-    if max(predicted, measured) <= negligible:
-        return True
-    return predicted / DOUBT <= measured <= predicted * DOUBT

@@ -10,7 +10,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
 from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.model_ladder.rungs import MODEL_SHARE, Ladder, Rung
+from symoro_elastic.model_ladder.rung import Rung
+from symoro_elastic.model_ladder.rungs import MODEL_SHARE, Ladder
 from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.simulation.periods import period_line, quantity
 from symoro_elastic.simulation.tolerances import unit_of

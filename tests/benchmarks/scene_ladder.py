@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.machine.prescribed_motion import Bandwidth
-from symoro_elastic.model_ladder.rungs import Ladder, Rung, _Climb
+from symoro_elastic.model_ladder.rung import Rung
+from symoro_elastic.model_ladder.rungs import Ladder, _Climb
 from symoro_elastic.progress import no_progress
 from symoro_elastic.simulation.reference import Reference
 from tests.benchmarks.tables import print_table, progress

@@ -21,7 +21,8 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.model_ladder import rungs as rungs_module
 from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.rungs import Ladder, Measured, ladder, predicted_ladder
+from symoro_elastic.model_ladder.rung import Measured, Rung
+from symoro_elastic.model_ladder.rungs import Ladder, ladder, predicted_ladder
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.model_ladder.tables import (
     advice,
@@ -54,7 +55,7 @@ def motion() -> PrescribedMotion:
 
 
 @cache
-def climbed() -> tuple[rungs_module._Climb, tuple[rungs_module.Rung, ...]]:
+def climbed() -> tuple[rungs_module._Climb, tuple[Rung, ...]]:
     """The steps of `ladder`: its compiled rungs serve more than one test."""
     return rungs_module._predicted(machine(), [motion()], TOLERANCE, None, announce_nothing, no_progress)
 
@@ -93,7 +94,7 @@ def test_a_rung_whose_prediction_fails_is_not_chosen(monkeypatch: MonkeyPatch) -
     """Measured errors three times those predicted: the ladder falls back until nothing is left out."""
     measure = rungs_module._Climb._measured
 
-    def wrong(climb: rungs_module._Climb, rung: rungs_module.Rung) -> Measured:
+    def wrong(climb: rungs_module._Climb, rung: Rung) -> Measured:
         right = measure(climb, rung)
         return Measured({name: 3 * x for name, x in right.model.items()}, right.steps, right.seconds)
 
@@ -283,3 +284,11 @@ def test_tolerances_below_rounding_are_refused_before_any_work(tmp_path: Path) -
 def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
     line = refused("ladder", TWO_AXIS, "--scene", SCENE, "--from", box)
     assert "--from: motor_y=" in line and line.endswith("is no range: give LOW:HIGH, LOW first")
+
+
+def test_springs_that_a_scene_has_static_stay_static() -> None:
+    """The whole machine is that of the scene then; rungs leave out more springs, and are measured as predicted."""
+    static = restricted(in_series(), Scene(static={"arm": None}, condense=True))
+    found = ladder(static, [PUSHED], {"tip.z": 5e-4})
+    assert [rung.left_out for rung in found.rungs if not rung.locked] == [(), ("last",)] and not found.distrusted
+    assert found.chosen is not None and found.rungs[found.chosen].measured is not None
