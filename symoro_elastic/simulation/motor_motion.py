@@ -23,6 +23,8 @@ RATES = (RISE, RISE.deriv(), RISE.deriv(2), RISE.deriv(3))
 Curve = Callable[[Array], Array]
 REACHED = 1e-9
 """Of a duration: how far a record may end before it."""
+EVEN, MISSING = 0.9, 1.5
+"""Share of the steps of a record on an even clock that are the usual one, and a step in which a sample is missing."""
 
 
 def risen(t: Array, begins: float, lasts: float) -> Array:
@@ -73,8 +75,11 @@ def _refuse_parts(samples: ReferenceTrajectory, duration: float) -> None:
         what = f"it has {t[0]:g} to {t[-1]:g} s, the motion 0 to {duration:g} s: record all of it, or change duration"
         raise InputError(source, "t", what)
     steps = np.diff(t)
-    if steps.max() > LONGEST_GAP * np.median(steps):
-        k = int(np.argmax(steps))
+    usual = float(np.median(steps))
+    is_even = np.mean(np.abs(steps - usual) < (MISSING - 1) * usual) >= EVEN
+    gaps = steps > (MISSING if is_even else LONGEST_GAP) * usual
+    if gaps.any():
+        k = int(np.argmax(gaps))
         what = f"gap of {steps[k]:g} s after {t[k]:g} s, {place_of_sample(source, k)}: give samples there"
         raise InputError(source, "t", what)
 

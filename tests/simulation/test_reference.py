@@ -242,7 +242,8 @@ def without(columns: dict[str, Array], name: str) -> dict[str, Array]:
 T = np.linspace(0, 1, 41)
 RECORDS = {
     "w.csv: t: it has 0 to 0.5 s, the motion 0 to 1 s: record all of it, or change duration": columns(T / 2, 2),
-    "w.csv: t: gap of 0.3": columns(np.delete(T, slice(10, 22)), 2),
+    "w.csv: t: gap of 0.325 s after 0.225 s, sample 10, line 11: give samples": columns(np.delete(T, slice(10, 22)), 2),
+    "w.csv: t: gap of 0.05 s after 0.225 s, sample 10, line 11: give samples there": columns(np.delete(T, 10), 2),
     "w.csv: t: 5 samples are too few for a motion: give 6 or more": columns(np.linspace(0, 1, 5), 2),
     "w.csv: y_motor: missing": without(columns(T, 2), "y_motor"),
     "w.csv: y_motor: derivative 0 changes by": columns(T, 1) | {"yd_motor": 1e3 * T},
