@@ -30,6 +30,7 @@ from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
+    refuse_lost_loops,
     refuse_still,
     refuse_turned,
     ways_of,
@@ -321,6 +322,8 @@ class Runs:
     def errors(self, steps: int) -> dict[str, float]:
         """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
         (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
+        if not np.isfinite(fine.q).all():
+            refuse_lost_loops(self.simulating.reference, fine)
         errors = errors_by_halving(self.method, (coarse, rough), (fine, smooth))
         return dict(zip(self.simulating.names, errors.tolist(), strict=True))
 
@@ -339,6 +342,7 @@ class Runs:
     ) -> Simulation:
         """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
         simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
+        refuse_lost_loops(simulating.reference, trajectory)
         _refuse_infinite(simulating, trajectory)
         refuse_turned(simulating.reference, trajectory)
         return Simulation(

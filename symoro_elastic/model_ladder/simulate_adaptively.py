@@ -14,7 +14,7 @@ from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.simulation.adaptive import Adapted, CompiledMotion, integrated, method_for
 from symoro_elastic.simulation.adaptive_on_base import compiled_motion
-from symoro_elastic.simulation.compiled_steps import refuse_turned
+from symoro_elastic.simulation.compiled_steps import refuse_lost_loops, refuse_turned
 from symoro_elastic.simulation.energy_balance import energy_balance
 from symoro_elastic.simulation.events import level_of
 from symoro_elastic.simulation.reference import Reference
@@ -59,6 +59,7 @@ def _compared(simulating: Simulating, system: CompiledMotion, coarse: Adapted, f
     reference, observer = simulating.reference, simulating.observer
     t = coarse.samples
     trajectory = coarse.trajectory(system, t)
+    refuse_lost_loops(reference, trajectory)
     refuse_turned(reference, trajectory)
     motion = observer.motion(trajectory)
     outputs = observer.outputs(motion)

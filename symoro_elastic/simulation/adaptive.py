@@ -27,6 +27,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
 from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.loop_passages import refuse_lost
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.packages import for_vibrations
 from symoro_elastic.progress import Progress, no_progress
@@ -45,6 +46,8 @@ ABSOLUTE = 1e-3
 LONGEST = 100
 """Steps over a motion, at least."""
 MOST_STEPS = 400_000
+CHECKED = 500
+"""Steps after which it is looked whether loops are still on their branch: steps get short where they are not."""
 SAMPLES, SAMPLES_OF_STEP, MOST_SAMPLES = 1000, 4, 100_000
 
 
@@ -215,16 +218,19 @@ def integrated(
     reference, watch = system.reference, Watch(levels)
     began, duration = time.perf_counter(), reference.duration
     solver = _solver(system, method, precision)
-    times, pieces, found = [0.0], [], list[Crossing]()
+    times, pieces, found = [0.0], list[Any](), list[Crossing]()
     while solver.status == "running":
         failure = solver.step()
         if failure or not np.isfinite(solver.y).all() or len(times) > MOST_STEPS:
+            _refuse_lost_loops(system, times, pieces)
             what = f"the motion gets too fast to follow at {solver.t:.4g} s: shorten it, or change springs and dampers"
             raise reference.prescribed.error("duration", what)
         times.append(solver.t)
         pieces.append(dense := solver.dense_output())
         if levels:
             found += watch.crossings(partial(_states, system, dense), times[-2], times[-1])
+        if len(pieces) % CHECKED == 0:
+            _refuse_lost_loops(system, times, pieces)
         progress(int(1000 * solver.t / duration), 1000)
         if stop and found:
             break
@@ -232,6 +238,17 @@ def integrated(
     solution = for_vibrations("scipy.integrate").OdeSolution(times, pieces)
     passed = (time.perf_counter() - began) / len(pieces)
     return Adapted(method, solution, ends, len(pieces), passed, tuple(found[:1] if stop else found))
+
+
+def _refuse_lost_loops(system: CompiledMotion, times: Sequence[float], pieces: Sequence[Any]) -> None:
+    """Raise `InputError` by loop and time where the last steps leave the branch on which loops start, or end there."""
+    machine, last = system.reference.machine, pieces[-CHECKED:]
+    if not last or not machine.loops or Bound(machine).takes_dependent:
+        return
+    t = np.array(times[-len(last) :])
+    q, qd = system.placed(t, np.array([piece(end) for piece, end in zip(last, t, strict=True)]))
+    gone, ahead = np.full((1, q.shape[1]), np.nan), t[-1] + system.reference.duration / LONGEST
+    refuse_lost(machine, "simulate", np.append(t, ahead), np.vstack([q, gone]), np.vstack([qd, gone]))
 
 
 def _states(system: CompiledMotion, dense: Any, t: Array) -> tuple[Array, Array]:

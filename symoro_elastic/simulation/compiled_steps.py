@@ -22,6 +22,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.loop_passages import refuse_lost
 from symoro_elastic.numerics.values import given_values
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.simulation.moving_base import BaseStates, rows
@@ -174,6 +175,11 @@ def refuse_turned(reference: Reference, run: Trajectory) -> None:
         if jumps.any() and joint.sigma == 0 and machine.motors[m] in machine.dependent:
             when = f"simulate: at {run.t[int(np.argmax(jumps))]:.4g} s it gets half a turn away from its start"
             raise machine.error(f"joint {joint.name}", f"{when}: make it independent (dependent = [...])")
+
+
+def refuse_lost_loops(reference: Reference, run: Trajectory) -> None:
+    """Raise `InputError` by loop and time where a motion leaves the branch on which its loops start."""
+    refuse_lost(reference.machine, "simulate", run.t, run.q, run.qd, run.q_dep)
 
 
 def prescribed(reference: Reference, steps: int) -> Trajectory:

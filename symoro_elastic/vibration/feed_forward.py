@@ -20,6 +20,7 @@ from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.motor_coordinates import dependent_motors
 from symoro_elastic.numerics.arrays import values_along
+from symoro_elastic.numerics.loop_passages import refuse_lost
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.scalar import Scalar
@@ -198,7 +199,10 @@ def _assembled(
     columns = [valued.moving.index(j) for j in solved.q]
     q[:, columns], qd[:, columns] = (values_along(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
     tau = values_along([solved.tau[j] for j in valued.motors], symbols, N).T
-    _refuse_without_value(reference, [joint.name for joint in motion.joints], np.hstack([q, qd]))
+    joints = [joint.name for joint in motion.joints]
+    _refuse_without_value(reference, joints, q)
+    refuse_lost(valued, "feed-forward", reference.t, q)
+    _refuse_without_value(reference, [*joints, *(valued.joint(j).name for j in valued.motors)], np.hstack([qd, tau]))
     parameters = {p.name: symbols[p.name] for p in bound.machine.parameters}
     motors = {j: q[:, valued.moving.index(j)] for j in valued.motors}
     lead = _lead(bound, parameters, motors, {j: reference.y[valued.joint(j).name][0] for j in valued.motors})
@@ -208,11 +212,11 @@ def _assembled(
 
 
 def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str], motion: Array) -> None:
-    """Raise `InputError` for the first sample at which a joint has no position or velocity, q and qd (N, 2 n)."""
+    """Raise `InputError` for the first sample at which one of the columns (N, joints) is NaN or infinite."""
     missing = np.argwhere(~np.isfinite(motion))
     if len(missing):
         sample, column = missing[0]
-        place = f"t = {reference.t[sample]:.4g} s, {joints[column % len(joints)]}"
+        place = f"t = {reference.t[sample]:.4g} s, {joints[column]}"
         what = "no position was found that fulfils the loops and balances the springs: give a slower or shorter motion"
         raise InputError(reference.source, place, what)
 

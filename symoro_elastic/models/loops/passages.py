@@ -1,0 +1,96 @@
+"""Where a motion leaves the branch that its loops start on: they close no more, or branches meet.
+
+Closed forms hold their branch by the sign of a root. Where the root is zero a motion passes smoothly to the other
+branch, and the closed form turns back with a kink: continuation from sample to sample tells the one from the other.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.models.loops.continuation import continued
+from symoro_elastic.models.loops.open_loops import FLAT
+from symoro_elastic.models.loops.plan import Form, LoopPlan, Plan
+
+SAME = 1e-6
+"""Distance of positions on one branch, rad or m: less than what a closed form loses next to a singular position."""
+
+
+class Passages:
+    """The equations of the loops of a plan that are singular somewhere; constant maps are not."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.machine = plan.assembly.machine
+        self.loops = tuple(one for one in plan.loops if one.form is not Form.MAP and one.dependent)
+        self._assembly = plan.assembly.of_loops([one.loop for one in self.loops])
+        kept = {(one.loop.name, row) for one in self.loops for row in one.kept}
+        self._rows = [k for k, x in enumerate(self._assembly.equations) if (x.loop, x.row) in kept]
+        self.unknown = self._assembly.columns({j for one in self.loops for j in one.dependent})
+        self.free = [k for k in range(len(self.machine.owners)) if k not in self.unknown]
+
+    @cached_property
+    def blocks(self) -> list[tuple[list[int], list[int]]]:
+        """Rows and columns of W_d: all of them, and those of each loop that alone determines its joints."""
+        own = [self.block(one) for one in self.loops if len(one.kept) == len(one.dependent)]
+        return [([*range(len(self._rows))], self.unknown), *(own if len(self.loops) > 1 else [])]
+
+    def block(self, one: LoopPlan) -> tuple[list[int], list[int]]:
+        """Rows and columns of the part of W_d of a loop."""
+        names = [self._assembly.equations[k].loop for k in self._rows]
+        return [i for i, name in enumerate(names) if name == one.loop.name], self._assembly.columns(one.dependent)
+
+    def at(self, positions: Array) -> tuple[Array, Array]:
+        """Closing errors (samples, rows) and W (samples, rows, variables) at positions (samples, variables)."""
+        errors, W = self._assembly.at(positions)
+        return errors[:, self._rows], W[:, self._rows]
+
+    def lost(self, positions: Array) -> int | None:
+        """The first of positions (samples, variables) that is not on the branch of those before; None on one branch."""
+        finite: BoolArray = np.all(np.isfinite(positions), axis=1)
+        count = len(positions) if finite.all() else int(np.argmin(finite))
+        known = positions[:count]
+        singular = np.flatnonzero((self.distances(known) < FLAT).any(axis=1)) if count else np.zeros(0, dtype=int)
+        left = np.flatnonzero(~self._follow(known)) + 1
+        first = min((*singular[:1].tolist(), *left[:1].tolist(), count))
+        return None if first == len(positions) else int(first)
+
+    def ends_at(self, position: Array, q: Array) -> bool:
+        """Whether the branch of a position (variables,) does not lead to other independent variables q (n,)."""
+        beyond = position[None].copy()
+        beyond[0, self._assembly.columns(self.machine.moving)] = q
+        return bool(np.isnan(continued(self, position[None], beyond[:, self.free])).any())
+
+    def distances(self, positions: Array) -> Array:
+        """Smallest singular value of each block of W_d (samples, blocks), columns of length 1."""
+        W = self.at(positions)[1]
+        return np.stack([_smallest(W[:, rows][:, :, columns]) for rows, columns in self.blocks], axis=1)
+
+    def nearest(self, position: Array) -> list[str]:
+        """Names of the loops that are nearest to singular at a position (variables,)."""
+        W = self.at(position[None])[1]
+        sizes = {}
+        for one in self.loops:
+            rows, columns = self.block(one)
+            sizes[one.loop.name] = float(_smallest(W[:, rows][:, :, columns])[0]) if rows else np.inf
+        least = min(sizes.values())
+        return [name for name, size in sizes.items() if size <= least]
+
+    def _follow(self, positions: Array) -> BoolArray:
+        """Whether each of positions after the first continues the one before it."""
+        if len(positions) < 2:
+            return np.ones(0, dtype=bool)
+        apart = positions[1:] - continued(self, positions[:-1].copy(), positions[1:, self.free])
+        turning = [k for k, j in enumerate(self.machine.owners) if self.machine.joint(j).sigma == 0]
+        apart[:, turning] -= 2 * np.pi * np.round(apart[:, turning] / (2 * np.pi))
+        found: BoolArray = np.all(np.abs(apart) < SAME, axis=1)
+        return found
+
+
+def _smallest(W: Array) -> Array:
+    """Smallest singular value of each matrix (samples,), columns of length 1."""
+    lengths = np.linalg.norm(W, axis=1, keepdims=True)
+    sizes: Array = np.asarray(np.linalg.svd(W / np.where(lengths > 0, lengths, 1.0), compute_uv=False), dtype=float)
+    return sizes[:, -1]
