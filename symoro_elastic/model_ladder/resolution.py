@@ -19,6 +19,8 @@ OF_TOLERANCE, OF_DEVIATION = 0.1, 5e-3
 WINDOWS = 20
 """Parts of a motion whose largest deviations are compared: how late a long vibration is does not count."""
 MOST_SAMPLES = 16 * SAMPLES
+MOST_IN_DETAIL = 5_000_000
+"""Steps that tell all parts of a motion: they are halved, and refined, to measure errors."""
 
 
 def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath:
@@ -51,6 +53,17 @@ def in_detail(reference: Reference) -> int:
     """Return the samples that tell all parts of a motion, an even number."""
     shortest = min(_times(reference), default=reference.duration)
     return 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest))
+
+
+def refuse_unresolved(reference: Reference) -> None:
+    """Raise `InputError` for motions whose shortest part takes more steps to tell than are carried out."""
+    steps = in_detail(reference)
+    if steps > MOST_IN_DETAIL:
+        what = f"its shortest move, rise of a force or period of a wobble takes {min(_times(reference)):.3g} s: "
+        what += (
+            f"that is {steps:.3g} steps, {MOST_IN_DETAIL:.0e} are the most; shorten the motion, or leave that part out"
+        )
+        raise reference.prescribed.error("duration", what)
 
 
 def _times(reference: Reference) -> Iterator[float]:

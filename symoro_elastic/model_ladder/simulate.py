@@ -19,7 +19,7 @@ from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved
+from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved, refuse_unresolved
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative
 from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
@@ -246,6 +246,8 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     refuse_still(simulating.reference)
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
+    if request.step is None:
+        refuse_unresolved(simulating.reference)
     announce("predict")
     return request.method or (simulating.cheapest() if simulating.is_predicted and not request.step else W3.name)
 

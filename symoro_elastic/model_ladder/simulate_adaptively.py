@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from symoro_elastic.model_ladder.resolution import refuse_unresolved
 from symoro_elastic.model_ladder.simulate import Request, Simulating
 from symoro_elastic.model_ladder.spring_errors import relative
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
@@ -38,6 +39,7 @@ def simulate_adaptively(
     """
     simulating = Simulating(reference, request)
     refuse_machines_without_steps(reference.machine, ())
+    refuse_unresolved(reference)
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")
     with TemporaryDirectory() as folder:

@@ -10,10 +10,14 @@ import pytest
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.machine.prescribed_motion import PrescribedMotion, Wobble
 from symoro_elastic.model_ladder.path import linear_path
 from symoro_elastic.model_ladder.refusals import refuse_coupled
 from symoro_elastic.model_ladder.resolution import is_resolved, resolved_path
+from symoro_elastic.model_ladder.simulate import Request, simulate
+from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
 from symoro_elastic.model_ladder.spring_errors import Deviations
+from symoro_elastic.simulation.reference import reference_of
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell
 from tests.model_ladder.motions import moved
@@ -87,3 +91,14 @@ def test_motions_too_long_for_what_happens_in_them(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("symoro_elastic.model_ladder.resolution.MOST_SAMPLES", 1600)
     with pytest.raises(InputError, match=said):
         resolved_path(moved(drive(m2=5.0, k=8e7), 0.8, {"motor": (1e-3, 1.6e-2)}), {"load.z": 1e-9})
+
+
+def test_a_wobble_of_too_many_periods_is_refused_before_any_step() -> None:
+    """2.5 million periods, 20 steps each."""
+    wobble = Wobble("motor", 1e-9, 1e7)
+    reference = reference_of(drive(), PrescribedMotion(0.25, wobbles=(wobble,)))
+    said = "motion, duration: its shortest .* takes 1e-07 s: that is 5e.07 steps, 5e.06 are the most; shorten"
+    with pytest.raises(InputError, match=said):
+        simulate(reference, Request())
+    with pytest.raises(InputError, match=said):
+        simulate_adaptively(reference, Request(), {})
