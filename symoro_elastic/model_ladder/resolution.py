@@ -19,6 +19,8 @@ OF_TOLERANCE, OF_DEVIATION = 0.1, 5e-3
 WINDOWS = 20
 """Parts of a motion whose largest deviations are compared: how late a long vibration is does not count."""
 MOST_SAMPLES = 16 * SAMPLES
+SLOW = 1e-6
+"""Seconds that a step takes about, to say how long many of them would."""
 MOST_IN_DETAIL = 5_000_000
 """Steps that tell all parts of a motion: they are halved, and refined, to measure errors."""
 
@@ -60,9 +62,8 @@ def refuse_unresolved(reference: Reference) -> None:
     steps = in_detail(reference)
     if steps > MOST_IN_DETAIL:
         what = f"its shortest move, rise of a force or period of a wobble takes {min(_times(reference)):.3g} s: "
-        what += (
-            f"that is {steps:.3g} steps, {MOST_IN_DETAIL:.0e} are the most; shorten the motion, or leave that part out"
-        )
+        what = f"{what}{steps:.3g} steps, some {steps * SLOW / 3600:.2g} h, {MOST_IN_DETAIL:.0e} are the most; "
+        what += "shorten the motion, or leave that part out"
         raise reference.prescribed.error("duration", what)
 
 

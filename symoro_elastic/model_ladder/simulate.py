@@ -19,7 +19,7 @@ from symoro_elastic.integration.w_methods import W3
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.model_ladder.resolution import in_detail, path_if_resolved, refuse_unresolved
+from symoro_elastic.model_ladder.resolution import SLOW, in_detail, path_if_resolved, refuse_unresolved
 from symoro_elastic.model_ladder.spring_errors import Deviations, relative
 from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
@@ -52,8 +52,6 @@ MARGIN, MOST_AT_ONCE = 1.1, 16.0
 """Steps more than the order of a method asks for, and times as many at most."""
 MOST_STEPS, MOST_PREDICTED = 100_000_000, 20_000
 CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3, TimeStep.RODAS4)
-SLOW = 1e-6
-"""Seconds that a step takes about, to say how long many of them would."""
 
 
 @dataclass(frozen=True)
