@@ -33,9 +33,9 @@ def view(machine: str, out: str, scene: str | None, positions: dict[str, float],
     from symoro_elastic.api import drawings as api
     from symoro_elastic.output_files import write_text
 
+    whole = read(machine)
     if Path(out).suffix not in (".html", ".htm"):
         raise InputError("symoro-elastic", "--out", f"{out!r} is no page: end the name with .html")
-    whole = read(machine)
     asked = scene_of(whole, scene)
     with staged("predict") as (announce, progress):
         page = api.view(whole, scene or asked, at=positions, values=values, announce=announce, progress=progress)
