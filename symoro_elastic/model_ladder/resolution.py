@@ -10,6 +10,7 @@ import numpy as np
 from symoro_elastic.array_types import Array
 from symoro_elastic.model_ladder.path import SAMPLES, LinearPath, linear_path
 from symoro_elastic.model_ladder.spring_errors import Deviations
+from symoro_elastic.model_ladder.whole_steps import rounded_down
 from symoro_elastic.simulation.reference import Reference
 
 IN_DETAIL = 20
@@ -63,7 +64,8 @@ def refuse_unresolved(reference: Reference) -> None:
     if steps > MOST_IN_DETAIL:
         what = f"its shortest move, rise of a force or period of a wobble takes {min(_times(reference)):.3g} s: "
         what = f"{what}{steps:.3g} steps, some {steps * SLOW / 3600:.2g} h, {MOST_IN_DETAIL:.0e} are the most; "
-        what += "shorten the motion, or leave that part out"
+        most = rounded_down(reference.duration * MOST_IN_DETAIL / steps)
+        what += f"give at most {most} s, or leave that part out"
         raise reference.prescribed.error("duration", what)
 
 

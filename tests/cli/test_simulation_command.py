@@ -208,7 +208,7 @@ def test_adapted_steps_take_forces() -> None:
         (
             MOTION.replace("0.25", "1e9") + WANTED + "period = 1e-3",
             (),
-            "motion, duration: 1e+12 steps, some 278 h of work: 1e+08 are the most, so give at most 1e+05 s with",
+            "1.33e+11 steps, some 37 h, 5e+06 are the most; give at most 3.73e+04 s, or leave that part out",
         ),
         (MOTION, ("--event", "motor.q=0.1"), "--event: even steps find no events: add --adaptive"),
         (MOTION, ("--adaptive", "--stop"), "--stop: there is no event to stop at"),
