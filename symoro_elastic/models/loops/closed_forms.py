@@ -147,6 +147,6 @@ def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar,
         else:
             turns = bound.machine.joint(joint).sigma == 0
             errors = [math.remainder(found[0] - wanted, 2 * math.pi) if turns else found[0] - wanted]
-        if not max(map(abs, errors)) < AGREEING:
+        if not all(abs(error) < AGREEING for error in errors):
             return False
     return True
