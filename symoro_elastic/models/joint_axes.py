@@ -92,13 +92,13 @@ def _closed(machine: Machine, values: Mapping[str, float], free: Mapping[str, fl
     forms = Bound(machine).variables
     try:
         value = evaluate([forms[j] for j in dependent], {**dict.fromkeys(names, math.nan), **values, **known}, FLOATS)
-        found = {joint.name: float(value(forms[j])) for j, joint in dependent.items()}
+        closed = {joint.name: float(value(forms[j])) for j, joint in dependent.items()}
     except (ArithmeticError, ValueError):
         raise _open(machine) from None
     is_known = values.keys() >= {*names} and not any(map(math.isnan, known.values()))
-    if is_known and any(map(math.isnan, found.values())):
+    if is_known and any(map(math.isnan, closed.values())):
         raise _open(machine)
-    return found
+    return closed
 
 
 def _continued(machine: Machine, plan: Plan, target: Mapping[int, float]) -> Position:
