@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 
 class InputError(Exception):
     """An error in a user's input, as one line `file: place: problem, and remedy`."""
@@ -9,3 +12,13 @@ class InputError(Exception):
     def __init__(self, file: str, place: str, what: str) -> None:
         super().__init__(f"{file}: {place}: {what}")
         self.file, self.place, self.what = file, place, what
+
+
+def among(names: Sequence[str], known: Sequence[str] | Mapping[str, Any], option: str) -> tuple[str, ...]:
+    """Return the names without repetition; raise `InputError` for one that is not known, and for a text as a list."""
+    if isinstance(names, str):
+        raise InputError("symoro-elastic", option, f"give a list of names: [{names!r}]")
+    for name in names:
+        if name not in known:
+            raise InputError("symoro-elastic", option, f"there is no {name!r}: choose from {', '.join(known)}")
+    return tuple(dict.fromkeys(names))

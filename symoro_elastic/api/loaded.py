@@ -11,13 +11,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from symoro_elastic.api.machines import MachineLike, chosen, the_machine
+from symoro_elastic.api.machines import MachineLike, the_machine
 from symoro_elastic.api.scenes import Asked, SceneLike
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.pipeline import programs
 from symoro_elastic.results import Part, Shown
@@ -114,7 +114,7 @@ def load(
     InputError
         For a name that is none, for a machine whose model would divide by zero, without a C compiler.
     """
-    chosen((backend,), BACKENDS, "--backend")
+    among((backend,), BACKENDS, "--backend")
     if backend == "c" and steps:
         raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
     found = the_machine(machine)

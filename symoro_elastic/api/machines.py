@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from symoro_elastic import pipeline
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.formats import write_machine
 from symoro_elastic.machine.formats.format import Conversion
 from symoro_elastic.machine.formats.starting import STARTS, starting_text
@@ -73,7 +73,7 @@ def read(
     InputError
         For a file that is no machine: names the file, the joint, the key and the way out.
     """
-    chosen(free, SECTIONS, "--free")
+    among(free, SECTIONS, "--free")
     if isinstance(machine, Mapping):
         return pipeline.prepared(machine_of(table_of(machine, "machine")), warn, base=base, free=free)
     if hasattr(machine, "links"):
@@ -118,19 +118,9 @@ def new(path: str | Path, kind: str = "arm", *, force: bool = False) -> Machine:
     `kind` is "arm", "cartesian", "elastic" (a drive with a spring), "floating" (a flying base) or "linkage" (a gear
     and a closed loop). The machine has the name of the file.
     """
-    chosen((kind,), [*STARTS], "--kind")
+    among((kind,), [*STARTS], "--kind")
     file = Path(path).with_suffix(".toml")
     pipeline.refuse_name(file.stem, "NAME")
     with permission(force=force):
         write_text(starting_text(file.stem, kind), file)
     return read(file)
-
-
-def chosen(names: Sequence[str], known: Sequence[str] | Mapping[str, Any], option: str) -> tuple[str, ...]:
-    """Return the names without repetition; raise `InputError` for one that is not known, and for a text as a list."""
-    if isinstance(names, str):
-        raise InputError("symoro-elastic", option, f"give a list of names: [{names!r}]")
-    for name in names:
-        if name not in known:
-            raise InputError("symoro-elastic", option, f"there is no {name!r}: choose from {', '.join(known)}")
-    return tuple(dict.fromkeys(names))

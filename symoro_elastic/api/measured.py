@@ -8,8 +8,8 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, chosen, the_machine
-from symoro_elastic.errors import InputError
+from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.output_files import permission
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.results import Part, Result, Titled
@@ -279,4 +279,4 @@ def _record(record: Record, machine: Machine, prepare: Preparation) -> Measureme
 
 
 def _refuse_unknown(values: Values, machine: Machine) -> None:
-    chosen(tuple(values), tuple(parameter.name for parameter in machine.parameters), "--value")
+    among(tuple(values), tuple(parameter.name for parameter in machine.parameters), "--value")

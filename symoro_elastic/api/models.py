@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symoro_elastic import pipeline
-from symoro_elastic.api.machines import MachineLike, chosen, the_machine
+from symoro_elastic.api.machines import MachineLike, the_machine
 from symoro_elastic.api.scenes import Asked, SceneLike
 from symoro_elastic.codegen.compile import CompilationFailed
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.numerics.values import NoValues
 from symoro_elastic.output_files import permission, write_text
@@ -70,7 +70,7 @@ def generate(
     """
     found = the_machine(machine)
     asked = Asked(models, fold, outputs, steps).of(found, scene)
-    names, written_in = chosen(targets, TARGETS, "--target"), chosen(precisions, PRECISIONS, "--precision")
+    names, written_in = among(targets, TARGETS, "--target"), among(precisions, PRECISIONS, "--precision")
     with permission(force=force):
         return written(found, out, names, asked, written_in, announce)
 
@@ -202,7 +202,7 @@ def trade(
     from symoro_elastic.trade_off.trade import trade as measured
 
     found = the_machine(machine)
-    chosen((effort,), ("quick", "usual", "all"), "--effort")
+    among((effort,), ("quick", "usual", "all"), "--effort")
     try:
         request = Request(effort, states, extreme, rounds, seed)
         return measured(found, Asked(models).of(found, scene), request, watched or no_step_progress)

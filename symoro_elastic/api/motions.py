@@ -8,9 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, chosen, the_machine
+from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
 from symoro_elastic.api.scenes import Asked, Prescribed, SceneLike, prescribed, top_of
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.formats.motions import motions_of, wanted_of
 from symoro_elastic.machine.restrict import restricted
@@ -41,7 +41,7 @@ class Integration:
 
     def __post_init__(self) -> None:
         if self.method is not None:
-            chosen((self.method,), METHODS, "--method")
+            among((self.method,), METHODS, "--method")
         if self.adaptive and (self.method or self.step is not None):
             raise InputError("symoro-elastic", "--adaptive", NEITHER)
         if self.events and not self.adaptive:
@@ -193,7 +193,7 @@ def _from_box(motions: Sequence[PrescribedMotion], box: Box, count: int, machine
     """Return each motion from every position of a sample of the box; the same motions where there is none."""
     from symoro_elastic.model_ladder.starts import starts
 
-    chosen(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
+    among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
     for name, (low, high) in box.items():
         if not low <= high:
             raise InputError(

@@ -25,9 +25,9 @@ from symoro_elastic.cli.options import (
     writes,
 )
 from symoro_elastic.cli.output import counted, print_json, print_result, print_table, staged, steps, write_text
-from symoro_elastic.cli.parsing import WholeRange, among
+from symoro_elastic.cli.parsing import WholeRange
 from symoro_elastic.cli.reading import Selection
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine

@@ -11,7 +11,7 @@ import click
 from symoro_elastic.cli.completion import completed_from
 from symoro_elastic.cli.options import OutputFile, writes
 from symoro_elastic.cli.output import write_text
-from symoro_elastic.cli.parsing import among
+from symoro_elastic.errors import among
 
 OUT = click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
 

@@ -19,14 +19,6 @@ def parsed_by(parse: Callable[[Any, str], Any]) -> Callback:
     return lambda _context, option, value: parse(value, option.opts[0])
 
 
-def among(names: Sequence[str], known: Sequence[str] | dict[str, Any], option: str) -> tuple[str, ...]:
-    """Return the names without repetition; raise `InputError` for one that is not known."""
-    for name in names:
-        if name not in known:
-            raise InputError("symoro-elastic", option, f"there is no {name!r}: choose from {', '.join(known)}")
-    return tuple(dict.fromkeys(names))
-
-
 def number(text: str) -> float:
     """A number, or a formula of numbers, read as in a machine file; raises `ValueError`."""
     from symoro_elastic.machine import formula

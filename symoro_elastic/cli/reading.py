@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.parsing import among, outputs
+from symoro_elastic.cli.parsing import outputs
+from symoro_elastic.errors import among
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.formats.format import Conversion
