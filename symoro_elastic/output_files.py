@@ -11,7 +11,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,13 +96,17 @@ def write_all(
 ) -> list[Path]:
     """Write files to a folder, all or none, and return their paths; the folder is made, links in it are replaced.
 
-    The files `own` may be replaced without --force. Raises `InputError`, and leaves no empty folder behind then.
+    Folders in names are made; one that is a link is refused. The files `own` may be replaced without --force. Raises
+    `InputError`, and leaves no empty folder behind then.
     """
     refuse_folder(folder, place)
     with failures(folder, place):
         for name in contents:
             _refuse_to_replace(folder / name, place, own=name in own)
-        with made(folder):
+        with ExitStack() as stack:
+            for parent in sorted({(folder / name).parent for name in contents} | {folder}):
+                _refuse_link(folder, parent, place)
+                stack.enter_context(made(parent))
             replace_files(folder, contents)
     return [folder / name for name in contents]
 
@@ -111,6 +115,7 @@ def replace_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write files beside those of the same names, then rename them, in this order. Raises `OSError`."""
     with _staging(folder) as staging:
         for name, content in contents.items():
+            (staging / name).parent.mkdir(parents=True, exist_ok=True)
             (staging / name).write_bytes(content)
             with suppress(FileNotFoundError):
                 shutil.copymode(folder / name, staging / name)
@@ -146,6 +151,15 @@ def _refuse_to_replace(target: Path, place: str, own: bool = False) -> None:
         raise InputError(str(target), place, "is a folder: move it away, or choose another place")
     if not (own or is_forced()):
         raise InputError(str(target), place, "exists already: choose another name, or replace it with --force")
+
+
+def _refuse_link(folder: Path, parent: Path, place: str) -> None:
+    """Raise `InputError` for a folder below another one that is a link, or that a file stands in the way of."""
+    steps = parent.relative_to(folder).parts
+    for each in (folder.joinpath(*steps[: k + 1]) for k in range(len(steps))):
+        if each.is_symlink():
+            raise InputError(str(each), place, "is a link: files are written to folders only, move it away")
+        refuse_folder(each, place)
 
 
 def _is_device(path: Path) -> bool:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,24 +28,25 @@ class Manifest:
         return name in self.names and self.hashes.get(name, hashed) == hashed
 
 
-def write_files(folder: Path, files: Mapping[str, str]) -> list[Path]:
+def write_files(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
     """Write generated files and a list of them; remove files of an earlier run that are no longer generated.
 
-    Raises `InputError` for a folder that cannot be written, or that holds other files, or files that were changed
-    since they were generated, unless --force is given.
+    Names may have folders (`parts/arm.m`), which are made. Raises `InputError` for a folder that cannot be written, or
+    that holds other files, or files that were changed since they were generated, unless --force is given.
     """
-    hashes = {name: _hash(files[name].encode()) for name in sorted(files)}
+    texts = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
+    hashes = {name: _hash(texts[name]) for name in sorted(texts)}
     manifest = {"generator": "symoro_elastic", "files": sorted(files), "sha256": hashes}
-    contents = {**files, MANIFEST: json.dumps(manifest, indent=2) + "\n"}
+    texts[MANIFEST] = (json.dumps(manifest, indent=2) + "\n").encode()
     refuse_folder(folder, "--out")
     with failures(folder, "--out"), made(folder), alone_in(folder):
         earlier = _earlier(folder)
         own = {MANIFEST, *(name for manifest in earlier for name in manifest.names)}
         _refuse_others(folder, [name for name in files if name not in own])
         _refuse_changed(folder, [*earlier, Manifest(frozenset(hashes), hashes)])
-        written = write_all({name: text.encode() for name, text in contents.items()}, folder, "--out", own)
-        for name in own - set(contents):
-            (folder / name).unlink(missing_ok=True)
+        written = write_all(texts, folder, "--out", own)
+        for name in own - set(texts):
+            _remove(folder, name)
     return written
 
 
@@ -59,11 +61,28 @@ def _earlier(folder: Path) -> list[Manifest]:
     return found
 
 
+def _remove(folder: Path, name: str) -> None:
+    """Remove a file, and the folders in `folder` that are empty then."""
+    path = folder / name
+    path.unlink(missing_ok=True)
+    with suppress(OSError):
+        for parent in path.parents[: len(Path(name).parts) - 1]:
+            parent.rmdir()
+
+
+def _is_within(folder: Path, name: str) -> bool:
+    """Whether a listed name is a file below a folder, not reached through links or steps upwards."""
+    parts = name.split("/")
+    if not all(part and Path(part).name == part for part in parts):
+        return False
+    return not any((folder / "/".join(parts[:k])).is_symlink() for k in range(1, len(parts)))
+
+
 def _read(path: Path) -> Manifest | None:
     """The list of files at a path, None where there is none."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        names = frozenset(name for name in found["files"] if name not in ("", "..") and Path(name).name == name)
+        names = frozenset(name for name in found["files"] if _is_within(path.parent, name))
         return Manifest(names, {str(name): str(value) for name, value in found.get("sha256", {}).items()})
     except FileNotFoundError:
         return None
@@ -75,10 +94,11 @@ def _read(path: Path) -> Manifest | None:
 
 def _refuse_changed(folder: Path, known: Sequence[Manifest]) -> None:
     """Raise `InputError` for a file whose text is none of those known."""
-    listed = {folder / name for manifest in known for name in manifest.names}
-    for path in sorted(path for path in listed if path.is_file() and not is_forced()):
+    listed = {name for manifest in known for name in manifest.names}
+    for name in sorted(name for name in listed if (folder / name).is_file() and not is_forced()):
+        path = folder / name
         text = _hash(path.read_bytes())
-        if not any(manifest.wrote(path.name, text) for manifest in known):
+        if not any(manifest.wrote(name, text) for manifest in known):
             what = "was changed since it was generated: keep a copy elsewhere, or replace it with --force"
             raise InputError(str(path), "--out", what)
 

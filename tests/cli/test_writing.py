@@ -274,6 +274,37 @@ def test_files_of_mine_among_generated_ones_go_with_force_only(tmp_path: Path) -
     assert (tmp_path / "own/notes.txt").read_text() == "mine"
 
 
+def test_files_in_folders_and_of_bytes_come_and_go(tmp_path: Path) -> None:
+    nested = {"+arm/move.m": "one\n", "+arm/deep/a.bin": b"\x00\r\n\xff", "build.m": "two\n"}
+    written = write_files(tmp_path / "out", nested)
+    assert {path.relative_to(tmp_path / "out").as_posix() for path in written} == {*nested, MANIFEST}
+    assert (tmp_path / "out/+arm/deep/a.bin").read_bytes() == nested["+arm/deep/a.bin"]
+    (tmp_path / "out/+arm/move.m").write_text("mine")
+    with pytest.raises(InputError, match=r"move\.m: --out: was changed since it was generated"):
+        write_files(tmp_path / "out", nested)
+    (tmp_path / "out/+arm/move.m").write_text("one\n")
+    write_files(tmp_path / "out", FILES)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, MANIFEST}
+
+
+def test_no_file_outside_of_the_folder_is_reached(tmp_path: Path) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "a.m").write_text("mine")
+    write_files(tmp_path / "out", {"+arm/a.m": "one\n", "b.m": "two\n"})
+    (tmp_path / "out/+arm/a.m").unlink()
+    (tmp_path / "out/+arm").rmdir()
+    (tmp_path / "out/+arm").symlink_to(mine)
+    for forced, said in ((False, "was not generated"), (True, r"\+arm: --out: is a link")):
+        with permission(force=forced), pytest.raises(InputError, match=said):
+            write_files(tmp_path / "out", {"+arm/a.m": "three\n"})
+    listed = json.loads((tmp_path / "out" / MANIFEST).read_text())
+    listed["files"] += ["../mine/a.m", "+arm/../../mine/a.m", str(mine / "a.m")]
+    (tmp_path / "out" / MANIFEST).write_text(json.dumps(listed))
+    write_files(tmp_path / "out", {"b.m": "two\n"})
+    assert (mine / "a.m").read_text() == "mine"
+
+
 @pytest.mark.parametrize("renamed", [0, 1, 2])
 def test_a_run_killed_between_two_files_is_no_change_by_hand(renamed: int, tmp_path: Path) -> None:
     write_files(tmp_path, FILES)
