@@ -73,7 +73,7 @@ def _remove(folder: Path, name: str) -> None:
 def _is_within(folder: Path, name: str) -> bool:
     """Whether a listed name is a file below a folder, not reached through links or steps upwards."""
     parts = name.split("/")
-    if not all(part and Path(part).name == part for part in parts):
+    if not all(part not in ("", "..") and Path(part).name == part for part in parts):
         return False
     return not any((folder / "/".join(parts[:k])).is_symlink() for k in range(1, len(parts)))
 
