@@ -1,12 +1,16 @@
 """Methods of integration on linear systems: one step, and what a step makes of y' = lambda y.
 
-f(i, Y) is the right side at stage i, `solve` gives (I - gamma h T)^-1 r for the T of the method.
+f(i, Y) is the right side at stage i, `solve` gives (I - gamma h T)^-1 r for the T of the method. Exact coefficients
+serve as floats do, which `in_floats` makes of them once: fractions are slow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields, replace
+from fractions import Fraction
 from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +23,19 @@ from symoro_elastic.integration.w_methods import WMethod
 
 Rate = Callable[[int, AnyArray], AnyArray]
 Solve = Callable[[AnyArray], AnyArray]
+
+
+def in_floats(method: Method) -> Method:
+    """Return a method with its coefficients in double precision."""
+    values = {field.name: getattr(method, field.name) for field in fields(method)}
+    return replace(method, **{name: _floats(value) for name, value in values.items()})
+
+
+def _floats(value: Any) -> Any:
+    """Return a value with floats for the fractions in it."""
+    if isinstance(value, tuple):
+        return tuple(map(_floats, value))
+    return float(value) if isinstance(value, Fraction) else value
 
 
 def nodes(method: Method) -> Array:

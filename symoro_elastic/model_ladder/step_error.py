@@ -21,7 +21,7 @@ from symoro_elastic.integration.rosenbrock import Rosenbrock
 from symoro_elastic.integration.tableaus import Tableau
 from symoro_elastic.model_ladder.path import LinearPath
 from symoro_elastic.model_ladder.samples import between, joined
-from symoro_elastic.model_ladder.schemes import gamma, nodes, stepped
+from symoro_elastic.model_ladder.schemes import gamma, in_floats, nodes, stepped
 from symoro_elastic.model_ladder.small_motion import SmallMotion
 from symoro_elastic.model_ladder.spring_errors import relative
 
@@ -157,8 +157,9 @@ class StepErrors:
     def _run(self, method: Method, t: Array) -> Array:
         """Return y (N, 2n) of the method."""
         y = [self._states(t[:1])[0]]
+        rounded = in_floats(method)
         for first in range(0, len(t) - 1, BLOCK):
-            steps = self._steps(method, t[first : first + BLOCK + 1])
+            steps = self._steps(rounded, t[first : first + BLOCK + 1])
             for k in range(len(steps.ends)):
                 y.append(steps.step(k, y[-1]))
         return np.array(y)
