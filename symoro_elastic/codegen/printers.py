@@ -13,6 +13,8 @@ from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SU
 from symoro_elastic.symbolic.program import Program, Statement
 
 SUM, PRODUCT, ATOM = 1, 2, 3
+Rule = Callable[..., "Text"]
+"""From whether the sign is reversed, and the texts of the operands, to the text of an operation."""
 
 
 class Text(NamedTuple):
@@ -100,8 +102,12 @@ class Printer:
             self.referenced.add(node.operands[0])
             return Text(flipped, node.operands[0], ATOM)
         texts = [self.text(x) for x in node.operands]
-        rule = OPERATORS.get(operation)
+        rule = self.rule(operation)
         return rule(flipped, *texts) if rule else self.call(operation, flipped, texts)
+
+    def rule(self, operation: str) -> Rule | None:
+        """How an operator is printed; None for a function."""
+        return OPERATORS.get(operation)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
         """An operation as a call of a function."""
@@ -126,26 +132,28 @@ def _difference(flipped: bool, first: Text, second: Text) -> Text:
     return _sum(flipped, first, second, True)
 
 
-def _product(flipped: bool, first: Text, second: Text) -> Text:
+def product(flipped: bool, first: Text, second: Text, times: str = "*") -> Text:
+    """A product, literals first."""
     negative = (first.negative != second.negative) != flipped
     if second.text[0].isdigit() and first.binding == ATOM:
         first, second = second, first
-    return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
+    return Text(negative, f"{first.factor(PRODUCT)}{times}{second.factor(ATOM)}", PRODUCT)
 
 
-def _quotient(flipped: bool, first: Text, second: Text) -> Text:
+def quotient(flipped: bool, first: Text, second: Text, over: str = "/") -> Text:
+    """A quotient."""
     negative = (first.negative != second.negative) != flipped
-    return Text(negative, f"{first.factor(PRODUCT)}/{second.factor(ATOM)}", PRODUCT)
+    return Text(negative, f"{first.factor(PRODUCT)}{over}{second.factor(ATOM)}", PRODUCT)
 
 
-OPERATORS: Mapping[str, Callable[..., Text]] = {
+OPERATORS: Mapping[str, Rule] = {
     NEGATE: _negative,
     ADD: _sum,
     SUBTRACT: _difference,
-    MULTIPLY: _product,
-    DIVIDE: _quotient,
+    MULTIPLY: product,
+    DIVIDE: quotient,
 }
-"""Operations that are operators of C and Python: from whether the sign is reversed, and the texts of the operands."""
+"""Operations that are operators of C and Python."""
 
 
 def constant_values(roots: Iterable[Scalar]) -> dict[int, float]:

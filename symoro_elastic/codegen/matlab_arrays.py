@@ -1,0 +1,89 @@
+"""Arrays of functions as MATLAB holds them: vectors as columns, matrices as matrices, a page or column for each frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.package import Argument, Result
+
+LISTS = ("frames", "solutions", "loops")
+"""What results have a page or a column for each of: the first axis in the shape of the quantity, the last here."""
+
+
+@dataclass(frozen=True)
+class MatlabArray:
+    """An array of one state; `columns` and `pages` are 0 where it has no such axis.
+
+    Other languages store it row by row, or `by_columns` as MATLAB does.
+    """
+
+    name: str
+    meaning: str
+    rows: int
+    columns: int = 0
+    pages: int = 0
+    by_columns: bool = False
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """The lengths of its axes."""
+        return self.rows, *filter(None, (self.columns, self.pages))
+
+    @property
+    def entries(self) -> int:
+        """Their product."""
+        return math.prod(self.dims)
+
+    @property
+    def size(self) -> str:
+        """The axes of one state in words: `4 x 4 x 3`, `12 x 1`."""
+        dims = self.dims if len(self.dims) > 1 else (*self.dims, 1)
+        return " x ".join(map(str, dims))
+
+    @property
+    def sizes(self) -> str:
+        """The axes of N states in words: `4 x 4 x 3 x N`."""
+        return " x ".join(map(str, (*self.dims, "N")))
+
+    @property
+    def shape(self) -> str:
+        """Source of the row of the axes: `12`, `[4 4]`."""
+        return bracketed(self.dims)
+
+    @property
+    def turned(self) -> tuple[int, int, int]:
+        """Pages, rows and columns, to be turned from row by row to column by column."""
+        columns = max(self.columns, 1)
+        return (max(self.pages, 1), self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
+
+    def subscripts(self, k: int) -> str:
+        """Subscripts of the entry k of the array stored row by row."""
+        pages, rows, columns = self.turned
+        page, row, column = k // (rows * columns), k // columns % rows, k % columns
+        found = [row, *([column] if self.columns else []), *([page] if self.pages else [])]
+        return ", ".join(str(index + 1) for index in found)
+
+
+def of_argument(argument: Argument) -> MatlabArray:
+    """Return an argument: a column, or the matrix that may be given in its place."""
+    rows = argument.quantity.rows
+    square = rows if rows * rows == argument.size else 0
+    return MatlabArray(argument.name, argument.meaning, square or argument.size, square)
+
+
+def of_result(result: Result) -> MatlabArray:
+    """Return a result; rows that belong to frames become its last axis."""
+    shape, axes = result.shape, result.quantity.axes
+    name, meaning = result.name, result.meaning
+    if len(shape) == 1:
+        return MatlabArray(name, meaning, shape[0])
+    if axes[0] not in LISTS:
+        return MatlabArray(name, meaning, *shape)
+    pages, rows, *columns = shape
+    return MatlabArray(name, meaning, rows, *(columns or [0]), pages)
+
+
+def bracketed(numbers: tuple[int, ...]) -> str:
+    """Source of a row of numbers."""
+    return str(numbers[0]) if len(numbers) == 1 else f"[{' '.join(map(str, numbers))}]"
