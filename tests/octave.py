@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +21,7 @@ from symoro_elastic.codegen.matlab_arrays import LISTS
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.states import moderate_states
+from symoro_elastic.numerics.values import parameter_values
 
 Array = NDArray[np.float64]
 
@@ -101,13 +105,14 @@ def as_result(array: Array, result: Result) -> Array:
     return np.moveaxis(array, 0, -1)
 
 
-def arguments_of(function: Function, machine: Machine, count: int, module: Any) -> dict[str, Array]:
+def arguments_of(function: Function, machine: Machine, count: int, module: Any, p: Array) -> dict[str, Array]:
     """Moderate states for each argument of a function; targets of inverse models are placements of the last frame."""
     states = moderate_states(machine, count)
     found = {}
     for argument in function.arguments:
         if argument.name in ("T", "P"):
-            T = module.geometric_model(states.q)[:, -1]
+            own = [x for x in (states.q, states.q_dep) if x.size][: len(inspect.signature(module.geometric_model).parameters) - 1]
+            T = module.geometric_model(*own, p=p)[:, -1]
             found[argument.name] = T.reshape(count, 16) if argument.name == "T" else T[:, :3, 3]
         elif hasattr(states, argument.name):
             found[argument.name] = getattr(states, argument.name)
@@ -116,14 +121,43 @@ def arguments_of(function: Function, machine: Machine, count: int, module: Any) 
     return found
 
 
-def by_numpy(module: Any, function: Function, arguments: Mapping[str, Array], count: int) -> list[Array]:
-    """Results (N, ...) of the numpy package, one state a call: on plain floats."""
+def by_numpy(module: Any, function: Function, arguments: Mapping[str, Array], p: Array) -> list[Array]:
+    """Results (N, ...) of the numpy package, one state a call: on plain floats, with the sines of the C library."""
     model = getattr(module, function.name)
+    count = len(next(iter(arguments.values()), [0]))
     found = []
     for k in range(count):
-        results = model(**{name: array[k] for name, array in arguments.items()})
-        found.append(results if isinstance(results, tuple) else (results,))
+        results = model(**{name: array[k] for name, array in arguments.items()}, p=p)
+        results = results if isinstance(results, tuple) else (results,)
+        if any(np.isnan(result).any() for result in results):
+            results = _by_program(getattr(module, f"_{function.name}").model, [x[k] for x in arguments.values()], p)
+        found.append(results)
     return [np.stack(each) for each in zip(*found, strict=True)]
+
+
+def _guarded(function: Any) -> Any:
+    """A function of the C library, NaN where it has no value."""
+
+    def call(*x: float) -> np.float64:
+        try:
+            return np.float64(function(*x))
+        except ValueError:
+            return np.float64(np.nan)
+
+    return call
+
+
+ON_NUMBERS = SimpleNamespace(
+    **{name: _guarded(getattr(math, name)) for name in ("sin", "cos", "sqrt", "atan2")}, sign=np.sign
+)
+
+
+def _by_program(model: Any, state: Sequence[Array], p: Array) -> tuple[Array, ...]:
+    """What the numpy package leaves to operations on arrays, whose sines are others: states at which NaN occurs."""
+    with np.errstate(all="ignore"):
+        constants = model.constants(ON_NUMBERS, [*p])
+        entries = model.program(ON_NUMBERS, *map(list, state), constants)
+    return tuple(np.array(x, float).reshape(shape) for x, shape in zip(entries, model.shapes, strict=True))
 
 
 def ulps(found: Array, wanted: Array) -> float:
@@ -140,12 +174,14 @@ def calls_of(
 ) -> tuple[list[Call], list[Call], list[list[Array]]]:
     """Calls of all functions, `.m` and MEX, and what numpy makes of them."""
     own, mex, wanted = [], [], []
+    values = parameter_values(machine)
+    p = np.array([values[name] for name in module.PARAMETERS])
     for function in package.functions:
-        arguments = arguments_of(function, machine, count, module)
-        arrays = [as_argument(name, array) for name, array in arguments.items()]
+        arguments = arguments_of(function, machine, count, module, p)
+        arrays = [*(as_argument(name, array) for name, array in arguments.items()), p[:, None]]
         results = len(function.results)
         own.append(Call(f"{package.name}.{function.name}(", arrays, results))
         mex.append(Call(f"{package.name}_mex('{function.name}', ", arrays, results))
-        found = by_numpy(module, function, arguments, count)
+        found = by_numpy(module, function, arguments, p)
         wanted.append([as_result(array, r) for array, r in zip(found, function.results, strict=True)])
     return own, mex, wanted

@@ -101,7 +101,7 @@ def _mex(package: Package) -> dict[str, Any]:
         "most_inputs": max(len(f.inputs) for f in functions),
         "most_results": max(len(f.results) for f in functions),
         "names": textwrap.wrap(", ".join(f.name for f in functions), LINE, drop_whitespace=False),
-        "missing": ", ".join(missing),
+        "missing": ", ".join(missing[:10]) + (f" and {len(missing) - 10} more" if len(missing) > 10 else ""),
         "parameters": package.parameters,
     }
 
