@@ -111,7 +111,9 @@ def arguments_of(function: Function, machine: Machine, count: int, module: Any, 
     found = {}
     for argument in function.arguments:
         if argument.name in ("T", "P"):
-            own = [x for x in (states.q, states.q_dep) if x.size][: len(inspect.signature(module.geometric_model).parameters) - 1]
+            own = [x for x in (states.q, states.q_dep) if x.size][
+                : len(inspect.signature(module.geometric_model).parameters) - 1
+            ]
             T = module.geometric_model(*own, p=p)[:, -1]
             found[argument.name] = T.reshape(count, 16) if argument.name == "T" else T[:, :3, 3]
         elif hasattr(states, argument.name):

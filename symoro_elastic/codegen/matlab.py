@@ -179,12 +179,14 @@ def _result(result: MatlabArray, values: Sequence[str]) -> Iterator[str]:
 def _described(function: Function) -> Iterator[str]:
     """What else there is to know of a function, in lines."""
     if function.divides:
-        yield f"{SINGULAR}."
+        yield f"{SINGULAR[:1].upper()}{SINGULAR[1:]}."
     for result in function.results:
         if result.rows and not result.whole:
             yield f"Entries of {result.name}: {', '.join(result.rows)}."
         if result.columns:
-            yield f"Columns of {result.name}: {', '.join(result.columns)}."
+            held = of_result(result)
+            axis = "Columns" if held.columns else "Rows" if held.pages else "Entries"
+            yield f"{axis} of {result.name}: {', '.join(result.columns)}."
     counts = f"{count_text(function.program.count)} a state"
     if function.program.once:
         counts += f"; {count_text(function.program.count_once)} for each parameter set"

@@ -1,4 +1,4 @@
-"""Arrays of functions as MATLAB holds them: vectors as columns, matrices as matrices, a page or column for each frame."""
+"""Arrays of functions as MATLAB holds them: vectors as columns, matrices as matrices, frames last."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class MatlabArray:
 
     def subscripts(self, k: int) -> str:
         """Subscripts of the entry k of the array stored row by row."""
-        pages, rows, columns = self.turned
+        _, rows, columns = self.turned
         page, row, column = k // (rows * columns), k // columns % rows, k % columns
         found = [row, *([column] if self.columns else []), *([page] if self.pages else [])]
         return ", ".join(str(index + 1) for index in found)
@@ -69,19 +69,24 @@ def of_argument(argument: Argument) -> MatlabArray:
     """Return an argument: a column, or the matrix that may be given in its place."""
     rows = argument.quantity.rows
     square = rows if rows * rows == argument.size else 0
-    return MatlabArray(argument.name, argument.meaning, square or argument.size, square)
+    return MatlabArray(argument.name, _meaning(argument), square or argument.size, square)
 
 
 def of_result(result: Result) -> MatlabArray:
     """Return a result; rows that belong to frames become its last axis."""
     shape, axes = result.shape, result.quantity.axes
-    name, meaning = result.name, result.meaning
+    name, meaning = result.name, _meaning(result)
     if len(shape) == 1:
         return MatlabArray(name, meaning, shape[0])
     if axes[0] not in LISTS:
         return MatlabArray(name, meaning, *shape)
     pages, rows, *columns = shape
     return MatlabArray(name, meaning, rows, *(columns or [0]), pages)
+
+
+def _meaning(array: Argument | Result) -> str:
+    """What an array is, in words that hold where it is a matrix and no row of numbers."""
+    return array.meaning.replace(", row by row", "")
 
 
 def bracketed(numbers: tuple[int, ...]) -> str:

@@ -50,7 +50,9 @@ def mex_step(package: Package, step: StepText) -> MexFunction:
     inputs = (*read, MatlabArray("h", "", 1), *state, parameters_of(package))
     first = len(read) + 1
     copied = [
-        f"memcpy(y[{k}], x[{first + k}], {array.entries}*sizeof(double));" for k, array in enumerate(state) if array.rows
+        f"memcpy(y[{k}], x[{first + k}], {array.entries}*sizeof(double));"
+        for k, array in enumerate(state)
+        if array.rows
     ]
     given = [f"x[{k}]" for k in range(len(read))] + [f"x[{len(read)}][0]", f"x[{len(inputs) - 1}]"]
     given += [f"y[{k}]" for k in range(len(state) + len(error))]

@@ -62,9 +62,7 @@ def figures(machine: Machine) -> list[list[str]]:
     for function, by_m, by_mex, arrays in zip(
         package.functions, answers[: len(own)], answers[len(own) :], wanted, strict=True
     ):
-        both = [
-            answer.error or f"{max(map(ulps, answer.results, arrays), default=0.0):g}" for answer in (by_m, by_mex)
-        ]
+        both = [answer.error or f"{max(map(ulps, answer.results, arrays), default=0.0):g}" for answer in (by_m, by_mex)]
         rows.append([machine.name, function.name, *both])
     return rows
 

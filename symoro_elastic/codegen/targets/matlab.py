@@ -10,12 +10,13 @@ from typing import Any
 
 from symoro_elastic.codegen.c_lines import in_comment
 from symoro_elastic.codegen.described import Files
-from symoro_elastic.codegen.matlab import MatlabFunction, matlab_function, matlab_name, with_matlab_names
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
+from symoro_elastic.codegen.matlab import MatlabFunction, matlab_function, matlab_name, with_matlab_names
+from symoro_elastic.codegen.matlab_arrays import MatlabArray
 from symoro_elastic.codegen.matlab_mex import MexFunction, initializer, mex_model, mex_step, parameters_of
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.codegen.targets.c import OWN, banner, render_c, source_text
+from symoro_elastic.codegen.targets.c import OWN, banner, render_c, sentences, source_text
 from symoro_elastic.codegen.templates import LINE, render
 
 
@@ -25,8 +26,11 @@ def render_matlab(package: Package) -> Files:
     mex = f"{package.name}_mex"
     named = with_matlab_names(package)
     functions = [matlab_function(named, function) for function in named.functions]
-    shared = {"name": package.name, "package": name, "mex": mex, "macro": package.name.upper()}
-    files = {f"+{name}/{f.name}.m": render("matlab/function.m.j2", **shared, **_function(f, package)) for f in functions}
+    shared: dict[str, Any] = {"name": package.name, "package": name, "mex": mex, "macro": package.name.upper()}
+    shared |= {"origin": sentences(package, DOUBLE)}
+    files = {
+        f"+{name}/{f.name}.m": render("matlab/function.m.j2", **shared, **_function(f, package)) for f in functions
+    }
     files[f"+{name}/parameters.m"] = render("matlab/parameters.m.j2", **shared, **_parameters(package))
     files[f"+{name}/constants.m"] = render("matlab/constants.m.j2", **shared, **_constants(package, functions))
     files[f"+{name}/build.m"] = render("matlab/build.m.j2", **shared)
@@ -36,24 +40,31 @@ def render_matlab(package: Package) -> Files:
 
 def _function(function: MatlabFunction, package: Package) -> dict[str, Any]:
     inputs = [*function.arguments, parameters_of(package)]
-    arrays = [*inputs, *function.results]
+    widths = [
+        max(map(len, texts)) for texts in zip(*((a.name, a.sizes) for a in [*inputs, *function.results]), strict=True)
+    ]
     return {
         "f": function,
         "inputs": inputs,
         "call": ", ".join(array.name for array in inputs),
-        "width": max(len(array.name) for array in arrays),
-        "size": max(len(array.sizes) for array in arrays),
+        "inputs_help": [line for array in inputs for line in _help(array, widths)],
+        "results_help": [line for array in function.results for line in _help(array, widths)],
         "described": [line for text in function.described for line in textwrap.wrap(text, LINE)],
     }
+
+
+def _help(array: MatlabArray, widths: Sequence[int]) -> list[str]:
+    """Lines about an array: name, size and meaning in three columns."""
+    name, size = widths
+    head = f"{array.name:{name}}  {array.sizes:{size}}  "
+    return textwrap.wrap(array.meaning, LINE + 10, initial_indent=head, subsequent_indent=" " * len(head))
 
 
 def _parameters(package: Package) -> dict[str, Any]:
     parameters = package.parameters
     texts = [f"{number(p.value)}{f' {in_comment(p.unit)}' if p.unit else ''}" for p in parameters]
     return {
-        "parameters": [
-            {"name": p.name, "text": text} for p, text in zip(parameters, texts, strict=True)
-        ],
+        "parameters": [{"name": p.name, "text": text} for p, text in zip(parameters, texts, strict=True)],
         "width": max((len(p.name) for p in parameters), default=0),
         "names": cells([p.name for p in parameters]),
         "values": column([p.value for p in parameters]),
