@@ -17,6 +17,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import loadmat, savemat
 
+from symoro_elastic.codegen.matlab import matlab_name
 from symoro_elastic.codegen.matlab_arrays import LISTS
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.machine.machine import Machine
@@ -182,7 +183,7 @@ def calls_of(
         arguments = arguments_of(function, machine, count, module, p)
         arrays = [*(as_argument(name, array) for name, array in arguments.items()), p[:, None]]
         results = len(function.results)
-        own.append(Call(f"{package.name}.{function.name}(", arrays, results))
+        own.append(Call(f"{matlab_name(package.name)}.{function.name}(", arrays, results))
         mex.append(Call(f"{package.name}_mex('{function.name}', ", arrays, results))
         found = by_numpy(module, function, arguments, p)
         wanted.append([as_result(array, r) for array, r in zip(found, function.results, strict=True)])

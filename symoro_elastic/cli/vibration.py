@@ -34,7 +34,7 @@ OUTPUT = click.option(
 @takes_situation
 @INPUT
 @OUTPUT
-@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the matrices: .npz or .mat.")
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the matrices: .npz, .mat or .m.")
 @writes
 @JSON
 def linearize(
@@ -49,10 +49,10 @@ def linearize(
 
     Gives M, D, K of small motions and A, B, C, D of the state space.
     """
-    from symoro_elastic.vibration.export import refuse_file, save_linearization
+    from symoro_elastic.vibration.export import refuse_linearization_file, save_linearization
 
     if out:
-        refuse_file(out)
+        refuse_linearization_file(out)
     with steps() as step:
         step("linearize")
         found = situation.linearization(machine, inputs, outputs)

@@ -1,4 +1,4 @@
-"""Files for other programs: numpy (.npz), MATLAB (.mat), python-control; frequency responses as .csv or .npz."""
+"""Files for other programs: numpy (.npz), MATLAB (.mat, .m), python-control; frequency responses as .csv or .npz."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from symoro_elastic.packages import for_vibrations, imported
 from symoro_elastic.time_series.writing import CSV, NPZ, write_columns
 from symoro_elastic.vibration.energies import frame_shapes
 from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.vibration.matlab_text import function_text, refuse_function_file
 from symoro_elastic.vibration.modes import Modes
 from symoro_elastic.vibration.responses import Response
 from symoro_elastic.vibration.sensitivity import Sensitivity
@@ -25,6 +26,8 @@ from symoro_elastic.vibration.tracking import Tracked
 MAT_TEXT = 116
 """Bytes of free text at the head of a .mat file, where a date would stand."""
 MAT = ".mat"
+M = ".m"
+LINEARIZATION_FILES = (NPZ, MAT, M)
 RESPONSE_FILES = (CSV, NPZ, MAT)
 
 
@@ -64,8 +67,15 @@ def tracked_arrays(tracked: Tracked) -> dict[str, Any]:
 
 
 def save_linearization(linear: Linearization, path: str | Path) -> None:
-    """Write `arrays_of` to a .npz or a .mat file (names as cells of text). Raises `InputError`."""
-    save_arrays(arrays_of(linear), path)
+    """Write `arrays_of` to a .npz or .mat file (names as cells of text), or as a MATLAB function to a .m file.
+
+    Raises `InputError`.
+    """
+    refuse_linearization_file(path)
+    if Path(path).suffix.lower() == M:
+        write_file(function_text(arrays_of(linear), Path(path).stem, linear.headline).encode(), path)
+    else:
+        save_arrays(arrays_of(linear), path)
 
 
 def save_response(response: Response, path: str | Path) -> None:
@@ -86,6 +96,13 @@ def refuse_file(path: str | Path, forms: tuple[str, ...] = (NPZ, MAT)) -> None:
     """Raise `InputError` for a file name whose ending is none of `forms`."""
     if Path(path).suffix.lower() not in forms:
         raise InputError(str(path), "--out", f"no form {Path(path).suffix!r}: end the name with {' or '.join(forms)}")
+
+
+def refuse_linearization_file(path: str | Path) -> None:
+    """Raise `InputError` for a file name whose ending or, of a function, whose stem is not possible."""
+    refuse_file(path, LINEARIZATION_FILES)
+    if Path(path).suffix.lower() == M:
+        refuse_function_file(path)
 
 
 def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
