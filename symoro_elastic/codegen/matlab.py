@@ -20,10 +20,10 @@ from symoro_elastic.symbolic.renaming import renamed
 LONGEST_NAME = 63
 KEYWORDS = words(
     """
-    arguments break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endclassdef
-    endenumeration endevents endfor endfunction endif endmethods endparfor endproperties endswitch endwhile enumeration
-    events for function global if methods otherwise parfor persistent properties return spmd switch try until
-    unwind_protect unwind_protect_cleanup while
+    arguments break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endarguments
+    endclassdef endenumeration endevents endfor endfunction endif endmethods endparfor endproperties endspmd endswitch
+    endwhile enumeration events for function global if methods otherwise parfor persistent properties return spmd switch
+    try until unwind_protect unwind_protect_cleanup while
     """
 )
 """Of MATLAB and GNU Octave."""
@@ -151,7 +151,7 @@ def matlab_function(package: Package, function: Function) -> MatlabFunction:
         arguments=arguments,
         results=results,
         described=tuple(_described(function)),
-        body="\n".join([*(_by_rows(one) for one in arguments if one.columns), *read, *lines]),
+        body="\n".join([*(_by_rows(one) for one in arguments if one.columns is not None), *read, *lines]),
         has_roots=any("real_sqrt(" in line for line in lines),
     )
 
@@ -185,7 +185,7 @@ def _described(function: Function) -> Iterator[str]:
             yield f"Entries of {result.name}: {', '.join(result.rows)}."
         if result.columns:
             held = of_result(result)
-            axis = "Columns" if held.columns else "Rows" if held.pages else "Entries"
+            axis = "Columns" if held.columns is not None else "Rows" if held.pages is not None else "Entries"
             yield f"{axis} of {result.name}: {', '.join(result.columns)}."
     counts = f"{count_text(function.program.count)} a state"
     if function.program.once:

@@ -13,7 +13,7 @@ LISTS = ("frames", "solutions", "loops")
 
 @dataclass(frozen=True)
 class MatlabArray:
-    """An array of one state; `columns` and `pages` are 0 where it has no such axis.
+    """An array of one state; `columns` and `pages` are None where it has no such axis.
 
     Other languages store it row by row, or `by_columns` as MATLAB does.
     """
@@ -21,14 +21,14 @@ class MatlabArray:
     name: str
     meaning: str
     rows: int
-    columns: int = 0
-    pages: int = 0
+    columns: int | None = None
+    pages: int | None = None
     by_columns: bool = False
 
     @property
     def dims(self) -> tuple[int, ...]:
         """The lengths of its axes."""
-        return self.rows, *filter(None, (self.columns, self.pages))
+        return self.rows, *(length for length in (self.columns, self.pages) if length is not None)
 
     @property
     def entries(self) -> int:
@@ -54,34 +54,35 @@ class MatlabArray:
     @property
     def turned(self) -> tuple[int, int, int]:
         """Pages, rows and columns, to be turned from row by row to column by column."""
-        columns = max(self.columns, 1)
-        return (max(self.pages, 1), self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
+        pages, columns = (1 if length is None else length for length in (self.pages, self.columns))
+        return (pages, self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
 
     def subscripts(self, k: int) -> str:
         """Subscripts of the entry k of the array stored row by row."""
         _, rows, columns = self.turned
         page, row, column = k // (rows * columns), k // columns % rows, k % columns
-        found = [row, *([column] if self.columns else []), *([page] if self.pages else [])]
-        return ", ".join(str(index + 1) for index in found)
+        axes = ((row, self.rows), (column, self.columns), (page, self.pages))
+        return ", ".join(str(index + 1) for index, length in axes if length is not None)
 
 
 def of_argument(argument: Argument) -> MatlabArray:
     """Return an argument: a column, or the matrix that may be given in its place."""
     rows = argument.quantity.rows
-    square = rows if rows * rows == argument.size else 0
-    return MatlabArray(argument.name, _meaning(argument), square or argument.size, square)
+    if rows and rows * rows == argument.size:
+        return MatlabArray(argument.name, _meaning(argument), rows, rows)
+    return MatlabArray(argument.name, _meaning(argument), argument.size)
 
 
 def of_result(result: Result) -> MatlabArray:
     """Return a result; rows that belong to frames become its last axis."""
-    shape, axes = result.shape, result.quantity.axes
-    name, meaning = result.name, _meaning(result)
+    shape, name, meaning = result.shape, result.name, _meaning(result)
     if len(shape) == 1:
         return MatlabArray(name, meaning, shape[0])
-    if axes[0] not in LISTS:
-        return MatlabArray(name, meaning, *shape)
-    pages, rows, *columns = shape
-    return MatlabArray(name, meaning, rows, *(columns or [0]), pages)
+    if result.quantity.axes[0] not in LISTS:
+        rows, columns = shape
+        return MatlabArray(name, meaning, rows, columns)
+    pages, rows = shape[:2]
+    return MatlabArray(name, meaning, rows, shape[2] if len(shape) > 2 else None, pages)
 
 
 def _meaning(array: Argument | Result) -> str:

@@ -19,6 +19,7 @@ ELSEWHERE = {
     "scenes": "test_scenes_page",
     "simulation": "test_simulation_page",
     "closed_chains": "test_closed_chains_page",
+    "matlab": "test_matlab_page",
 }
 """Pages with tests of their own."""
 
