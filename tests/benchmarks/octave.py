@@ -1,11 +1,13 @@
 """All models of five machines in GNU Octave, `.m` and MEX, beside numpy: `python -m tests.benchmarks.octave`.
 
 Units in the last place by which an entry of a result differs at most from that of the numpy package, one state a call.
+Then how long a state takes in Octave, as ratios: one a call, and a thousand side by side.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import tempfile
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packaging import reserved_words
 from symoro_elastic.traced import traced
 from tests.benchmarks.tables import print_table
-from tests.octave import calls_of, octave, ulps, written
+from tests.octave import calls_of, octave, run_octave, ulps, written
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MACHINES = ("two_axis.toml", "flex4.par", "puma560.par", "sr400.par", "floating_arm.toml")
@@ -46,6 +48,35 @@ def main() -> None:
     for file in parser.parse_args().machines:
         rows += figures(read(EXAMPLES / file, reserved_words()))
     print_table(f"Octave against numpy, {STATES} states", ["machine", "model", ".m [ulp]", "MEX [ulp]"], rows)
+    print(f"{len(rows)} models, {sum(row[2:] == ['0', '0'] for row in rows)} of them the same to the last bit")
+    print_table("Time a state", ["two_axis, direct_dynamics", "one a call", "1000 a call"], times())
+
+
+TIMES = """
+addpath code
+two_axis.build();
+q = rand(12, 1000); tau = rand(2, 1000); p = two_axis.parameters();
+best = inf(2, 2);
+for round = 1:15
+    tic; for k = 1:40, two_axis.direct_dynamics(q(:, k), q(:, k), tau(:, k), p); end
+    best(1, 1) = min(best(1, 1), toc/40);
+    tic; for k = 1:400, two_axis_mex('direct_dynamics', q(:, k), q(:, k), tau(:, k), p); end
+    best(2, 1) = min(best(2, 1), toc/400);
+    tic; two_axis.direct_dynamics(q, q, tau, p); best(1, 2) = min(best(1, 2), toc/1000);
+    tic; two_axis_mex('direct_dynamics', q, q, tau, p); best(2, 2) = min(best(2, 2), toc/1000);
+end
+fprintf('%g ', best'/best(2, 2))
+"""
+"""The least of 15 interleaved rounds."""
+
+
+def times() -> list[list[str]]:
+    """Times a state of `.m` and MEX, that of MEX with many states a call being 1."""
+    package = traced(read(EXAMPLES / "two_axis.toml", reserved_words()), Scene(models=("direct_dynamics",))).package
+    with tempfile.TemporaryDirectory() as folder:
+        written(render_matlab(package), Path(folder) / "code")
+        found = [f"{float(x):.0f}" for x in re.findall(r"[\d.e+]+", run_octave(TIMES, Path(folder)))]
+    return [[".m", *found[:2]], ["MEX", *found[2:]]]
 
 
 def figures(machine: Machine) -> list[list[str]]:

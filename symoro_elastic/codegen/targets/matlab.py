@@ -32,7 +32,7 @@ def render_matlab(package: Package) -> Files:
         f"+{name}/{f.name}.m": render("matlab/function.m.j2", **shared, **_function(f, package)) for f in functions
     }
     files[f"+{name}/parameters.m"] = render("matlab/parameters.m.j2", **shared, **_parameters(package))
-    files[f"+{name}/constants.m"] = render("matlab/constants.m.j2", **shared, **_constants(package, functions))
+    files[f"+{name}/constants.m"] = render("matlab/constants.m.j2", **shared, **_constants(with_own_results(package)))
     files[f"+{name}/build.m"] = render("matlab/build.m.j2", **shared)
     files[f"{mex}.c"] = render("matlab/mex.c.j2", **shared, **_mex(package))
     return files | render_c(package, DOUBLE)
@@ -71,7 +71,7 @@ def _parameters(package: Package) -> dict[str, Any]:
     }
 
 
-def _constants(package: Package, functions: Sequence[MatlabFunction]) -> dict[str, Any]:
+def _constants(package: Package) -> dict[str, Any]:
     of_columns = {f.name: f.columns for f in package.functions if f.columns}
     return {
         "dependent": package.dependent,
