@@ -228,6 +228,16 @@ def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["two-axis.m", "2.m", "x.csv"])
+def test_files_of_a_linearization_that_no_program_reads_are_refused(name: str, tmp_path: Path) -> None:
+    line = refused("linearize", TWO_AXIS, "--out", tmp_path / name)
+    reason = (
+        "end the name with .npz or .mat or .m" if name == "x.csv" else "MATLAB calls the function as the file: name"
+    )
+    assert f"{name}: --out: " in line and reason in line
+    assert not list(tmp_path.iterdir())
+
+
 SIGNALS = {
     "--hold all": "two_axis.toml: --input: no motor is there, or all are held: name one, such as sensor_head.fx",
     "--hold all --input tool.fx": "--output: no motor is there, or all are held: name one, such as sensor_head.x",

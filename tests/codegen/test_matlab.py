@@ -47,9 +47,24 @@ from tests.vibration.machines import drive, linearized
 ROOT = Path(__file__).parents[2]
 STATES = 3
 LONG = "a" * 61
-VARIABLES = ("end", "function", "i", f"{LONG}_1", f"{LONG}_2")
+VARIABLES = ("end", "function", f"end_{'c' * 59}", f"{LONG}_1", f"{LONG}_2")
 PARAMETERS = (
-    *("j", "e", "persistent", "otherwise", "parfor", "until", "endif", "ans", "eps", "arguments", "p", "states"),
+    *(
+        "i",
+        "j",
+        "e",
+        f"end_{'d' * 59}",
+        "persistent",
+        "otherwise",
+        "parfor",
+        "until",
+        "endif",
+        "ans",
+        "eps",
+        "arguments",
+        "p",
+        "states",
+    ),
     *("checked", "zeros", "reshape", "real_sqrt", "nargin", f"{LONG}_3", f"{LONG}_4", "constants", "parameters"),
 )
 """Names that MATLAB, GNU Octave or the templates use, and names of 63 characters."""

@@ -11,7 +11,7 @@ from typing import Any
 from symoro_elastic.codegen.c_lines import in_comment
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
-from symoro_elastic.codegen.matlab import MatlabFunction, matlab_function, matlab_name, with_matlab_names
+from symoro_elastic.codegen.matlab import LONGEST_NAME, MatlabFunction, matlab_function, matlab_name, with_matlab_names
 from symoro_elastic.codegen.matlab_arrays import MatlabArray
 from symoro_elastic.codegen.matlab_mex import MexFunction, initializer, mex_model, mex_step, parameters_of
 from symoro_elastic.codegen.package import Package
@@ -23,7 +23,7 @@ from symoro_elastic.codegen.templates import LINE, render
 def render_matlab(package: Package) -> Files:
     """Return `+<name>/<model>.m`, `parameters.m`, `constants.m`, `build.m`; `<name>_mex.c`, and the files of C."""
     name = matlab_name(package.name)
-    mex = f"{package.name}_mex"
+    mex = f"{package.name[: LONGEST_NAME - 4]}_mex"
     named = with_matlab_names(package)
     functions = [matlab_function(named, function) for function in named.functions]
     shared: dict[str, Any] = {"name": package.name, "package": name, "mex": mex, "macro": package.name.upper()}
