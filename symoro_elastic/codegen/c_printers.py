@@ -48,6 +48,7 @@ class Form:
 
     `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
+    `operand` is how an operand of a function is written that is no variable.
     """
 
     number: str
@@ -62,6 +63,7 @@ class Form:
     sincos: tuple[str, ...]
     pair: str = ""
     states: str = ""
+    operand: str = "{}"
 
 
 def angles_of(program: Program) -> list[Expression]:
@@ -90,8 +92,8 @@ class CPrinter(Printer):
     """
 
     def __init__(self, program: Program, precision: Precision, angles: Sequence[Expression], form: Form) -> None:
-        super().__init__(program, precision.literal_suffix, form.functions)
-        self.form = form
+        super().__init__(program, functions=form.functions)
+        self.form, self.precision = form, precision
         self.angles = {angle.id: k for k, angle in enumerate(angles)}
         self.called: dict[str, None] = {}
         self.literals: Literals | None = None
@@ -111,7 +113,7 @@ class CPrinter(Printer):
 
     def literal(self, value: float) -> Text:
         """A number by its name where it has one."""
-        return self.by_name(super().literal(value))
+        return self.by_name(self._number(value))
 
     def by_name(self, number: Text) -> Text:
         """A number by its name; itself where it has none."""
@@ -126,8 +128,13 @@ class CPrinter(Printer):
     def written(self, x: Operand) -> Text | None:
         """A constant as a number; None for one that the program does not hold."""
         if not isinstance(x, Expression):
-            return super().literal(float(x))
-        return super().literal(self.constants[x.id]) if x.id in self.constants else None
+            return self._number(float(x))
+        return self._number(self.constants[x.id]) if x.id in self.constants else None
+
+    def _number(self, value: float) -> Text:
+        """A number as the precision writes it; raises `OverflowError` where it has none."""
+        number = super().literal(value)
+        return number._replace(text=self.precision.number(number.text))
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out; the sine or cosine of a given angle is an entry of an array."""
@@ -138,6 +145,15 @@ class CPrinter(Printer):
         if node.operation == MULTIPLY and not isinstance(node.operands[1], Expression):
             return self.multiple(self.text(node.operands[0]), self.text(node.operands[1]), flipped)
         return super().operation(node, flipped)
+
+    def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
+        """An operation as a call of a function."""
+        plain = [text.binding == ATOM and not text.negative for text in texts]
+        operands = [
+            text if is_plain else Text(False, self.form.operand.format(text.signed()), ATOM)
+            for text, is_plain in zip(texts, plain, strict=True)
+        ]
+        return super().call(operation, flipped, operands)
 
     def multiple(self, x: Text, number: Text, flipped: bool) -> Text:
         """A number times an expression, the number first unless the expression is in brackets."""

@@ -38,6 +38,14 @@ class Precision:
         """The type of arithmetic in C: that of sums of two doubles has the name of the package."""
         return f"{package}_{DOUBLE_DOUBLE_TYPE}" if self.is_pair else self.real
 
+    def number(self, digits: str) -> str:
+        """A number of the arithmetic in C, from its digits."""
+        return digits + self.literal_suffix
+
+    def number_of_state(self, digits: str) -> str:
+        """A number in C that is computed with entries of arrays."""
+        return f"{digits}f" if self.state == "float" else digits
+
     @property
     def is_pair(self) -> bool:
         """Whether a number is the sum of two doubles, and operators are functions."""

@@ -83,15 +83,15 @@ class MethodText:
     title: str
     kind: str
     gamma: str
-    nodes: tuple[str, ...]
-    end: tuple[str, ...]
+    nodes: tuple[Fraction, ...]
+    end: tuple[Fraction, ...]
     stages: tuple[Stage, ...]
     b: Terms
     error: Terms
     iterations: int
     variants: tuple[Variant, ...]
 
-    def nodes_of(self, variant: Variant) -> tuple[str, ...]:
+    def nodes_of(self, variant: Variant) -> tuple[Fraction, ...]:
         """The nodes at which a variant is given the motors."""
         return (*self.nodes, *self.end) if variant.is_driven else self.nodes
 
@@ -110,8 +110,8 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
         title=method.title,
         kind=_kind(method),
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
-        nodes=tuple(map(literal.number, nodes)),
-        end=tuple(map(literal.number, nodes_of(method, driven=True)[len(nodes) :])),
+        nodes=nodes,
+        end=nodes_of(method, driven=True)[len(nodes) :],
         stages=_stages(method, times, nodes, literal),
         b=literal.terms(_weights(method)),
         error=literal.terms(_error_weights(method)),
@@ -156,20 +156,20 @@ class Literals:
     """Numbers as C writes them in the arrays of a precision."""
 
     def __init__(self, precision: Precision) -> None:
-        self._suffix = "f" if precision.state == "float" else ""
+        self._written = precision.number_of_state
 
     def number(self, x: Fraction) -> str:
         """Return a literal."""
-        return repr(float(x)) + self._suffix
+        return f"{'-' if x < 0 else ''}{self._written(repr(abs(float(x))))}"
 
     def terms(self, row: Coefficients) -> Terms:
         """Return the coefficients that are not zero."""
         return tuple((self.number(x), j) for j, x in enumerate(row) if x)
 
 
-def _in_words(node: str) -> str:
+def _in_words(node: Fraction) -> str:
     """A time after a part of a step: `t`, `t + 0.5 h`, `t + h`."""
-    number = node.removesuffix("f")
+    number = repr(float(node))
     return {"0.0": "t", "1.0": "t + h"}.get(number, f"t + {number} h")
 
 
@@ -202,6 +202,6 @@ def _stages(method: Method, times: Coefficients, nodes: Sequence[Fraction], lite
         g, rates = method.c, [literal.number(x) if x else "" for x in method.gammas]
     rows = zip(times, a, g, rates, strict=True)
     return tuple(
-        Stage(k, nodes.index(time), _in_words(literal.number(time)), literal.terms(row), literal.terms(others), rate)
+        Stage(k, nodes.index(time), _in_words(time), literal.terms(row), literal.terms(others), rate)
         for k, (time, row, others, rate) in enumerate(rows)
     )

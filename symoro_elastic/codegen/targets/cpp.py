@@ -1,0 +1,184 @@
+"""The target `cpp`: one C++11 header, function templates over the scalar type."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from symoro_elastic.codegen.body import Indices
+from symoro_elastic.codegen.c_function import CFunction
+from symoro_elastic.codegen.c_lines import fitted
+from symoro_elastic.codegen.c_printers import Form
+from symoro_elastic.codegen.c_steps import CSteps
+from symoro_elastic.codegen.c_text import FunctionText, function_text
+from symoro_elastic.codegen.cpp_text import SCALAR, CppText, constant, decimal
+from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.targets.c import KEYWORDS, LIBRARY, banner, default_lines
+from symoro_elastic.codegen.targets.c import OWN as C_WORDS
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
+
+OWN = C_WORDS | words("joints motors dependent frames parameters defaults detail std size_t motors_in_q Scalar Parameter")
+"""Identifiers of the templates that a user's name could hide."""
+MACROS = re.compile(
+    r"(M_(\d?_?[A-Z]\w*)|(FP|FLT|DBL|LDBL|HUGE|MATH|DECIMAL|SIZE|PTRDIFF|WCHAR|WINT|SIG_ATOMIC)_\w+|U?INT\w*_(MAX|MIN|C))f?l?"
+)
+"""Macros of the headers that are included, as names of local variables."""
+GLOBAL = re.compile(
+    r"(std|a(cosh?|sinh?|tan[2h]?)|cosh?|sinh?|tanh?|sincos|exp(10?|2|m1)?|log(10?|2|1p|b)?|pow|sqrt|cbrt|hypot|fabs|abs"
+    r"|l?labs|erfc?|[lt]?gamma|[jy][01n]|ceil|floor|trunc|l?l?r(int|ound)|round(even)?|nearbyint|frexp|ldexp|modf|scalbl?n?"
+    r"|i?l?logb|fmod|remainder|remquo|drem|copysign|nan|next(after|toward|up|down)|f(dim|max|min|ma)\w*|finite|isinf|isnan"
+    r"|signgam|significand|canonicalize|[sg]etpayload\w*|totalorder\w*|u?fromfpx?|issignaling|iszero|iseqsig|iscanonical"
+    r"|[fdl]?d?(add|sub|mul|div|fma|sqrt)[fl]?|l?l?div|abort|at_quick_exit|atexit|ato[fil]l?|bsearch|qsort|calloc|malloc|free"
+    r"|realloc(array)?|realpath|alloca|aligned_alloc|posix_\w+|_?exit|quick_exit|on_exit|(secure_)?getenv|clearenv|putenv"
+    r"|(un)?setenv|system|s?rand(48|om)?|[dejlmn]rand48|arc4random\w*|(init|set)state|random_data|seed48|lcong48|drand48_data"
+    r"|[efgq]+cvt|mb(len|tow?cs?|stowcs)|wc(tomb|stombs)|mk[dos]?+s?temps?(64)?|mkdtemp|mktemp|getloadavg|getpt|getsubopt"
+    r"|grantpt|unlockpt|ptsname|rpmatch|p?select|strto\w+|strfrom\w+|timespec|timeval|valloc|a64l|l64a|fd_mask|fd_set"
+    r"|u_(char|short|int|long)|ushort|uint|ulong|u?quad|loff)(f|l|f\d+x?|_[tr])*|\w+_[tr]"
+)
+"""Functions and types that these headers declare, which no namespace may be called like."""
+
+
+@dataclass(frozen=True)
+class _AnyPrecision(Precision):
+    """Numbers of any type: those of statements and arrays are a `Scalar`."""
+
+    @property
+    def suffix(self) -> str:
+        return ""
+
+    def function(self, package: str, model: str) -> str:
+        return f"{package}_{model}"
+
+    def number(self, digits: str) -> str:
+        return f"{SCALAR}({digits})"
+
+    def number_of_state(self, digits: str) -> str:
+        return self.number(digits)
+
+
+ANY = _AnyPrecision("any", "of any scalar type", SCALAR, SCALAR, SCALAR, DOUBLE.bits)
+FORM = Form(
+    number=SCALAR,
+    angle=SCALAR,
+    real=SCALAR,
+    load="{array}[{k}]",
+    load_angle="{array}[{k}]",
+    store="{array}[{k}] = {value};",
+    narrow="{}",
+    functions={name: name for name in (SIN, COS, SQRT, SIGN, ATAN2)},
+    load_parameter=f"{SCALAR}({{array}}[{{k}}])",
+    sincos=("detail::sines_and_cosines({count}U, angle, sine, cosine);",),
+    operand=f"{SCALAR}({{}})",
+)
+
+
+class _CppFunction(CFunction):
+    """A model as C++: what depends on parameters only may have another type than the state."""
+
+    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> list[str]:  # type: ignore[override]
+        return self.once_writer.unpack(groups, used, dict.fromkeys(groups, self.form.load_parameter))
+
+    def stack(self) -> int:
+        """Bytes of the work arrays of a call on doubles."""
+        return 8 * (self.slots + 3 * len(self.angles))
+
+
+@dataclass(frozen=True)
+class ModelText:
+    """A model: its comment, its templates in order of definition, how many numbers depend on parameters only."""
+
+    name: str
+    title: str
+    counts: str
+    documented: tuple[str, ...]
+    constants: str
+    constant_count: int
+    definitions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class HeaderText:
+    """What the template of the header is given; `called` are the functions that statements need."""
+
+    package: Package
+    namespace: str
+    macro: str
+    banner: str
+    defaults: tuple[str, ...]
+    functions: tuple[ModelText, ...]
+    called: frozenset[str]
+    has_angles: bool
+    steps: str
+    nodes: Mapping[str, int]
+    step_constants: int
+
+
+def namespace_of(name: str) -> str:
+    """The namespace of a machine: its name, with an underscore where the standard library has that name."""
+    return f"{name}_" if GLOBAL.fullmatch(name) else name
+
+
+def render_cpp(package: Package) -> Files:
+    """Return `<name>.hpp`."""
+    package = with_local_names(with_own_results(package), _taken(package))
+    functions = [_CppFunction(package, function, ANY, FORM) for function in package.functions]
+    steps = CSteps(package, ANY, functions)
+    called = frozenset(name for function in functions for name in function.printer.called)
+    empty = {a.name for f in functions for a in f.signature if not a.entries}
+    text = CppText(package.name, sorted(called), empty)
+    header = HeaderText(
+        package=package,
+        namespace=namespace_of(package.name),
+        macro=package.name.upper(),
+        banner=banner(package, ANY),
+        defaults=default_lines(package, DOUBLE),
+        functions=tuple(_model(function_text(function), text) for function in functions),
+        called=called,
+        has_angles=any(function.angles for function in functions),
+        steps=text.steps(steps.source()),
+        nodes=steps.nodes,
+        step_constants=steps.constants,
+    )
+    return {f"{package.name}.hpp": fitted(decimal(render("cpp/header.hpp.j2", **vars(header))))}
+
+
+def _taken(package: Package) -> frozenset[str]:
+    """Identifiers that local variables may not have."""
+    symbols = {p.symbol for p in package.parameters}
+    symbols |= {symbol for f in package.functions for a in f.program.inputs for symbol in a.symbols}
+    macros = {symbol for symbol in symbols if MACROS.fullmatch(symbol)}
+    return OWN | macros | {package.name, namespace_of(package.name)} | {f"p_{p.name}" for p in package.parameters}
+
+
+def _model(function: FunctionText, text: CppText) -> ModelText:
+    return ModelText(
+        name=text.renamed(function.name),
+        title=function.title,
+        counts=function.counts,
+        documented=function.documented,
+        constants=constant(text.renamed(function.constants)),
+        constant_count=function.constant_count,
+        definitions=tuple(map(text.definition, function.routines)),
+    )
+
+
+@dataclass(frozen=True)
+class _Cpp:
+    name: str = "cpp"
+    title: str = "one C++11 header: templates of any scalar type"
+    suffixes: tuple[str, ...] = (".hpp",)
+    precisions: tuple[Precision, ...] = (DOUBLE,)
+    reserved: frozenset[str] = field(default=KEYWORDS | LIBRARY)
+
+    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
+        """Return `<name>.hpp`."""
+        return render_cpp(package)
+
+
+CPP = _Cpp()
