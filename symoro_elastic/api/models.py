@@ -55,7 +55,7 @@ def generate(
     out
         Folder of generated machines.
     targets
-        "numpy", "c", "c-batch", "matlab".
+        "numpy", "c", "c-batch", "cpp", "matlab".
     scene, outputs, fold, steps
         As in `load`.
     precisions

@@ -23,25 +23,36 @@ from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
 
-OWN = C_WORDS | words("joints motors dependent frames parameters defaults detail std size_t motors_in_q Scalar Parameter")
+OWN = C_WORDS | words(
+    "joints motors dependent frames parameters defaults detail std size_t motors_in_q Scalar Parameter"
+)
 """Identifiers of the templates that a user's name could hide."""
 MACROS = re.compile(
-    r"(M_(\d?_?[A-Z]\w*)|(FP|FLT|DBL|LDBL|HUGE|MATH|DECIMAL|SIZE|PTRDIFF|WCHAR|WINT|SIG_ATOMIC)_\w+|U?INT\w*_(MAX|MIN|C))f?l?"
+    r"U?INT\w+|([A-Z]+_)+(WIDTH|MAX|MIN|ENDIAN|DIG|ORDER)|MAXFLOAT|NFDBITS|FD_\w+|W[A-Z]{5,}|BYTE_ORDER"
 )
-"""Macros of the headers that are included, as names of local variables."""
-GLOBAL = re.compile(
-    r"(std|a(cosh?|sinh?|tan[2h]?)|cosh?|sinh?|tanh?|sincos|exp(10?|2|m1)?|log(10?|2|1p|b)?|pow|sqrt|cbrt|hypot|fabs|abs"
-    r"|l?labs|erfc?|[lt]?gamma|[jy][01n]|ceil|floor|trunc|l?l?r(int|ound)|round(even)?|nearbyint|frexp|ldexp|modf|scalbl?n?"
-    r"|i?l?logb|fmod|remainder|remquo|drem|copysign|nan|next(after|toward|up|down)|f(dim|max|min|ma)\w*|finite|isinf|isnan"
-    r"|signgam|significand|canonicalize|[sg]etpayload\w*|totalorder\w*|u?fromfpx?|issignaling|iszero|iseqsig|iscanonical"
-    r"|[fdl]?d?(add|sub|mul|div|fma|sqrt)[fl]?|l?l?div|abort|at_quick_exit|atexit|ato[fil]l?|bsearch|qsort|calloc|malloc|free"
-    r"|realloc(array)?|realpath|alloca|aligned_alloc|posix_\w+|_?exit|quick_exit|on_exit|(secure_)?getenv|clearenv|putenv"
-    r"|(un)?setenv|system|s?rand(48|om)?|[dejlmn]rand48|arc4random\w*|(init|set)state|random_data|seed48|lcong48|drand48_data"
-    r"|[efgq]+cvt|mb(len|tow?cs?|stowcs)|wc(tomb|stombs)|mk[dos]?+s?temps?(64)?|mkdtemp|mktemp|getloadavg|getpt|getsubopt"
-    r"|grantpt|unlockpt|ptsname|rpmatch|p?select|strto\w+|strfrom\w+|timespec|timeval|valloc|a64l|l64a|fd_mask|fd_set"
-    r"|u_(char|short|int|long)|ushort|uint|ulong|u?quad|loff)(f|l|f\d+x?|_[tr])*|\w+_[tr]"
+"""Macros of the headers that are included, where a variable may have their name."""
+GLOBAL = words(
+    """
+    strto strtou a64l abort abs acos acosh aligned_alloc alloca arc4random arc4random_buf arc4random_uniform asin asinh
+    at_quick_exit atan atan2 atanh atexit atof atoi atol bsearch calloc canonicalize canonicalize_file_name cbrt ceil
+    clearenv copysign cos cosh daddl ddivl dfmal div dmull drand48 drand48_data drem dsqrtl dsubl ecvt erand48 erf
+    erfc exit exp exp10 exp2 expm1 fabs fadd fcvt fd_mask fd_set fdim fdiv ffma finite floor fma fmax fmaximum
+    fmaximum_mag fmaximum_mag_num fmaximum_num fmaxmag fmin fminimum fminimum_mag fminimum_mag_num fminimum_num
+    fminmag fmod fmul free frexp fromfp fromfpx fsqrt fsub gamma gcvt getenv getloadavg getpayload getpt getsubopt
+    grantpt hypot ilogb initstate iscanonical iseqsig isinff isinfl isnanf isnanl issignaling iszero j0 j1 jn jrand48
+    l64a labs lcong48 ldexp ldiv lgamma llabs lldiv llogb llrint llround log log10 log1p log2 logb lrand48 lrint
+    lround malloc mblen mbstowcs mbtowc mkdtemp mkostemp mkostemps mkstemp mkstemps mktemp modf mrand48 nan nearbyint
+    nextafter nextdown nexttoward nextup nrand48 on_exit posix_memalign posix_openpt pow pselect ptsname putenv qecvt
+    qfcvt qgcvt qsort quick_exit rand random random_data realloc reallocarray realpath remainder remquo rint round
+    roundeven rpmatch scalb scalbln scalbn secure_getenv seed48 select setenv setpayload setpayloadsig setstate
+    signgam significand sin sincos sinh sqrt srand srand48 srandom std strfrom strfromd strtod strtof strtol strtold
+    strtoq strtoul strtouq system tan tanh tgamma timespec timeval totalorder totalordermag trunc u_char u_int u_long
+    u_short ufromfp ufromfpx uint ulong unlockpt unsetenv ushort valloc wcstombs wctomb y0 y1 yn
+    """
 )
-"""Functions and types that these headers declare, which no namespace may be called like."""
+"""Functions that these headers declare, by their names for doubles, and what no namespace of a user may be."""
+VARIANT = re.compile(r"([fl]|f\d+x?|64)?(_[rl])?$")
+"""What the names of functions for other types end with."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +132,8 @@ class HeaderText:
 
 def namespace_of(name: str) -> str:
     """The namespace of a machine: its name, with an underscore where the standard library has that name."""
-    return f"{name}_" if GLOBAL.fullmatch(name) else name
+    is_global = name in GLOBAL or VARIANT.sub("", name) in GLOBAL or name.endswith("_t")
+    return f"{name}_" if is_global else name
 
 
 def render_cpp(package: Package) -> Files:
@@ -137,7 +149,7 @@ def render_cpp(package: Package) -> Files:
         namespace=namespace_of(package.name),
         macro=package.name.upper(),
         banner=banner(package, ANY),
-        defaults=default_lines(package, DOUBLE),
+        defaults=tuple(line.replace("NAN ", "static_cast<double>(NAN) ") for line in default_lines(package, DOUBLE)),
         functions=tuple(_model(function_text(function), text) for function in functions),
         called=called,
         has_angles=any(function.angles for function in functions),
