@@ -12,10 +12,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets import render_targets
+from symoro_elastic.embedded.disassembly import PROCESSORS, UnknownProcessor
+from symoro_elastic.embedded.report import CodeReport, code_report
+from symoro_elastic.embedded.tool_chain import ToolChain
 from symoro_elastic.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formats.format import Conversion
@@ -51,6 +55,7 @@ class Generated(Result):
     written: list[Path]
     models: Sequence[TracedModel]
     whole: Sequence[TracedModel]
+    reports: Sequence[CodeReport] = ()
 
     @property
     def headline(self) -> str:
@@ -63,13 +68,16 @@ class Generated(Result):
 
         written = f"wrote {self.written[0].parent}: {', '.join(path.name for path in self.written)}"
         counts = Titled(models_table(self.models, self.whole))
-        return [written, counts, "x products and divisions, + sums and differences"]
+        reports = [part for report in self.reports for part in report.parts()]
+        return [written, counts, "x products and divisions, + sums and differences", *reports]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the paths and the operation counts of each model."""
+        """Return the paths, the operation counts of each model, and the reports by file where they were asked for."""
         from symoro_elastic.models.tables import models_json
 
-        return {"written": [str(path) for path in self.written], "models": models_json(self.models, self.whole)}
+        reports = {"reports": {report.file: report.as_json() for report in self.reports}} if self.reports else {}
+        written = [str(path) for path in self.written]
+        return {"written": written, "models": models_json(self.models, self.whole), **reports}
 
     def columns(self) -> dict[str, list[Any]]:
         """Return a row for each model: products and divisions, sums, sines and cosines of a call."""
@@ -163,17 +171,37 @@ def generate(
     out: Path,
     announce: Announce = announce_nothing,
     precisions: Sequence[Precision] = (DOUBLE,),
+    tools: ToolChain | None = None,
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
-    Raises `InputError`; nothing is written then.
+    With `tools` the C is compiled before, and what it costs is reported. Raises `InputError`; nothing is written then.
     """
     asked = programs(machine, scene, announce)
     announce("render")
     files = render(asked.package, targets, machine.source, precisions)
+    reports: Sequence[CodeReport] = ()
+    if tools:
+        announce("compile")
+        reports = report(asked.package, files, machine.label, precisions, tools)
     announce("write")
     written = write_files(out / machine.name, files)
-    return Generated(written, asked.models, _of_whole_machine(asked))
+    return Generated(written, asked.models, _of_whole_machine(asked), reports)
+
+
+def report(
+    package: Package, files: Files, source: str, precisions: Sequence[Precision], tools: ToolChain
+) -> list[CodeReport]:
+    """What the C of a package costs in each of the precisions; raises `InputError`."""
+    try:
+        return [code_report(package, files, precision, tools) for precision in precisions]
+    except CompilerMissing as error:
+        raise InputError("symoro-elastic", "--report", str(error)) from None
+    except CompilationFailed as error:
+        raise InputError(source, "--report", str(error)) from None
+    except UnknownProcessor as error:
+        what = f"the code that {tools.compiler[0]} makes ({error}) is not read: {', '.join(PROCESSORS)} are"
+        raise InputError("symoro-elastic", "--cc", what) from None
 
 
 def verify(

@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING
 from symoro_elastic import pipeline
 from symoro_elastic.api.machines import MachineLike, the_machine
 from symoro_elastic.api.scenes import Asked, SceneLike
-from symoro_elastic.codegen.compile import CompilationFailed
+from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
+from symoro_elastic.codegen.targets.c import C
+from symoro_elastic.codegen.targets.c_batch import C_BATCH
+from symoro_elastic.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.numerics.values import NoValues
@@ -41,6 +44,9 @@ def generate(
     fold: Sequence[str] = (),
     steps: Sequence[str] = (),
     precisions: Sequence[str] = (DOUBLE.name,),
+    report: bool = False,
+    compiler: str = "",
+    compiler_flags: str = "",
     force: bool = False,
     announce: Announce = announce_nothing,
 ) -> Generated:
@@ -60,6 +66,10 @@ def generate(
         As in `load`.
     precisions
         Precisions of the C code: "double", "single", "mixed", "double-double".
+    report
+        Compile the C, and report stack, code and instructions of each function (`reports` of the result).
+    compiler, compiler_flags
+        The compiler of the report, by default that of this computer, and its options, as one types them.
     force
         Replace existing files that the program has not written itself.
 
@@ -71,8 +81,26 @@ def generate(
     found = the_machine(machine)
     asked = Asked(models, fold, outputs, steps).of(found, scene)
     names, written_in = among(targets, TARGETS, "--target"), among(precisions, PRECISIONS, "--precision")
+    tools = reporting(report, compiler, compiler_flags, names)
     with permission(force=force):
-        return written(found, out, names, asked, written_in, announce)
+        return written(found, out, names, asked, written_in, announce, tools)
+
+
+def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -> ToolChain | None:
+    """Return the compiler of a report, None where there is to be none; raises `InputError`."""
+    if not report:
+        if compiler or flags:
+            place = "--cc" if compiler else "--cflags"
+            raise InputError("symoro-elastic", place, "is of the report: add --report, or leave it out")
+        return None
+    if not {C.name, C_BATCH.name} & {*targets}:
+        raise InputError("symoro-elastic", "--report", "is of the C code: add --target c")
+    try:
+        return tool_chain(compiler, flags)
+    except CompilerMissing as error:
+        raise InputError("symoro-elastic", "--cc" if compiler else "--report", str(error)) from None
+    except ValueError:
+        raise InputError("symoro-elastic", "--cflags", f"{flags!r} has a quotation mark without its other") from None
 
 
 def written(
@@ -82,9 +110,11 @@ def written(
     scene: Scene,
     precisions: Sequence[str],
     announce: Announce = announce_nothing,
+    tools: ToolChain | None = None,
 ) -> Generated:
     """Write the models that a scene asks of a machine, as `generate` does."""
-    return pipeline.generate(machine, scene, targets, Path(out), announce, [PRECISIONS[name] for name in precisions])
+    chosen = [PRECISIONS[name] for name in precisions]
+    return pipeline.generate(machine, scene, targets, Path(out), announce, chosen, tools)
 
 
 def check(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +34,15 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.scene import Scene
 
 
+@dataclass(frozen=True)
+class Reported:
+    """Whether the C is compiled and reported on, by which compiler and with which options."""
+
+    report: bool
+    cc: str
+    cflags: str
+
+
 @click.command()
 @MACHINE
 @gather("selection", Selection)
@@ -56,6 +65,10 @@ if TYPE_CHECKING:
     shell_complete=completion.PRECISIONS,
     help="Precision of the C code: double (default), single, mixed, double-double; may be repeated.",
 )
+@click.option("--report", is_flag=True, help="Report stack, size and instructions of the C code, compiled.")
+@click.option("--cc", metavar="COMMAND", default="", help="Compiler of the report (default: that of this computer).")
+@click.option("--cflags", metavar="OPTIONS", default="", help="Its options, after -O2, as in '-mcpu=cortex-m7'.")
+@gather("reported", Reported)
 @FOLD
 @FREE
 @BASE
@@ -70,6 +83,7 @@ def generate(
     targets: tuple[str, ...],
     out: str,
     precisions: tuple[str, ...],
+    reported: Reported,
     as_json: bool,
 ) -> None:
     """Generate C and numpy code for the models of MACHINE.
@@ -84,10 +98,11 @@ def generate(
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen):
         raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
     written_in = among(precisions, PRECISIONS, "--precision") or (DOUBLE.name,)
+    tools = api.reporting(reported.report, reported.cc, reported.cflags, chosen)
     with steps() as announce:
         found, scene = selection.read(machine, announce)
         _warn_of_soft_springs(found, scene)
-        made = api.written(found, out, chosen, scene, written_in, announce)
+        made = api.written(found, out, chosen, scene, written_in, announce, tools)
     _warn_of_singular_starts(found, scene)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)

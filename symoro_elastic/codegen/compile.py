@@ -24,7 +24,8 @@ Array: TypeAlias = NDArray[Any]
 TYPES: dict[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
 """Types of numpy for the types of arrays in C."""
 COMPILERS = ("gcc", "clang", "cc")
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fPIC", "-shared")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+FLAGS = (*STRICT, "-fPIC", "-shared")
 MOST_OPTIMISED = 3000
 """Statements of a function that an optimising compiler takes a few seconds for; -O0 takes a tenth of that."""
 
@@ -74,19 +75,34 @@ def compile_library(
     Raises `CompilerMissing`, `CompilationFailed`.
     """
     command = [*(compiler or find_compiler()), *FLAGS, *flags]
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
     sources = sources or [name for name in files if name.endswith(".c")]
     library = folder / f"{Path(sources[0]).stem}.so"
-    done = subprocess.run(
-        [*command, *sources, "-o", library.name, "-lm"], cwd=folder, capture_output=True, text=True, check=False
-    )
+    return _compiled(files, [*command, *sources, "-o", library.name, "-lm"], library)
+
+
+def compile_object(
+    files: Mapping[str, str], folder: Path, compiler: Sequence[str], flags: Sequence[str], source: str
+) -> Path:
+    """Write C files (name to text) into a folder, compile one of them, return the object file.
+
+    Raises `CompilationFailed`.
+    """
+    made = folder / f"{Path(source).stem}.o"
+    return _compiled(files, [*compiler, *STRICT, *flags, "-c", source, "-o", made.name], made)
+
+
+def _compiled(files: Mapping[str, str], command: Sequence[str], made: Path) -> Path:
+    """What a command makes of files in its folder."""
+    made.parent.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (made.parent / name).write_text(text, encoding="utf-8")
+    done = subprocess.run(command, cwd=made.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CompilationFailed(f"{command[0]}: {_first_complaint(done.stderr)}")
-    if not library.is_file():
-        raise CompilationFailed(f"{command[0]}: wrote no library: set CC to a C compiler, or unset it")
-    return library
+    if not made.is_file():
+        kind = "object file" if made.suffix == ".o" else "library"
+        raise CompilationFailed(f"{command[0]}: wrote no {kind}: set CC to a C compiler, or unset it")
+    return made
 
 
 def _first_complaint(messages: str) -> str:

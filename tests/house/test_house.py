@@ -37,6 +37,7 @@ ROOMS: dict[str, set[str]] = {
     "models": {"machine", "symbolic", "mechanics"},
     "integration": set(),
     "codegen": {"symbolic", "integration"},
+    "embedded": {"symbolic", "models", "codegen"},
     "output_folder": set(),
     "machine_constants": {"machine", "symbolic", "models", "codegen"},
     "packaging": {"machine", "models", "codegen", "machine_constants"},
@@ -53,6 +54,7 @@ ROOMS: dict[str, set[str]] = {
         "traced",
         "numerics",
         "grouping",
+        "embedded",
         "output_folder",
     },
     "vibration": {
@@ -134,6 +136,7 @@ ROOMS: dict[str, set[str]] = {
         "symbolic",
         "models",
         "codegen",
+        "embedded",
         "drawing",
         "output_folder",
         "pipeline",

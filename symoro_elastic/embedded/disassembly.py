@@ -1,0 +1,148 @@
+"""Machine code as objdump lists it: functions, their instructions, where each goes and which line it comes from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+FORMAT = re.compile(r"file format (\S+)")
+FUNCTION = re.compile(r"([0-9a-f]+) <(.+)>:")
+LINE = re.compile(r".*?([^/\s]+\.c):(\d+)(?: \(discriminator \d+\))?")
+RELOCATION = re.compile(r"\s+[0-9a-f]+: R_\w+\s+(\S+)")
+INSTRUCTION = re.compile(r"\s+([0-9a-f]+):\s+(\S+)\s*(.*)")
+TARGET = re.compile(r"([0-9a-f]+) <([^>+]+)(\+0x[0-9a-f]+)?>")
+ADDEND = re.compile(r"[-+]0x[0-9a-f]+$")
+
+
+class Kind(Enum):
+    """What an instruction does to the flow of control."""
+
+    PLAIN = auto()
+    CALL = auto()
+    BRANCH = auto()
+    JUMP = auto()
+    RETURN = auto()
+    MAY_RETURN = auto()
+    UNKNOWN = auto()
+    """A jump to an address that is computed."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """An instruction: address, kind, line of the C file, target inside the function, function that is called."""
+
+    address: int
+    kind: Kind
+    line: int
+    target: int = -1
+    callee: str = ""
+
+
+@dataclass(frozen=True)
+class Code:
+    """A function: its bytes, and its instructions by address."""
+
+    name: str
+    size: int
+    instructions: tuple[Instruction, ...]
+
+
+@dataclass(frozen=True)
+class Processor:
+    """Mnemonics of a family of processors, as patterns; `may_return` is a return under a condition."""
+
+    call: str
+    jump: str
+    branch: str
+    returns: str
+    computed: str
+    may_return: str = r"(?!)"
+
+
+CONDITION = "(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
+PROCESSORS = {
+    "elf64-x86-64": Processor(
+        r"callq? [0-9a-f].*", r"jmpq? [0-9a-f].*", r"j[a-z]+ .*", r"(repz |bnd )?retq?\b.*", r"(jmp|call)q? .*"
+    ),
+    "elf32-littlearm": Processor(
+        r"blx? [0-9a-f].*",
+        r"b(\.[nw])? .*",
+        rf"(b{CONDITION}(\.[nw])?|cbn?z) .*",
+        r"bx lr|(pop|ldm\S*) .*\bpc\}|mov pc, lr|ldr(\.w)? pc, \[sp\], #4",
+        r"(tb[bh]|bx|blx|(mov|ldr|add)(\.w)? pc,).*",
+        rf"bx{CONDITION} lr|(pop|ldm\w*){CONDITION}\S* .*\bpc\}}",
+    ),
+}
+"""By the format of object files."""
+
+
+class UnknownProcessor(Exception):
+    """Machine code of a processor whose branches are not known here; the message is the format of its files."""
+
+
+def functions(listing: str) -> tuple[dict[str, Code], str]:
+    """Return the functions in what objdump prints by name, and the format of the file; raises `UnknownProcessor`."""
+    found = FORMAT.search(listing)
+    name = found[1] if found else "nothing"
+    if name not in PROCESSORS:
+        raise UnknownProcessor(name)
+    return {code.name: code for code in _functions(listing, PROCESSORS[name])}, name
+
+
+def _functions(listing: str, processor: Processor) -> Iterator[Code]:
+    for text in re.split(r"\n(?=[0-9a-f]+ <.+>:\n)", listing)[1:]:
+        head, *lines = text.split("\n")
+        found = FUNCTION.match(head)
+        assert found
+        instructions = tuple(_instructions(found[2], lines, processor))
+        yield Code(found[2], _end(lines) - int(found[1], 16), instructions)
+
+
+def _instructions(function: str, lines: list[str], processor: Processor) -> Iterator[Instruction]:
+    line, last = 0, None
+    for text in lines:
+        if found := RELOCATION.fullmatch(text):
+            last = _to_symbol(last, ADDEND.sub("", found[1])) if last else None
+        elif (found := INSTRUCTION.match(text)) and not found[2].startswith("."):
+            if last:
+                yield last
+            last = _instruction(function, int(found[1], 16), f"{found[2]} {found[3]}".strip(), line, processor)
+        elif found := LINE.fullmatch(text):
+            line = int(found[2])
+    if last:
+        yield last
+
+
+def _instruction(function: str, address: int, text: str, line: int, processor: Processor) -> Instruction:
+    text = " ".join(re.split(r"\s*(?:[;#@]|//) ", text)[0].split()) if "<" not in text else " ".join(text.split())
+    kind = next((kind for kind, pattern in _patterns(processor) if re.fullmatch(pattern, text)), Kind.PLAIN)
+    target = TARGET.search(text)
+    if kind not in (Kind.CALL, Kind.JUMP, Kind.BRANCH) or not target:
+        return Instruction(address, kind, line)
+    if kind is Kind.CALL or target[2] != function:
+        return Instruction(address, kind, line, callee=target[2])
+    return Instruction(address, kind, line, int(target[1], 16))
+
+
+def _patterns(processor: Processor) -> Iterator[tuple[Kind, str]]:
+    yield Kind.RETURN, processor.returns
+    yield Kind.MAY_RETURN, processor.may_return
+    yield Kind.CALL, processor.call
+    yield Kind.JUMP, processor.jump
+    yield Kind.UNKNOWN, processor.computed
+    yield Kind.BRANCH, processor.branch
+
+
+def _to_symbol(instruction: Instruction, symbol: str) -> Instruction:
+    """The instruction with the symbol that the linker puts in, where it goes there."""
+    if instruction.kind in (Kind.CALL, Kind.JUMP, Kind.BRANCH):
+        return replace(instruction, target=-1, callee=symbol)
+    return instruction
+
+
+def _end(lines: list[str]) -> int:
+    """The address behind the last instruction or number; the last one takes its alignment."""
+    addresses = [int(found[1], 16) for text in lines if (found := INSTRUCTION.match(text)) and "R_" not in found[2]]
+    return addresses[-1] + 4 if addresses else 0

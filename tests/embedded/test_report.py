@@ -1,0 +1,162 @@
+"""The report of generated C against what runs and what the compiler knows; compilers that are missing."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from symoro_elastic import generate
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import PRECISIONS
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.embedded.report import CodeReport, code_report
+from symoro_elastic.embedded.tool_chain import tool_chain
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.traced import traced
+from tests.benchmarks.steps import largest_stack
+from tests.command_line import ended, run
+from tests.references.random_machines import planar_2r
+
+CORTEX_M7 = "-mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "planar_2r.toml"
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+needs_arm = pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="needs arm-none-eabi-gcc")
+needs_valgrind = pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
+
+
+@cache
+def package() -> Package:
+    return traced(planar_2r(elastic=[2]), Scene(models=("direct_dynamics",), steps=("w2",))).package
+
+
+@cache
+def report(compiler: str, flags: str = "", precision: str = "double") -> CodeReport:
+    in_precision = PRECISIONS[precision]
+    return code_report(package(), render_c(package(), in_precision), in_precision, tool_chain(compiler, flags))
+
+
+def costs(found: CodeReport) -> dict[str, tuple[int | None, int | None]]:
+    """Instructions and stack by function."""
+    return {one.name: (one.cost.instructions, one.cost.stack) for one in found.functions}
+
+
+PROGRAM = """
+#include "planar_2r.h"
+int main(void)
+{
+    static double a[100], found[100];
+    double q[2] = {0.3, 0.01}, qd[2] = {0.5, -0.2};
+    for (int k = 0; k < 100; k++) a[k] = 0.3 + 0.01*k;
+    planar_2r_direct_dynamics_prepare(planar_2r_defaults, found);
+    planar_2r_direct_dynamics(q, qd, a, planar_2r_defaults, found);
+    planar_2r_step_w2(a, 1e-6, planar_2r_defaults, q, qd);
+    planar_2r_step_w2_servo(a, a, a, a, a, 1e-6, planar_2r_defaults, q, qd);
+    return 0;
+}
+"""
+
+
+def executed(folder: Path, function: str, compiler: str) -> int:
+    """Instructions of the call of a function, by callgrind."""
+    if not (folder / "main").is_file():
+        for name, text in {**render_c(package()), "main.c": PROGRAM}.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        command = [compiler, "-std=c99", "-O2", "-g", "main.c", "planar_2r.c", "-o", "main", "-lm"]
+        subprocess.run(command, cwd=folder, check=True)
+    collected = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}"]
+    done = subprocess.run([*collected, str(folder / "main")], capture_output=True, text=True, check=True)
+    return int(re.findall(r"Collected : (\d+)", done.stderr)[0])
+
+
+@needs_gcc
+@needs_valgrind
+def test_a_straight_line_executes_as_many_instructions_as_are_reported(tmp_path: Path) -> None:
+    name = "planar_2r_direct_dynamics_prepare"
+    assert costs(report("gcc"))[name][0] == executed(tmp_path, name, "gcc")
+
+
+@needs_gcc
+@needs_valgrind
+@pytest.mark.parametrize("function", ["direct_dynamics", "step_w2", "step_w2_servo"])
+def test_no_call_executes_more_than_is_reported_nor_much_less(function: str, tmp_path: Path) -> None:
+    name = f"planar_2r_{function}"
+    most = costs(report("gcc"))[name][0]
+    assert most is not None
+    assert 0.7 * most < executed(tmp_path, name, "gcc") <= most
+
+
+@needs_gcc
+def test_stack_is_what_the_compiler_says_along_its_own_graph_of_calls() -> None:
+    for name in ("planar_2r_direct_dynamics", "planar_2r_step_w2", "planar_2r_step_w2_servo"):
+        assert costs(report("gcc"))[name][1] == largest_stack(render_c(package()), name)
+
+
+@needs_arm
+def test_single_precision_on_a_processor_without_double_calls_no_function_for_doubles() -> None:
+    found = report("arm-none-eabi-gcc", CORTEX_M7, "single")
+    called = {name for one in found.functions for name in one.cost.calls or ()}
+    assert called == {"sinf", "cosf"}
+    assert found.format == "elf32-littlearm"
+
+
+@needs_arm
+def test_every_function_but_that_of_an_open_number_of_entries_is_bounded() -> None:
+    found = costs(report("arm-none-eabi-gcc", CORTEX_M7, "single"))
+    assert [name for name, (instructions, _) in found.items() if instructions is None] == ["planar_2r_single_advance"]
+    assert None not in {stack for _, stack in found.values()}
+
+
+@needs_arm
+def test_without_a_floating_point_unit_its_operations_are_calls_of_the_library() -> None:
+    one = report("arm-none-eabi-gcc", "-mcpu=cortex-m0plus", "single").functions[0]
+    assert one.name == "planar_2r_direct_dynamics_f32_prepare"
+    assert one.operations and one.cost.calls
+    assert one.cost.calls["__aeabi_fmul"] == one.operations.mul
+
+
+@needs_gcc
+def test_the_command_line_prints_what_python_returns(tmp_path: Path) -> None:
+    made = generate(EXAMPLE, out=tmp_path / "a", targets=["c"], report=True)
+    printed = run("generate", EXAMPLE, "--target", "c", "--out", tmp_path / "b", "--report", "--json").output
+    assert json.loads(printed)["reports"] == made.as_json()["reports"]
+    assert made.reports[0].frame().shape[1] == 5
+    shown = run("generate", EXAMPLE, "--target", "c", "--out", tmp_path / "b", "--report").output
+    assert "planar_2r_direct_dynamics_prepared" in shown
+    assert "bytes of code" in shown
+
+
+BAD = {
+    ("--report", "--cc", "arm-none-gcc"): "--cc: there is no program 'arm-none-gcc'",
+    ("--cc", "gcc"): "--cc: is of the report: add --report",
+    ("--cflags", "-O3"): "--cflags: is of the report",
+    ("--report", "--cflags", "'-O3"): '--cflags: "\'-O3" has a quotation mark without its other',
+    ("--report", "--target", "numpy"): "--report: is of the C code: add --target c",
+    ("--report", "--cflags", "-mcpu=nothing"): "planar_2r.toml: --report: gcc: ",
+}
+
+
+@needs_gcc
+@pytest.mark.parametrize(("options", "message"), BAD.items(), ids=[" ".join(options) for options in BAD])
+def test_what_cannot_be_reported_is_refused_and_nothing_is_written(
+    options: tuple[str, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", "gcc")
+    found = ended("generate", EXAMPLE, "--out", tmp_path / "out", *options)
+    assert found.code == 2
+    assert message in found.err
+    assert found.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_compiler_is_named_with_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="apt install gcc-arm-none-eabi"):
+        generate(EXAMPLE, out=tmp_path / "out", report=True, compiler="arm-none-eabi-gcc")
+    assert not (tmp_path / "out").exists()
