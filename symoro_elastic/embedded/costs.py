@@ -12,7 +12,7 @@ from symoro_elastic.codegen.c_printers import angles_of
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.embedded.disassembly import Code, functions
 from symoro_elastic.embedded.flow import Flow, Unbounded, flow, most
-from symoro_elastic.embedded.loops import loop_bounds
+from symoro_elastic.embedded.loops import LoopBounds, loop_bounds
 from symoro_elastic.embedded.tool_chain import Compiled
 
 USAGE = re.compile(r"(?:.*[/\\])?[^:]*:\d+:(\d+:)?(\S+)\t(\d+)\t(\S+)")
@@ -86,7 +86,7 @@ class Costs:
 class _Calls:
     """Ways through functions that call each other."""
 
-    def __init__(self, functions: Mapping[str, Code], bounds: Mapping[int, int]) -> None:
+    def __init__(self, functions: Mapping[str, Code], bounds: LoopBounds) -> None:
         self.functions, self.bounds = functions, bounds
         self._flows: dict[str, Flow] = {}
         self._found: dict[tuple[str, str], int] = {}

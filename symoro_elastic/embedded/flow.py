@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.embedded.disassembly import Code, Instruction, Kind
+from symoro_elastic.embedded.loops import LoopBounds
 
 ENDS = (Kind.RETURN, Kind.MAY_RETURN, Kind.JUMP, Kind.BRANCH, Kind.UNKNOWN)
 Weight = Callable[[Instruction], int]
@@ -50,7 +51,7 @@ def _after(last: Instruction, following: Mapping[int, int]) -> tuple[int, ...]:
     return tuple(dict.fromkeys([*further, *([last.target] if last.target >= 0 else [])]))
 
 
-def most(flow: Flow, weight: Weight, bounds: Mapping[int, int], in_conditions: bool = True) -> int:
+def most(flow: Flow, weight: Weight, bounds: LoopBounds, in_conditions: bool = True) -> int:
     """Return the largest sum of weights on any way through a function; `bounds` tell how often loops run, by line.
 
     Weights of conditions, which are tested once more than a loop runs, count unless `in_conditions` is False: a call
@@ -69,7 +70,7 @@ class _Ways:
 
     weights: Mapping[int, int]
     lines: Mapping[int, Collection[int]]
-    bounds: Mapping[int, int]
+    bounds: LoopBounds
     in_conditions: bool
 
     def longest(self, entry: int, after: Edges) -> dict[int, int]:
@@ -102,15 +103,18 @@ class _Ways:
         return times * each + last if self.in_conditions else times * max(each, last)
 
     def _times(self, component: Sequence[int], inside: Edges, head: int) -> int:
-        """How often the loop runs at most: what its own lines say, those of loops within it apart."""
+        """How often the loop runs at most: by its own line, else by the loops around its lines in the text."""
         cut = {node: [to for to in targets if to != head] for node, targets in inside.items()}
         parts = [part for part in _components(head, cut) if len(part) > 1 or part[0] in cut[part[0]]]
         within = {node for part in parts for node in part}
         inner = {line for node in within for line in self.lines[node]}
-        lines = {line for node in component if node not in within for line in self.lines[node]} & self.bounds.keys()
-        if not lines:
-            raise Unbounded(str(min(min(self.lines[node]) for node in component)))
-        return max(self.bounds[line] for line in lines - inner or lines)
+        lines = {line for node in component if node not in within for line in self.lines[node]}
+        own = lines & self.bounds.of.keys()
+        if own:
+            return max(self.bounds.of[line] for line in own - inner or own)
+        if lines <= self.bounds.around.keys():
+            return max(self.bounds.around[line] for line in lines)
+        raise Unbounded(str(min(lines)))
 
 
 def _reached(entry: int, after: Edges) -> set[int]:

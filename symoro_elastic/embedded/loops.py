@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 FOR = re.compile(r"\s*for \(size_t (\w+) = [^;]+; \1 < ([^;]+); \1\+\+\)")
 DOWN = re.compile(r"\s*for \(size_t (\w+) = (\w+); \1 > 0U; \1--\)")
@@ -13,21 +14,44 @@ LONGEST_SERIES = 14
 """Terms of the polynomials of sines and cosines that are summed in a loop."""
 
 
-def loop_bounds(source: str, angles: int) -> dict[int, int]:
-    """Return the most passes of each loop by its line, from 1; loops that have no bound in the text are left out.
+@dataclass(frozen=True)
+class LoopBounds:
+    """The most passes of loops: by the line of a loop, and of the one around a line that has most; lines from 1."""
+
+    of: Mapping[int, int]
+    around: Mapping[int, int] = field(default_factory=dict)
+
+
+def loop_bounds(source: str, angles: int) -> LoopBounds:
+    """Return the bounds of loops; those that have none in the text are left out.
 
     `angles` are those whose sines and cosines are found together: `count` in the functions that find them.
     """
     known = {"count": angles, TERMS: LONGEST_SERIES}
     found: dict[int, int] = {}
+    around: dict[int, int] = {}
+    open_loops: list[tuple[str, int]] = []
     for number, line in enumerate(source.split("\n"), start=1):
-        if WHILE.match(line):
-            found[number] = angles
-        elif match := FOR.match(line) or DOWN.match(line):
-            passes = _product(match[2], known)
-            if passes is not None:
-                found[number] = known[match[1]] = passes
-    return found
+        while open_loops and line == f"{open_loops[-1][0]}}}":
+            open_loops.pop()
+        if open_loops:
+            around[number] = max(passes for _, passes in open_loops)
+        passes = _passes(line, known)
+        if passes is not None:
+            found[number] = passes
+            open_loops.append((line[: len(line) - len(line.lstrip())], passes))
+    return LoopBounds(found, around)
+
+
+def _passes(line: str, known: dict[str, int]) -> int | None:
+    """How often the loop that begins in a line runs, which is then `known` of its variable."""
+    if WHILE.match(line):
+        return known["count"]
+    match = FOR.match(line) or DOWN.match(line)
+    passes = _product(match[2], known) if match else None
+    if match and passes is not None:
+        known[match[1]] = passes
+    return passes
 
 
 def _product(text: str, known: Mapping[str, int]) -> int | None:

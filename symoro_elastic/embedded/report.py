@@ -17,7 +17,7 @@ from symoro_elastic.symbolic.program import OperationCount
 
 DEFINITION = re.compile(r"^void (\w+)\(", re.MULTILINE)
 NOTES = (
-    "instructions, library calls: the most on any way through the code, that of huge angles (1e6 rad, single: 1024) too",
+    "instructions, library calls: the most on any way through the code, huge angles (1e6 rad, single: 1024) included",
     "stack, code: with those of all functions of the file that it calls, without those of libraries",
 )
 

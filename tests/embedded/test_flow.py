@@ -6,7 +6,7 @@ import pytest
 
 from symoro_elastic.embedded.disassembly import UnknownProcessor, functions
 from symoro_elastic.embedded.flow import Unbounded, flow, most
-from symoro_elastic.embedded.loops import loop_bounds
+from symoro_elastic.embedded.loops import LoopBounds, loop_bounds
 
 HEAD = "\nt.o:     file format elf32-littlearm\n\nDisassembly of section .text:\n\n00000000 <f>:\nf():\n"
 
@@ -21,9 +21,9 @@ def listing(text: str, head: str = HEAD) -> str:
     return head + "\n".join(lines) + "\n"
 
 
-def executed(text: str, bounds: dict[int, int]) -> int:
+def executed(text: str, bounds: dict[int, int], around: dict[int, int] | None = None) -> int:
     (code,) = functions(listing(text))[0].values()
-    return most(flow(code), lambda _: 1, bounds)
+    return most(flow(code), lambda _: 1, LoopBounds(bounds, around or {}))
 
 
 def test_of_two_branches_the_longer_one_counts() -> None:
@@ -125,4 +125,27 @@ def test_bounds_of_loops_are_read_from_the_text() -> None:
     for (size_t k = 0U; k < count; k++) {
     for (size_t k = 0U; k < n; k++) {
     while (large > 0U) {"""
-    assert loop_bounds(source, 4) == {1: 3, 2: 18, 3: 3, 4: 4, 6: 4}
+    assert loop_bounds(source, 4).of == {1: 3, 2: 18, 3: 3, 4: 4, 6: 4}
+
+
+def test_loops_around_a_line_are_known() -> None:
+    source = """\
+    for (size_t i = 0U; i < 3U; i++) {
+        for (size_t j = 0U; j < 2U; j++) {
+            x[i] += y[j];
+        }
+        x[i] = z;
+    }
+    x[0] = 1.0;"""
+    assert loop_bounds(source, 0).around == {2: 3, 3: 3, 4: 3, 5: 3}
+
+
+def test_a_loop_whose_own_line_is_gone_runs_as_often_as_those_around_its_lines() -> None:
+    text = """
+    1: 0 movs r3, #0
+    3: 2 adds r0, #1
+    3: 4 cmp r3, r0
+    3: 6 bne.n 2 <f+0x2>
+    4: 8 bx lr
+    """
+    assert executed(text, {2: 5}, {3: 5}) == 1 + 5 * 3 + 1
