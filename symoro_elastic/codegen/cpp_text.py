@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 
 from symoro_elastic.codegen.c_lines import INDENT
 from symoro_elastic.codegen.c_text import Routine
@@ -29,19 +29,23 @@ def constant(name: str) -> str:
 class CppText:
     """Functions of a machine's C as templates of C++: `arm_direct_dynamics` is `arm::direct_dynamics`."""
 
-    def __init__(self, name: str, called: Collection[str], empty: Collection[str]) -> None:
-        """`called` are functions of the scalar type that bodies may call, `empty` arrays without entries."""
-        self.called, self.empty = called, empty
+    def __init__(self, name: str, namespace: str, called: Collection[str], empty: Collection[str]) -> None:
+        """`called` are functions of the scalar type that bodies may call, `empty` arrays without entries.
+
+        Other functions are called by their namespace, so that none of those beside the type is meant.
+        """
+        self.namespace, self.called, self.empty = namespace, called, empty
+        self._calls = re.compile(rf"\b{name}_(\w+)\(")
         self._names, self._macros = re.compile(rf"\b{name}_(\w+)"), re.compile(rf"\b{name.upper()}_(\w+)")
 
     def definition(self, routine: Routine) -> str:
         """Return a function of C as a template."""
         return self._template(routine.head, routine.body)
 
-    def steps(self, source: str) -> str:
-        """Return the definitions of time steps, one after another as in C."""
+    def steps(self, source: str, comments: Mapping[str, str]) -> str:
+        """Return the definitions of time steps, one after another as in C, `comments` before those that have one."""
         pieces = re.split(r"^\}$", source, flags=re.MULTILINE)
-        return "".join(map(self._piece, pieces[:-1])) + pieces[-1]
+        return "".join(self._piece(piece, comments) for piece in pieces[:-1]) + pieces[-1]
 
     def renamed(self, code: str) -> str:
         """Return code without the machine's name in the names of C."""
@@ -49,11 +53,13 @@ class CppText:
         code = self._macros.sub(lambda found: constant(found[1]), code)
         return re.sub(r"(?<!:)\bsize_t\b", "std::size_t", code)
 
-    def _piece(self, piece: str) -> str:
+    def _piece(self, piece: str, comments: Mapping[str, str]) -> str:
         """A function after comments and arrays."""
         start = piece.rfind("\n", 0, piece.index("void ")) + 1
         before = _in_code(piece[:start], self.renamed).replace("static const ", "constexpr ")
         head, _, body = piece[start:].partition("\n{\n")
+        comment = next((text for name, text in comments.items() if f" {name}(" in head), "")
+        before += f"/* {comment}\n */\n" if comment else ""
         return before + self._template(head, body.rstrip("\n"))
 
     def _template(self, head: str, body: str) -> str:
@@ -67,6 +73,7 @@ class CppText:
             arguments = re.sub(rf"\w+ \*{array}\b", f"void *{array}", arguments)
         types = [f"class {type_}" for type_ in (SCALAR, PARAMETER) if re.search(rf"\b{type_}\b", arguments)]
         head = self.renamed(f"inline void {name}({arguments})")
+        body = self._calls.sub(rf"{self.namespace}::\1(", body)
         lines = "".join(self._declared_use(body)) + _in_code(body, self.renamed)
         return f"template <{', '.join(types)}>\n{head}\n{{\n{lines}\n}}"
 

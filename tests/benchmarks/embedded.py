@@ -1,4 +1,4 @@
-"""Generated C on a Cortex-M7 in QEMU, in single precision, against this computer: `python -m tests.benchmarks.embedded`.
+"""Single-precision C on a Cortex-M7 in QEMU against this computer: `python -m tests.benchmarks.embedded`.
 
 Bits of the results, instructions that are executed and stack that is used, beside what `generate --report` says.
 Needs gcc-arm-none-eabi and qemu-system-arm.

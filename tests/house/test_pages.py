@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ from symoro_elastic.reports.models_page import models_page
 from tests.documented_pages import beside_examples, runs, wrong_blocks
 from tests.golden import ROOT
 
-PAGES = ("index", "machine_tool", "identification", "robots")
+PAGES = ("index", "machine_tool", "identification", "robots", "cpp")
 ELSEWHERE = {
     "scenes": "test_scenes_page",
     "simulation": "test_simulation_page",
@@ -33,6 +34,8 @@ def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) ->
     pytest.importorskip("scipy")
     if page == "robots":
         pytest.importorskip("mujoco")
+    if page == "cpp" and shutil.which("c++") is None:
+        pytest.skip("no C++ compiler")
     with beside_examples(tmp_path):
         assert wrong_blocks(text(page)) == {}
 

@@ -143,7 +143,7 @@ def render_cpp(package: Package) -> Files:
     steps = CSteps(package, ANY, functions)
     called = frozenset(name for function in functions for name in function.printer.called)
     empty = {a.name for f in functions for a in f.signature if not a.entries}
-    text = CppText(package.name, sorted(called), empty)
+    text = CppText(package.name, namespace_of(package.name), sorted(called), empty)
     header = HeaderText(
         package=package,
         namespace=namespace_of(package.name),
@@ -153,7 +153,7 @@ def render_cpp(package: Package) -> Files:
         functions=tuple(_model(function_text(function), text) for function in functions),
         called=called,
         has_angles=any(function.angles for function in functions),
-        steps=text.steps(steps.source()),
+        steps=text.steps(steps.source(), {step.name: step.comment for step in steps.steps}),
         nodes=steps.nodes,
         step_constants=steps.constants,
     )
