@@ -34,7 +34,7 @@ class CppText:
 
         Other functions are called by their namespace, so that none of those beside the type is meant.
         """
-        self.namespace, self.called, self.empty = namespace, called, empty
+        self.namespace, self.called, self.empty = namespace, called, frozenset(empty)
         self._calls = re.compile(rf"\b{name}_(\w+)\(")
         self._names, self._macros = re.compile(rf"\b{name}_(\w+)"), re.compile(rf"\b{name.upper()}_(\w+)")
 
@@ -69,7 +69,8 @@ class CppText:
         if not re.search(r"_prepare(_part\d+)?$", name):
             arguments = re.sub(rf"\b{SCALAR} (\*?[pc]\b)", rf"{PARAMETER} \1", arguments)
             body = re.sub(rf"^{INDENT}{SCALAR} c\[", f"{INDENT}{PARAMETER} c[", body, flags=re.MULTILINE)
-        for array in self.empty:
+        whole = {"q", "qd", "qdd"} if re.search(r"_rate(_[a-z]+)?$", name) else set()  # with a floating base
+        for array in self.empty - whole:
             arguments = re.sub(rf"\w+ \*{array}\b", f"void *{array}", arguments)
         types = [f"class {type_}" for type_ in (SCALAR, PARAMETER) if re.search(rf"\b{type_}\b", arguments)]
         head = self.renamed(f"inline void {name}({arguments})")

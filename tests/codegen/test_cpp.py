@@ -21,7 +21,7 @@ from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import KEYWORDS, LIBRARY, render_c
 from symoro_elastic.codegen.targets.cpp import namespace_of, render_cpp
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.traced import traced
@@ -41,6 +41,7 @@ CASES = {
     "numbers": (FIVE, ()),
     "ring": (("direct_dynamics", "assemble"), ()),
     "on_base": (("direct_dynamics",), ("w2",)),
+    "body": (("direct_dynamics",), ("w2",)),
     "long": (("inverse_dynamics",), ()),
     "hostile": (("direct_dynamics", "geometric_model"), ()),
 }
@@ -59,6 +60,8 @@ def machine(name: str) -> Machine:
         return replace(random_machine(1, joints=4), name="gamma")
     if name == "planar":
         return planar_2r(elastic=[2])
+    if name == "body":
+        return on(Machine("body", (Joint("tip", 0, Kind.FIXED, 2),)))
     if name == "on_base":
         return on(random_machine(3, joints=2, massless=0, friction=False))
     if name == "hostile":
