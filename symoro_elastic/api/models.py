@@ -99,8 +99,9 @@ def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -
         return tool_chain(compiler, flags)
     except CompilerMissing as error:
         raise InputError("symoro-elastic", "--cc" if compiler else "--report", str(error)) from None
-    except ValueError:
-        raise InputError("symoro-elastic", "--cflags", f"{flags!r} has a quotation mark without its other") from None
+    except ValueError as error:
+        place = "--cflags" if str(error) == flags else "--cc"
+        raise InputError("symoro-elastic", place, f"{str(error)!r} has a quotation mark without its other") from None
 
 
 def written(

@@ -100,8 +100,12 @@ def _compiled(files: Mapping[str, str], command: Sequence[str], made: Path) -> P
     if done.returncode:
         raise CompilationFailed(f"{command[0]}: {_first_complaint(done.stderr)}")
     if not made.is_file():
-        kind = "object file" if made.suffix == ".o" else "library"
-        raise CompilationFailed(f"{command[0]}: wrote no {kind}: set CC to a C compiler, or unset it")
+        kind = (
+            "object file, is it a C compiler?"
+            if made.suffix == ".o"
+            else "library: set CC to a C compiler, or unset it"
+        )
+        raise CompilationFailed(f"{command[0]}: wrote no {kind}")
     return made
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from symoro_elastic.codegen.c_printers import angles_of
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.embedded.disassembly import Code, functions
+from symoro_elastic.embedded.disassembly import Code, Kind, functions
 from symoro_elastic.embedded.flow import Flow, Unbounded, flow, most
 from symoro_elastic.embedded.loops import LoopBounds, loop_bounds
 from symoro_elastic.embedded.tool_chain import Compiled
@@ -79,6 +79,8 @@ class Costs:
     def _deepest(self, ways: _Calls, name: str) -> int | None:
         """Bytes of stack of a function and of what it calls; libraries are not counted."""
         own = self._frames.get(name.split(".", maxsplit=1)[0])
+        if any(one.kind is Kind.UNKNOWN for one in self.functions[name].instructions):
+            return None
         called = [self._deepest(ways, each) for each in ways.inside(name)]
         return None if own is None or None in called else own + max((size for size in called if size), default=0)
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 FORMAT = re.compile(r"file format (\S+)")
+SYMBOL = re.compile(r"^[0-9a-f]+ .{6}F \S+\s+([0-9a-f]+) (?:\.\w+ )?(\S+)$", re.MULTILINE)
 FUNCTION = re.compile(r"([0-9a-f]+) <(.+)>:")
 LINE = re.compile(r".*?([^/\s]+\.c):(\d+)(?: \(discriminator \d+\))?")
 RELOCATION = re.compile(r"\s+[0-9a-f]+: R_\w+\s+(\S+)")
 INSTRUCTION = re.compile(r"\s+([0-9a-f]+):\s+(\S+)\s*(.*)")
 TARGET = re.compile(r"([0-9a-f]+) <([^>+]+)(\+0x[0-9a-f]+)?>")
+SECTION = ".text."
 ADDEND = re.compile(r"[-+]0x[0-9a-f]+$")
 
 
@@ -88,16 +90,18 @@ def functions(listing: str) -> tuple[dict[str, Code], str]:
     name = found[1] if found else "nothing"
     if name not in PROCESSORS:
         raise UnknownProcessor(name)
-    return {code.name: code for code in _functions(listing, PROCESSORS[name])}, name
+    made = {code.name: code for code in _functions(listing, PROCESSORS[name])}
+    return {one: replace(code, instructions=tuple(_named(code.instructions, made))) for one, code in made.items()}, name
 
 
 def _functions(listing: str, processor: Processor) -> Iterator[Code]:
+    sizes = {name: int(size, 16) for size, name in SYMBOL.findall(listing)}
     for text in re.split(r"\n(?=[0-9a-f]+ <.+>:\n)", listing)[1:]:
         head, *lines = text.split("\n")
         found = FUNCTION.match(head)
         assert found
         instructions = tuple(_instructions(found[2], lines, processor))
-        yield Code(found[2], _end(lines) - int(found[1], 16), instructions)
+        yield Code(found[2], sizes.get(found[2], 0), instructions)
 
 
 def _instructions(function: str, lines: list[str], processor: Processor) -> Iterator[Instruction]:
@@ -126,6 +130,16 @@ def _instruction(function: str, address: int, text: str, line: int, processor: P
     return Instruction(address, kind, line, int(target[1], 16))
 
 
+def _named(instructions: Iterable[Instruction], names: Collection[str]) -> Iterator[Instruction]:
+    """The instructions with names in the place of sections; a place in a section of many functions is not known."""
+    for one in instructions:
+        name = one.callee.removeprefix(SECTION)
+        if not one.callee.startswith(SECTION.rstrip(".")):
+            yield one
+        else:
+            yield replace(one, callee=name) if name in names else replace(one, kind=Kind.UNKNOWN, callee="")
+
+
 def _patterns(processor: Processor) -> Iterator[tuple[Kind, str]]:
     yield Kind.RETURN, processor.returns
     yield Kind.MAY_RETURN, processor.may_return
@@ -140,9 +154,3 @@ def _to_symbol(instruction: Instruction, symbol: str) -> Instruction:
     if instruction.kind in (Kind.CALL, Kind.JUMP, Kind.BRANCH):
         return replace(instruction, target=-1, callee=symbol)
     return instruction
-
-
-def _end(lines: list[str]) -> int:
-    """The address behind the last instruction or number; the last one takes its alignment."""
-    addresses = [int(found[1], 16) for text in lines if (found := INSTRUCTION.match(text)) and "R_" not in found[2]]
-    return addresses[-1] + 4 if addresses else 0

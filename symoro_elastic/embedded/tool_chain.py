@@ -19,7 +19,7 @@ PACKAGES = {
     "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf",
 }
 """Packages of Debian."""
-OBJDUMP = ("-d", "-r", "-l", "-h", "--no-show-raw-insn")
+OBJDUMP = ("-d", "-r", "-l", "-h", "-t", "--no-show-raw-insn")
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,21 @@ class Compiled:
 def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
     """Return the compiler that is named, else that of this computer, with options; -O2 comes before them.
 
-    Raises `CompilerMissing` that names the package, `ValueError` for options with an open quotation mark.
+    Raises `CompilerMissing` that names the package, `ValueError` that is the text with an open quotation mark.
     """
-    command = tuple(shlex.split(compiler)) or find_compiler()
+    command = _words(compiler) or find_compiler()
     if shutil.which(command[0]) is None:
         package = PACKAGES.get(Path(command[0]).name)
         remedy = f"install it (Debian: apt install {package})" if package else "install it, or name another"
         raise CompilerMissing(f"there is no program {command[0]!r}: {remedy}")
-    return ToolChain(command, ("-O2", *shlex.split(flags)))
+    return ToolChain(command, ("-O2", *_words(flags)))
+
+
+def _words(text: str) -> tuple[str, ...]:
+    try:
+        return tuple(shlex.split(text))
+    except ValueError:
+        raise ValueError(text) from None
 
 
 def compiled(files: Mapping[str, str], source: str, tools: ToolChain) -> Compiled:
