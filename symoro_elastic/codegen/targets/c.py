@@ -111,7 +111,6 @@ def source_text(package: Package, precision: Precision) -> SourceText:
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)
     called = {name for function in functions for name in function.printer.called}
-    last = len(package.parameters) - 1
     return SourceText(
         name=name,
         macro=name.upper(),
@@ -122,7 +121,7 @@ def source_text(package: Package, precision: Precision) -> SourceText:
         motor_names=package.motor_names,
         frames=len(package.frames),
         parameters=package.parameters,
-        defaults=tuple(_default(p, precision, k == last) for k, p in enumerate(package.parameters)),
+        defaults=default_lines(package, precision),
         precision=precision,
         functions=texts,
         has_angles=has_angles,
@@ -148,6 +147,12 @@ def sentences(package: Package, precision: Precision) -> tuple[str, ...]:
         f"Options: {in_comment('; '.join([precision.title, *package.options]))}.",
         "The licence of the generator does not cover this file: use it under any licence you like.",
     )
+
+
+def default_lines(package: Package, precision: Precision) -> tuple[str, ...]:
+    """The lines of the default values of p."""
+    last = len(package.parameters) - 1
+    return tuple(_default(p, precision, k == last) for k, p in enumerate(package.parameters))
 
 
 def _default(parameter: ParameterValue, precision: Precision, is_last: bool) -> str:
