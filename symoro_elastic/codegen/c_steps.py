@@ -66,6 +66,7 @@ class CSteps:
         """`qualifier` begins the definitions of functions that users call, where they are not plain C."""
         self.package, self.precision, self.many = package, precision, many
         self.qualifier, self.static = qualifier, qualifier or "static "
+        self.repeated = f"{qualifier}__noinline__ " if qualifier else self.static
         self.by_name = {function.function.name: function for function in functions}
         made = [method_text(METHODS[name], package, precision) for name in package.steps]
         self.methods = [method for method in made if not (many and method.kind == "rosenbrock")]
@@ -215,10 +216,10 @@ class CSteps:
         given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
         dependent = [Array(state, "q_dep", "", 0), Array(state, "stage_dep", "", 0, True)]
         turned = [Array(state, one.name, "", 0) for one in self.package.base[:1]]
-        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self._p]
+        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self.p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
         count = ["size_t count"] if self.many else []
-        name = f"{self.static}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
+        name = f"{self.repeated}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
     def _last_row(self, method: MethodText, variant: Variant) -> str:

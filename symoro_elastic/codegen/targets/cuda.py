@@ -21,7 +21,7 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.symbolic.operations import SIGN
 
 THREADS = 128
-"""Threads of a block: with as many a thread may use all 255 registers that the hardware can address."""
+"""Threads of a block: with as many each may have all 255 registers that the hardware can address."""
 BLOCKS = 4096
 """The most blocks of a launch: several for each place on any device, so that all end at the same time."""
 SHARED_BYTES = 48 * 1024
