@@ -32,6 +32,19 @@ LANES = 16
 
 
 @dataclass(frozen=True)
+class Qualifiers:
+    """What definitions begin with: functions that users call, those of the file, accelerations, data."""
+
+    public: str = ""
+    static: str = "static "
+    rate: str = "static "
+    data: str = "static "
+
+
+PLAIN_C = Qualifiers()
+
+
+@dataclass(frozen=True)
 class StepText:
     """A time step: comment and heads of its functions, the call of that which does the work, arrays by use."""
 
@@ -61,12 +74,9 @@ class CSteps:
         precision: Precision,
         functions: Sequence[CFunction],
         many: bool = False,
-        qualifier: str = "",
+        qualifiers: Qualifiers = PLAIN_C,
     ) -> None:
-        """`qualifier` begins the definitions of functions that users call, where they are not plain C."""
-        self.package, self.precision, self.many = package, precision, many
-        self.qualifier, self.static = qualifier, qualifier or "static "
-        self.repeated = f"{qualifier}__noinline__ " if qualifier else self.static
+        self.package, self.precision, self.many, self.qualifiers = package, precision, many, qualifiers
         self.by_name = {function.function.name: function for function in functions}
         made = [method_text(METHODS[name], package, precision) for name in package.steps]
         self.methods = [method for method in made if not (many and method.kind == "rosenbrock")]
@@ -114,7 +124,8 @@ class CSteps:
             name=name,
             comment="\n * ".join(_comment(method, variant, with_error, self.package)),
             working=with_arguments(
-                f"{self.static}void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared
+                f"{self.qualifiers.static}void {name}_{'lanes' if self.many else 'stages'}",
+                many if self.many else prepared,
             ),
             call=with_arguments(f"    {name}_stages", arguments, ");").lstrip(),
             prototypes=(batch,) if self.many else tuple(heads),
@@ -175,8 +186,7 @@ class CSteps:
             "state": self.precision.state,
             "real": self.precision.type_of_real(package.name),
             "many": self.many,
-            "qualifier": self.qualifier,
-            "static": self.static,
+            "qualifiers": self.qualifiers,
             "times": "*count" if self.many else "",
             "lanes": f"*{self.macro}_LANES" if self.many else "",
             "lanes_each": LANES,
@@ -219,7 +229,7 @@ class CSteps:
         arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self.p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
         count = ["size_t count"] if self.many else []
-        name = f"{self.repeated}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
+        name = f"{self.qualifiers.rate}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
     def _last_row(self, method: MethodText, variant: Variant) -> str:

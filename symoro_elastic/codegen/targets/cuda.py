@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.c_function import Array, CFunction
 from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
 from symoro_elastic.codegen.c_printers import Form
-from symoro_elastic.codegen.c_steps import CSteps, StepText
+from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
 from symoro_elastic.codegen.c_text import Routine, call, head, preparing, working
 from symoro_elastic.codegen.described import Files, described
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -26,7 +26,8 @@ BLOCKS = 4096
 """The most blocks of a launch: several for each place on any device, so that all end at the same time."""
 SHARED_BYTES = 48 * 1024
 """Shared memory that every device gives a block."""
-QUALIFIER = "static __device__ "
+QUALIFIERS = Qualifiers(*["static __device__ inline "] * 2, "static __device__ __noinline__ ", "static __device__ ")
+"""Accelerations, which every stage of a step needs, are not copied into it: that would fill the instruction cache."""
 OWN = words(
     """
     states steps hold stream s k row step first count large size from to blocks arguments
@@ -108,8 +109,8 @@ class CudaText:
     steps: CSteps
     step_kernels: tuple[StepKernel, ...]
     shares_steps: bool
-    threads: int = THREADS
-    blocks: int = BLOCKS
+    threads: int
+    blocks: int
 
 
 def strided_form(package: Package, precision: Precision) -> Form:
@@ -141,7 +142,7 @@ def render_cuda(package: Package, precision: Precision = DOUBLE) -> Files:
 def _text(package: Package, precision: Precision) -> CudaText:
     form, name = strided_form(package, precision), package.name + precision.suffix
     functions = [CFunction(package, function, precision, form) for function in package.functions]
-    steps = CSteps(package, precision, functions, qualifier=QUALIFIER)
+    steps = CSteps(package, precision, functions, qualifiers=QUALIFIERS)
     return CudaText(
         name=name,
         macro=name.upper(),
@@ -162,6 +163,8 @@ def _text(package: Package, precision: Precision) -> CudaText:
         steps=steps,
         step_kernels=tuple(_step_kernel(step, steps) for step in steps.steps),
         shares_steps=_fits(steps.constants, precision),
+        threads=THREADS,
+        blocks=BLOCKS,
     )
 
 
