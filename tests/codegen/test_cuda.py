@@ -26,7 +26,7 @@ from symoro_elastic.pipeline import programs
 from tests.benchmarks import nvrtc
 from tests.codegen.cuda_on_host import HostKernels, on_host
 from tests.codegen.test_local_names import arm
-from tests.codegen.test_time_steps import H, STATES, STRICT, Generated, generated, given, parameters, pointers
+from tests.codegen.test_time_steps import STATES, STRICT, Generated, H, generated, given, parameters, pointers
 from tests.references.random_machines import planar_2r
 
 CASES = ("pushed", "delta", "on_base")
@@ -87,8 +87,8 @@ def advanced(of: Generated, step: StepText, rows: list[dict[str, Array]]) -> lis
             of.library[step.name](*read, ctypes.c_double(H), *pointers([parameters(of.package), *one]))
             for x, y in zip(written, one, strict=True):
                 x[:, k] = y
-        for k, x in sums.items():
-            x += written[k]
+        for k in sums:
+            sums[k] += written[k]
     return [sums.get(k, x) for k, x in enumerate(written)]
 
 

@@ -1,4 +1,4 @@
-"""The target `cuda`: functions for one state in device code, kernels for many states, and functions that launch them."""
+"""The target `cuda`: functions of device code for one state, kernels for many, and functions that launch them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ BLOCKS = 4096
 """The most blocks of a launch: several for each place on any device, so that all end at the same time."""
 SHARED_BYTES = 48 * 1024
 """Shared memory that every device gives a block."""
-QUALIFIERS = Qualifiers(*["static __device__ inline "] * 2, "static __device__ __noinline__ ", "static __device__ ")
+DEVICE = "static __device__ "
+QUALIFIERS = Qualifiers(f"{DEVICE}inline ", f"{DEVICE}inline ", f"{DEVICE}__noinline__ ", DEVICE)
 """Accelerations, which every stage of a step needs, are not copied into it: that would fill the instruction cache."""
 OWN = words(
     """
@@ -228,7 +229,7 @@ def _kernel(name: str, sizes: Sequence[str], arrays: Sequence[Array | str]) -> K
 def _step_kernel(step: StepText, steps: CSteps) -> StepKernel:
     error = [one for one in step.written if one.name == "error"]
     gains = [one for one in step.read if one.name in step.variant.of_step]
-    arrays = [*step.read, f"{steps.precision.state} h", steps.p, *step.written]
+    arrays: list[Array | str] = [*step.read, f"{steps.precision.state} h", steps.p, *step.written]
     sizes = [f"size_t {name}" for name in ("states", "steps", "hold")]
     return StepKernel(
         step=step,
