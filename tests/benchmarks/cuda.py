@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import itertools
 import os
 import tempfile
 import time
@@ -224,8 +225,9 @@ def timed(
             device.fetched(at)
 
     copies = on_clock(with_copies)
-    c = on_clock(lambda: on_cores(batches[f"{name}_batch"], inputs, results, cores))
-    apart = ulps([device.fetched(at) for at in found], whole(batches[f"{name}_batch"], inputs, results))
+    batch = batches[f"{name}_batch"]
+    c = on_clock(OnCores(batch, inputs, results, cores))
+    apart = ulps([device.fetched(at) for at in found], whole(batch, inputs, results))
     jax = by_jax(case, function, inputs)
     device.free(*given, *found)
     cells = [f"{1e9 * x / states:.3g}" if x else "-" for x in (kernel, copies, c, jax)]
@@ -243,26 +245,24 @@ def on_clock(work: Callable[[], Any]) -> float:
     return min(found)
 
 
-def on_cores(batch: Any, inputs: Sequence[Array], results: Sequence[Array], cores: int) -> None:
-    """Each core takes a part of the states, in arrays of its own that are made once."""
-    key = (id(batch), *(x.shape for x in inputs))
-    if key not in _PARTS:
-        _PARTS.clear()
+class OnCores:
+    """Each core computes a part of the states, in arrays of its own."""
+
+    def __init__(self, batch: Any, inputs: Sequence[Array], results: Sequence[Array], cores: int) -> None:
+        self.batch, self.pool = batch, ThreadPoolExecutor(cores)
         bounds = np.linspace(0, inputs[0].shape[1], cores + 1).astype(int)
-        _PARTS[key] = [
+        self.parts = [
             [
                 *(np.ascontiguousarray(x[:, first:last]) for x in inputs[:-1]),
                 inputs[-1],
                 *(np.zeros((len(y), last - first), y.dtype) for y in results),
             ]
-            for first, last in zip(bounds, bounds[1:], strict=False)
+            for first, last in itertools.pairwise(bounds)
         ]
-    parts = _PARTS[key]
-    list(_POOL.map(lambda part: _run(batch, part[0].shape[1], part), parts))
 
-
-_PARTS: dict[Any, list[list[Array]]] = {}
-_POOL = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    def __call__(self) -> None:
+        """Compute all once."""
+        list(self.pool.map(lambda part: _run(self.batch, part[0].shape[1], part), self.parts))
 
 
 def whole(batch: Any, inputs: Sequence[Array], results: Sequence[Array]) -> Sequence[Array]:
