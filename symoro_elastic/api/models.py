@@ -55,11 +55,11 @@ def generate(
     out
         Folder of generated machines.
     targets
-        "numpy", "c", "c-batch", "matlab".
+        "numpy", "c", "c-batch", "matlab", "cuda".
     scene, outputs, fold, steps
         As in `load`.
     precisions
-        Precisions of the C code: "double", "single", "mixed", "double-double".
+        Precisions of the C code: "double", "single", "mixed", "double-double" (not in CUDA).
     force
         Replace existing files that the program has not written itself.
 

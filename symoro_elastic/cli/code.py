@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     multiple=True,
     shell_complete=completion.TARGETS,
-    help="Target: numpy, c (default: both), c-batch or matlab; may be repeated.",
+    help="Target: numpy, c (default: both), c-batch, matlab or cuda; may be repeated.",
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."
