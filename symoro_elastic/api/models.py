@@ -61,11 +61,11 @@ def generate(
     out
         Folder of generated machines.
     targets
-        "numpy", "c", "c-batch", "cpp", "matlab".
+        "numpy", "c", "c-batch", "cpp", "matlab", "cuda".
     scene, outputs, fold, steps
         As in `load`.
     precisions
-        Precisions of the C code: "double", "single", "mixed", "double-double".
+        Precisions of the C code: "double", "single", "mixed", "double-double" (not in CUDA).
     report
         Compile the C, and report stack, code and instructions of each function (`reports` of the result).
     compiler, compiler_flags

@@ -52,7 +52,7 @@ class Reported:
     metavar="NAME",
     multiple=True,
     shell_complete=completion.TARGETS,
-    help="Target: numpy, c (default: both), c-batch, cpp or matlab; may be repeated.",
+    help="Target: numpy, c (default: both), c-batch, cpp, matlab or cuda; may be repeated.",
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."

@@ -32,6 +32,19 @@ LANES = 16
 
 
 @dataclass(frozen=True)
+class Qualifiers:
+    """What definitions begin with: functions that users call, those of the file, accelerations, data."""
+
+    public: str = ""
+    static: str = "static "
+    rate: str = "static "
+    data: str = "static "
+
+
+PLAIN_C = Qualifiers()
+
+
+@dataclass(frozen=True)
 class StepText:
     """A time step: comment and heads of its functions, the call of that which does the work, arrays by use."""
 
@@ -56,9 +69,14 @@ class CSteps:
     """The time steps of a package in C, on one state or, with `many`, on batches."""
 
     def __init__(
-        self, package: Package, precision: Precision, functions: Sequence[CFunction], many: bool = False
+        self,
+        package: Package,
+        precision: Precision,
+        functions: Sequence[CFunction],
+        many: bool = False,
+        qualifiers: Qualifiers = PLAIN_C,
     ) -> None:
-        self.package, self.precision, self.many = package, precision, many
+        self.package, self.precision, self.many, self.qualifiers = package, precision, many, qualifiers
         self.by_name = {function.function.name: function for function in functions}
         made = [method_text(METHODS[name], package, precision) for name in package.steps]
         self.methods = [method for method in made if not (many and method.kind == "rosenbrock")]
@@ -91,7 +109,7 @@ class CSteps:
         name = f"{self.prefix}_step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
         read, written = tuple(self._read(method, variant)), tuple(self._written(with_error))
         c = [self._constants] if self.constants else []
-        one, prepared = self._declared(read, [self._p], written), self._declared(read, [self._p, *c], written)
+        one, prepared = self._declared(read, [self.p], written), self._declared(read, [self.p, *c], written)
         many = ["size_t count", *self._pointers(read, written)]
         arguments = [*(a.name for a in read), "h", "p", *(a.name for a in (*c, *written))]
         heads = [
@@ -106,7 +124,8 @@ class CSteps:
             name=name,
             comment="\n * ".join(_comment(method, variant, with_error, self.package)),
             working=with_arguments(
-                f"static void {name}_{'lanes' if self.many else 'stages'}", many if self.many else prepared
+                f"{self.qualifiers.static}void {name}_{'lanes' if self.many else 'stages'}",
+                many if self.many else prepared,
             ),
             call=with_arguments(f"    {name}_stages", arguments, ");").lstrip(),
             prototypes=(batch,) if self.many else tuple(heads),
@@ -119,7 +138,7 @@ class CSteps:
         return [*(a.declared() for a in read), f"{self.precision.state} h", *(a.declared() for a in arrays)]
 
     def _pointers(self, read: Sequence[Array], written: Sequence[Array]) -> list[str]:
-        arrays = [self._p, *written]
+        arrays = [self.p, *written]
         return [*(a.pointer() for a in read), f"{self.precision.state} h", *(a.pointer() for a in arrays)]
 
     def _read(self, method: MethodText, variant: Variant) -> Iterator[Array]:
@@ -148,7 +167,8 @@ class CSteps:
             yield Array(state, "error", str(size) if self.package.base else f"2*{self.macro}_JOINTS", size, True)
 
     @property
-    def _p(self) -> Array:
+    def p(self) -> Array:
+        """The array of parameters."""
         return Array(self.precision.state, "p", f"{self.macro}_PARAMETERS", len(self.package.parameters))
 
     @property
@@ -166,6 +186,7 @@ class CSteps:
             "state": self.precision.state,
             "real": self.precision.type_of_real(package.name),
             "many": self.many,
+            "qualifiers": self.qualifiers,
             "times": "*count" if self.many else "",
             "lanes": f"*{self.macro}_LANES" if self.many else "",
             "lanes_each": LANES,
@@ -205,10 +226,10 @@ class CSteps:
         given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
         dependent = [Array(state, "q_dep", "", 0), Array(state, "stage_dep", "", 0, True)]
         turned = [Array(state, one.name, "", 0) for one in self.package.base[:1]]
-        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self._p]
+        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self.p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
         count = ["size_t count"] if self.many else []
-        name = f"static void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
+        name = f"{self.qualifiers.rate}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
     def _last_row(self, method: MethodText, variant: Variant) -> str:

@@ -43,7 +43,7 @@ class FunctionText:
 def function_text(function: CFunction) -> FunctionText:
     """Return the text of a model for one state."""
     about = described(function.function)
-    main = head(function, function.name, function.signature)
+    main = head(function.name, function.signature, function.form.states)
     in_two_steps = (Routine(main, _in_two_steps(function)),) if function.c else ()
     return FunctionText(
         name=function.name,
@@ -53,40 +53,38 @@ def function_text(function: CFunction) -> FunctionText:
         prototype=main,
         constants=function.c[0].size if function.c else "",
         constant_count=len(function.constants),
-        prepare=head(function, f"{function.name}_prepare", _of_preparing(function)),
-        prepared=head(function, f"{function.name}_prepared", function.arrays),
-        routines=(*_preparing(function), *working(function, _working_name(function)), *in_two_steps),
+        prepare=head(f"{function.name}_prepare", of_preparing(function)),
+        prepared=head(f"{function.name}_prepared", function.arrays, function.form.states),
+        routines=(*preparing(function), *working(function, _working_name(function)), *in_two_steps),
     )
 
 
-def head(function: CFunction, name: str, arrays: Sequence[Array]) -> str:
+def head(name: str, arrays: Sequence[Array], states: str = "") -> str:
     """The head of a function without its last line's end; functions on many states take their number first."""
-    states = function.form.states
     declared = [f"size_t {states}", *(a.pointer() for a in arrays)] if states else [a.declared() for a in arrays]
     return with_arguments(f"void {name}", declared)
 
 
 def working(function: CFunction, name: str) -> list[Routine]:
     """The function that does the work of a call, after the parts of it where it is long."""
-    parts = function.part_texts()
-    unused = [*([function.form.states] if function.form.states else []), *function.unused()]
+    parts, states = function.part_texts(), function.form.states
+    unused = [*([states] if states else []), *function.unused()]
     first = [f"{INDENT}(void){name};" for name in unused] + _angles(function)
     if len(parts) == 1:
-        return [Routine(head(function, name, function.arrays), "\n".join([*first, parts[0].body]))]
+        return [Routine(head(name, function.arrays, states), "\n".join([*first, parts[0].body]))]
     spill = [_declaration(function.form.number, SPILL, str(function.slots))] if function.slots else []
-    routines, calls = _in_parts(function, name, parts)
-    return [*routines, Routine(head(function, name, function.arrays), "\n".join([*first, *spill, *calls]))]
+    routines, calls = _in_parts(name, parts, states)
+    return [*routines, Routine(head(name, function.arrays, states), "\n".join([*first, *spill, *calls]))]
 
 
-def _in_parts(function: CFunction, name: str, parts: Sequence[PartText]) -> tuple[list[Routine], list[str]]:
+def _in_parts(name: str, parts: Sequence[PartText], states: str = "") -> tuple[list[Routine], list[str]]:
     """Static functions for the parts, and the calls of them."""
     names = [f"{name}_part{k}" for k in range(1, len(parts) + 1)]
-    unused = [f"{INDENT}(void){function.form.states};\n"] if function.form.states else []
+    unused = [f"{INDENT}(void){states};\n"] if states else []
     routines = [
-        Routine(head(function, n, p.arrays), "".join([*unused, p.body]), True)
-        for n, p in zip(names, parts, strict=True)
+        Routine(head(n, p.arrays, states), "".join([*unused, p.body]), True) for n, p in zip(names, parts, strict=True)
     ]
-    return routines, [_call(function, n, p.arrays) for n, p in zip(names, parts, strict=True)]
+    return routines, [call(n, p.arrays, states) for n, p in zip(names, parts, strict=True)]
 
 
 def _angles(function: CFunction) -> list[str]:
@@ -106,29 +104,30 @@ def _declaration(type_: str, name: str, size: str) -> str:
     return f"{INDENT}{type_} {name}[{size}];"
 
 
-def _call(function: CFunction, name: str, arrays: Sequence[Array]) -> str:
-    states = [function.form.states] if function.form.states else []
-    return with_arguments(f"{INDENT}{name}", [*states, *(a.name for a in arrays)], ");")
+def call(name: str, arrays: Sequence[Array], states: str = "") -> str:
+    """The call of a function with the arrays of that which calls it."""
+    return with_arguments(f"{INDENT}{name}", [*([states] if states else []), *(a.name for a in arrays)], ");")
 
 
 def _working_name(function: CFunction) -> str:
     return f"{function.name}_prepared" if function.c else function.name
 
 
-def _of_preparing(function: CFunction) -> list[Array]:
+def of_preparing(function: CFunction) -> list[Array]:
     """The arrays of the function that computes what depends on parameters only."""
     return [function.p, *function.c_written]
 
 
-def _preparing(function: CFunction) -> list[Routine]:
+def preparing(function: CFunction) -> list[Routine]:
+    """The function that computes what depends on parameters only, after its parts; none where there is no such work."""
     if not function.c:
         return []
     name, parts = f"{function.name}_prepare", function.once_texts()
-    main = head(function, name, _of_preparing(function))
+    main = head(name, of_preparing(function))
     if len(parts) == 1:
         return [Routine(main, parts[0].body)]
     spill = [_declaration(function.form.real, SPILL, str(function.once_slots))] if function.once_slots else []
-    routines, calls = _in_parts(function, name, parts)
+    routines, calls = _in_parts(name, parts)
     return [*routines, Routine(main, "\n".join([*spill, *calls]))]
 
 
@@ -138,8 +137,8 @@ def _in_two_steps(function: CFunction) -> str:
     return "\n".join(
         [
             _declaration(c.type, c.name, c.size),
-            _call(function, f"{function.name}_prepare", _of_preparing(function)),
-            _call(function, f"{function.name}_prepared", function.arrays),
+            call(f"{function.name}_prepare", of_preparing(function)),
+            call(f"{function.name}_prepared", function.arrays),
         ]
     )
 

@@ -15,7 +15,7 @@ from symoro_elastic.reports.models_page import models_page
 from tests.documented_pages import beside_examples, runs, wrong_blocks
 from tests.golden import ROOT
 
-PAGES = ("index", "machine_tool", "identification", "robots", "cpp")
+PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda")
 ELSEWHERE = {
     "scenes": "test_scenes_page",
     "simulation": "test_simulation_page",

@@ -12,10 +12,11 @@ from symoro_elastic.codegen.targets import c, numpy
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.codegen.targets.cpp import CPP
+from symoro_elastic.codegen.targets.cuda import CUDA
 from symoro_elastic.codegen.targets.matlab import MATLAB
 from symoro_elastic.codegen.targets.numpy import NUMPY
 
-TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB)}
+TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA)}
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))
 """Identifiers that the language or the libraries of some target use."""

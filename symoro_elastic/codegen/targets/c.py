@@ -150,7 +150,7 @@ def sentences(package: Package, precision: Precision) -> tuple[str, ...]:
 
 
 def default_lines(package: Package, precision: Precision) -> tuple[str, ...]:
-    """Lines of the default values."""
+    """The lines of the default values of p."""
     last = len(package.parameters) - 1
     return tuple(_default(p, precision, k == last) for k, p in enumerate(package.parameters))
 

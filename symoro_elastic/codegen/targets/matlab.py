@@ -160,7 +160,7 @@ def _listed(opening: str, items: Sequence[str], closing: str, between: str) -> s
 @dataclass(frozen=True)
 class _Matlab:
     name: str = "matlab"
-    title: str = "functions for MATLAB and GNU Octave, in their language and as MEX around C; states are columns"
+    title: str = "functions for MATLAB and GNU Octave, and MEX around C; states are columns"
     suffixes: tuple[str, ...] = (".m", "_mex.c", ".h", ".c")
     precisions: tuple[Precision, ...] = (DOUBLE,)
     reserved: frozenset[str] = frozenset()

@@ -1,0 +1,267 @@
+"""The target `cuda`: functions of device code for one state, kernels for many, and functions that launch them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.c_function import Array, CFunction
+from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
+from symoro_elastic.codegen.c_printers import Form
+from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
+from symoro_elastic.codegen.c_text import Routine, call, head, preparing, working
+from symoro_elastic.codegen.described import Files, described
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
+from symoro_elastic.codegen.package import Axis, Package, ParameterValue
+from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
+from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.targets.c import OWN as C_WORDS
+from symoro_elastic.codegen.targets.c import C, banner, default_lines, scalar_form
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.symbolic.operations import SIGN
+
+THREADS = 128
+"""Threads of a block: with as many each may have all 255 registers that the hardware can address."""
+BLOCKS = 4096
+"""The most blocks of a launch: several for each place on any device, so that all end at the same time."""
+SHARED_BYTES = 48 * 1024
+"""Shared memory that every device gives a block."""
+DEVICE = "static __device__ "
+QUALIFIERS = Qualifiers(f"{DEVICE}inline ", f"{DEVICE}inline ", f"{DEVICE}__noinline__ ", DEVICE)
+"""Accelerations, which every stage of a step needs, are not copied into it: that would fill the instruction cache."""
+OWN = words(
+    """
+    states steps hold stream s k row step first count large size from to blocks arguments
+    threadIdx blockIdx blockDim gridDim warpSize dim3 sincos sincosf clock
+    MAXFLOAT NZERO BIG_ENDIAN LITTLE_ENDIAN BYTE_ORDER LONG_BIT WORD_BIT PIPE_BUF MAX_INPUT MAX_CANON TIME_UTC NFDBITS
+    SEEK_SET SEEK_CUR SEEK_END SEEK_DATA SEEK_HOLE WNOHANG WUNTRACED WSTOPPED WEXITED WCONTINUED WNOWAIT
+    STA_CLK STA_DEL STA_FLL STA_INS STA_MODE STA_NANO STA_PLL ADJ_FREQUENCY ADJ_MICRO ADJ_NANO ADJ_OFFSET ADJ_STATUS
+    ADJ_TAI ADJ_TICK MOD_CLKA MOD_CLKB MOD_MICRO MOD_NANO MOD_OFFSET MOD_STATUS MOD_TAI CLOCK_MONOTONIC CLOCK_REALTIME
+    INT_WIDTH LONG_WIDTH CHAR_WIDTH BOOL_WIDTH
+    """
+)
+"""Identifiers of the templates, and variables and macros of CUDA and of the headers that it includes."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A kernel: its name, heads of it and of the function that launches it, the arguments to hand on."""
+
+    name: str
+    head: str
+    launcher: str
+    arguments: str
+
+
+@dataclass(frozen=True)
+class DeviceFunction:
+    """A model: its comment, the functions of device code, and its kernel; None where it has no state.
+
+    `shares` tells that what depends on parameters only fits into the shared memory of a block.
+    """
+
+    name: str
+    title: str
+    counts: str
+    documented: tuple[str, ...]
+    constants: str
+    constant_count: int
+    shares: bool
+    routines: tuple[Routine, ...]
+    prepared: Routine | None
+    one: Routine
+    kernel: Kernel | None
+    state_call: str
+
+
+@dataclass(frozen=True)
+class StepKernel:
+    """A time step in a kernel: arrays read once, those with rows for each step, those of the state, the error."""
+
+    step: StepText
+    kernel: Kernel
+    gains: tuple[Array, ...]
+    rows: tuple[Array, ...]
+    state: tuple[Array, ...]
+    error: Array | None
+    call: str
+
+
+@dataclass(frozen=True)
+class CudaText:
+    """What the templates are given; `called` are the functions that statements need."""
+
+    name: str
+    macro: str
+    banner: str
+    summary: str
+    axes: tuple[Axis, ...]
+    dependent: tuple[Axis, ...] | None
+    motor_names: tuple[str, ...]
+    frames: int
+    parameters: tuple[ParameterValue, ...]
+    defaults: tuple[str, ...]
+    precision: Precision
+    functions: tuple[DeviceFunction, ...]
+    has_angles: bool
+    called: frozenset[str]
+    real: str
+    sign: str
+    steps: CSteps
+    step_kernels: tuple[StepKernel, ...]
+    shares_steps: bool
+    threads: int
+    blocks: int
+
+
+def strided_form(package: Package, precision: Precision) -> Form:
+    """How device code writes the numbers of one of many states: entry k of an array is at `k*states`."""
+    form, name = scalar_form(package, precision), package.name + precision.suffix
+
+    def strided(text: str) -> str:
+        return text.replace("[{k}]", "[{k}*states]")
+
+    return replace(
+        form,
+        load=strided(form.load),
+        load_angle=strided(form.load_angle),
+        store=strided(form.store),
+        sincos=(f"{name}_sincos(angle, sine, cosine);",),
+        states="states",
+    )
+
+
+def render_cuda(package: Package, precision: Precision = DOUBLE) -> Files:
+    """Return `<name>.cuh` and `<name>.cu`, the precision in their names unless it is double."""
+    text = _text(with_local_names(with_own_results(package), OWN | C_WORDS), precision)
+    return {
+        f"{text.name}.cuh": fitted(render("cuda/model.cuh.j2", **vars(text))),
+        f"{text.name}.cu": fitted(render("cuda/model.cu.j2", **vars(text))),
+    }
+
+
+def _text(package: Package, precision: Precision) -> CudaText:
+    form, name = strided_form(package, precision), package.name + precision.suffix
+    functions = [CFunction(package, function, precision, form) for function in package.functions]
+    steps = CSteps(package, precision, functions, qualifiers=QUALIFIERS)
+    return CudaText(
+        name=name,
+        macro=name.upper(),
+        banner=banner(package, precision),
+        summary=package.scene,
+        axes=package.axes,
+        dependent=package.dependent,
+        motor_names=package.motor_names,
+        frames=len(package.frames),
+        parameters=package.parameters,
+        defaults=default_lines(package, precision),
+        precision=precision,
+        functions=tuple(map(_function, functions)),
+        has_angles=any(function.angles for function in functions),
+        called=frozenset(name for function in functions for name in function.printer.called),
+        real=form.real,
+        sign=form.functions[SIGN],
+        steps=steps,
+        step_kernels=tuple(_step_kernel(step, steps) for step in steps.steps),
+        shares_steps=_fits(steps.constants, precision),
+        threads=THREADS,
+        blocks=BLOCKS,
+    )
+
+
+def _function(function: CFunction) -> DeviceFunction:
+    about, c = described(function.function), function.c
+    strided = f"{function.name}_strided"
+    return DeviceFunction(
+        name=function.name,
+        title=f"{about['title']} {about['equations']}.",
+        counts=about["counts"],
+        documented=tuple(about["documented"]),
+        constants=c[0].size if c else "",
+        constant_count=len(function.constants),
+        shares=_fits(len(function.constants), function.precision),
+        routines=(*preparing(function), *working(function, strided)),
+        prepared=Routine(head(f"{function.name}_prepared", function.arrays), _of_one_state(function)) if c else None,
+        one=Routine(head(function.name, function.signature), _body(function)),
+        kernel=_kernel(function.name, ["size_t states"], function.signature) if function.function.arguments else None,
+        state_call=_state_call(function, strided),
+    )
+
+
+def _fits(constants: int, precision: Precision) -> bool:
+    return constants * (4 if precision.real == "float" else 8) <= SHARED_BYTES
+
+
+def _of_one_state(function: CFunction) -> str:
+    """The call of the function on many states with arrays of one."""
+    return with_arguments(f"{INDENT}{function.name}_strided", ["1", *(a.name for a in function.arrays)], ");")
+
+
+def _body(function: CFunction) -> str:
+    """The body of the function on one state, which computes anew what depends on parameters only."""
+    if not function.c:
+        return _of_one_state(function)
+    c = function.c[0]
+    lines = [f"{INDENT}{c.type} {c.name}[{c.size}];", call(f"{function.name}_prepare", [function.p, c])]
+    return "\n".join([*lines, _of_one_state(function)])
+
+
+def _state_call(function: CFunction, name: str) -> str:
+    """The call with the arrays of the state `s` and of those after it."""
+    of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
+    arguments = [f"{a.name} + s" if a.name in of_states else a.name for a in function.arrays]
+    return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
+
+
+def _kernel(name: str, sizes: Sequence[str], arrays: Sequence[Array | str]) -> Kernel:
+    """The kernel that computes a function; numbers among its arrays are text."""
+    plain = [*sizes, *(a if isinstance(a, str) else a.pointer() for a in arrays)]
+    restricted = [*sizes, *(a if isinstance(a, str) else a.pointer().replace("*", "*__restrict__ ") for a in arrays)]
+    names = [text.replace("*", " ").split()[-1] for text in plain]
+    return Kernel(
+        name=f"{name}_kernel",
+        head=with_arguments(f"{name}_kernel", restricted),
+        launcher=with_arguments(f"cudaError_t {name}_batch", [*plain, "cudaStream_t stream"]),
+        arguments=", ".join(f"&{one}" for one in names),
+    )
+
+
+def _step_kernel(step: StepText, steps: CSteps) -> StepKernel:
+    error = [one for one in step.written if one.name == "error"]
+    gains = [one for one in step.read if one.name in step.variant.of_step]
+    arrays: list[Array | str] = [*step.read, f"{steps.precision.state} h", steps.p, *step.written]
+    sizes = [f"size_t {name}" for name in ("states", "steps", "hold")]
+    return StepKernel(
+        step=step,
+        kernel=_kernel(step.name, sizes, arrays),
+        gains=tuple(gains),
+        rows=tuple(one for one in step.read if one not in gains),
+        state=tuple(one for one in step.written if one not in error),
+        error=error[0] if error else None,
+        call=with_arguments(f"{INDENT * 3}{step.name}_stages", list(_step_arguments(step, steps)), ");"),
+    )
+
+
+def _step_arguments(step: StepText, steps: CSteps) -> Iterator[str]:
+    yield from (f"{one.name}_one" for one in step.read)
+    yield from ("h", "p", *(["c"] if steps.constants else []))
+    yield from (f"{one.name}_one" for one in step.written)
+
+
+@dataclass(frozen=True)
+class _Cuda:
+    name: str = "cuda"
+    title: str = "CUDA: device functions, and kernels with one state a thread"
+    suffixes: tuple[str, ...] = (".cuh", ".cu")
+    precisions: tuple[Precision, ...] = (DOUBLE, SINGLE, MIXED)
+    reserved: frozenset[str] = C.reserved
+
+    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
+        """Return `<name>.cuh` and `<name>.cu` for each precision."""
+        files: Files = {}
+        for precision in precisions:
+            files |= render_cuda(package, precision)
+        return files
+
+
+CUDA = _Cuda()
