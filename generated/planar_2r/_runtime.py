@@ -59,6 +59,10 @@ class Model:
     def on_floats(self, state, p):
         return self.program(Floats, *state, prepared(self.constants, p))
 
+    def trace(self, functions, *arguments, p):
+        """Entries of each result from those of the arguments, on any numbers of which `functions` has sin, cos ..."""
+        return self.program(functions, *arguments, self.constants(functions, p))
+
     def stack(self, arrays, p):
         arrays = [by_row(name, x) for name, x in zip(self.sizes, arrays)]
         for (name, size), x in zip(self.sizes.items(), [*arrays, p]):

@@ -1,4 +1,4 @@
-"""Generated models loaded into Python: functions of a machine, compiled or on numpy."""
+"""Generated models loaded into Python: functions of a machine, compiled, on numpy, or on numbers of other libraries."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import inspect
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeAlias
 
-from symoro_elastic.api.machines import MachineLike, the_machine
+from symoro_elastic.api.machines import MachineLike, the_machine, warn
 from symoro_elastic.api.scenes import Asked, SceneLike
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
@@ -19,10 +19,12 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError, among
 from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.packages import imported
 from symoro_elastic.pipeline import programs
 from symoro_elastic.results import Part, Shown
 
-BACKENDS = ("numpy", "c")
+Functions: TypeAlias = Mapping[str, Callable[..., Any]]
+Loader: TypeAlias = Callable[[Package, ModuleType, Path], Functions]
 OPTIMISED = ("-O2", "-ffp-contract=off")
 
 
@@ -31,10 +33,11 @@ class LoadedModel(Shown):
 
     `JOINTS`, `MOTORS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package,
     whose docstrings give arguments, results, shapes and units. Leading axes broadcast; p defaults to the machine's
-    values, others are `parameters(name=value)`.
+    values, others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model on numbers
+    of any library.
     """
 
-    def __init__(self, package: Package, module: ModuleType, functions: Mapping[str, Callable[..., Any]]) -> None:
+    def __init__(self, package: Package, module: ModuleType, functions: Functions) -> None:
         self._package, self._module, self._functions = package, module, dict(functions)
 
     @property
@@ -87,7 +90,7 @@ def load(
     outputs: Mapping[str, Sequence[str]] | None = None,
     fold: Sequence[str] = (),
     steps: Sequence[str] = (),
-    backend: str = "numpy",
+    backend: str | ModuleType = "numpy",
 ) -> LoadedModel:
     """Return models of a machine as functions: `load("arm.toml", "inertia_matrix").inertia_matrix(q)`.
 
@@ -107,35 +110,46 @@ def load(
     steps
         Time steps beside the models: "w3", "w2", "rk4", "rodas4", "midpoint" (numpy only).
     backend
-        "numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang.
+        "numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang; "casadi": functions of
+        CasADi; "jax": functions that JAX traces, differentiates and maps; "sympy": functions of expressions; or an
+        array library such as torch, by its module.
 
     Raises
     ------
     InputError
-        For a name that is none, for a machine whose model would divide by zero, without a C compiler.
+        For a name that is none, for a machine whose model would divide by zero, without a C compiler or a package.
     """
-    among((backend,), BACKENDS, "--backend")
-    if backend == "c" and steps:
+    load_functions = _loader(backend)
+    if steps and backend != "numpy":
         raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
     found = the_machine(machine)
     package = programs(found, Asked(models, fold, outputs, steps).of(found, scene)).package
     folder = Path(tempfile.mkdtemp(prefix="symoro_elastic_"))
     try:
         module = import_package(render_numpy(package), folder / "numpy")
-        functions = _of_module(package, module) if backend == "numpy" else _compiled(package, module, folder / "c")
+        functions = load_functions(package, module, folder / "c")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return LoadedModel(package, module, functions)
 
 
-def _of_module(package: Package, module: ModuleType) -> dict[str, Callable[..., Any]]:
+def _loader(backend: str | ModuleType) -> Loader:
+    """Return what makes functions for a backend; raises `InputError` for an unknown name."""
+    if not isinstance(backend, str):
+        name = getattr(backend, "__name__", "")
+        return BACKENDS[name] if name in BACKENDS else partial(_on_library, backend)
+    among((backend,), BACKENDS, "--backend")
+    return BACKENDS[backend]
+
+
+def _of_module(package: Package, module: ModuleType, _: Path) -> Functions:
     """Return the public functions of a generated numpy package: models and time steps."""
     own = [name for name, x in vars(module).items() if callable(x) and not name.startswith("_")]
     models = {function.name for function in package.functions}
     return {name: getattr(module, name) for name in own if name in models or name.startswith("step_")}
 
 
-def _compiled(package: Package, module: ModuleType, folder: Path) -> dict[str, Callable[..., Any]]:
+def _compiled(package: Package, module: ModuleType, folder: Path) -> Functions:
     """Return the functions in C, with the docstrings of those in numpy; raises `InputError` without a compiler."""
     from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 
@@ -159,3 +173,40 @@ def _in_c(
         return results if len(results) > 1 else results[0]
 
     return call
+
+
+def _on_casadi(package: Package, module: ModuleType, _: Path) -> Functions:
+    from symoro_elastic.backends.casadi_functions import casadi_functions
+
+    return casadi_functions(package, module)
+
+
+def _on_jax(package: Package, module: ModuleType, _: Path) -> Functions:
+    """Return functions of JAX's arrays; warns where JAX computes in single precision."""
+    jax = imported("jax", 'backend="jax"', "jax")
+    if not jax.config.jax_enable_x64:
+        double = 'jax.config.update("jax_enable_x64", True) before the first array gives double precision'
+        warn(f"JAX computes in single precision, to about 7 digits: {double}")
+    return _on_library(imported("jax.numpy", 'backend="jax"', "jax"), package, module, Path())
+
+
+def _on_sympy(package: Package, module: ModuleType, _: Path) -> Functions:
+    from symoro_elastic.backends.sympy_expressions import expressions
+
+    return expressions(package, module)
+
+
+def _on_library(library: Any, package: Package, module: ModuleType, _: Path) -> Functions:
+    from symoro_elastic.backends.arrays import on_arrays
+
+    return on_arrays(package, module, library)
+
+
+BACKENDS: Mapping[str, Loader] = {
+    "numpy": _of_module,
+    "c": _compiled,
+    "casadi": _on_casadi,
+    "jax": _on_jax,
+    "sympy": _on_sympy,
+}
+"""What makes the functions of a package, by the name of the backend."""

@@ -75,17 +75,18 @@ class Size:
 
 def closed_forms(outputs: Sequence[Output], notation: Notation) -> dict[int, ClosedForm]:
     """Short closed forms by expression id, the smallest first, until about a second is spent."""
-    wanted = _affordable({x.id: x for output in outputs for x in output.entries if isinstance(x, Expression)}.values())
+    wanted = affordable({x.id: x for output in outputs for x in output.entries if isinstance(x, Expression)}.values())
     if not wanted:
         return {}
     import sympy
 
-    convert = _Conversion(sympy)
-    forms = {x.id: _shortest(sympy, convert(x), notation) for x in wanted}
-    return {key: form for key, form in forms.items() if form}
+    convert = Conversion(sympy)
+    found = {x.id: _shortest(sympy, convert(x), notation) for x in wanted}
+    return {key: form for key, form in found.items() if form}
 
 
-def _affordable(asked: Iterable[Expression]) -> list[Expression]:
+def affordable(asked: Iterable[Expression]) -> list[Expression]:
+    """Those of the expressions that can be written out, the smallest first, until about a second is spent."""
     asked = list(asked)
     sizes = written_out(asked)
     left, found = MAX_TERMS_IN_ALL, []
@@ -157,12 +158,12 @@ def _size(operation: str, parts: Sequence[Size]) -> Size:
     return Size(operations, min(over, 10**9), min(under, 10**9))
 
 
-class _Conversion:
-    """SymPy expressions of nodes."""
+class Conversion:
+    """SymPy expressions of nodes; `known` are those of some nodes, by number."""
 
-    def __init__(self, sympy: Any) -> None:
+    def __init__(self, sympy: Any, known: Mapping[int, Any] | None = None) -> None:
         self.sympy = sympy
-        self.found: dict[int, Any] = {}
+        self.found = dict(known or {})
         self.operations: dict[str, Callable[..., Any]] = {
             ADD: lambda a, b: a + b,
             SUBTRACT: lambda a, b: a - b,
@@ -179,30 +180,36 @@ class _Conversion:
         }
 
     def __call__(self, x: Operand) -> Any:
+        """The expression of an operand."""
         if not isinstance(x, Expression):
             return self.sympy.Rational(Fraction(x).numerator, Fraction(x).denominator)
         for node in reachable([x]):
             if node.id not in self.found:
-                self.found[node.id] = self._node(node)
+                self.found[node.id] = self.node(node)
         return self.found[x.id]
 
-    def _node(self, node: Expression) -> Any:
+    def node(self, node: Expression) -> Any:
+        """The expression of a node whose operands are found."""
         if node.operation == SYMBOL:
             return self.sympy.Symbol(node.operands[0])
         operands = [self.found[x.id] if isinstance(x, Expression) else self(x) for x in node.operands]
         return self.operations[node.operation](*operands)
 
 
-def _shortest(sympy: Any, x: Any, notation: Notation) -> ClosedForm | None:
-    """The shorter of the two forms, if it is short."""
+def written_forms(sympy: Any, x: Any) -> tuple[Any, Any]:
+    """A SymPy expression written out: in products of sines and cosines, and in sums of angles."""
     from sympy.simplify.fu import TR8
 
     over, under = (sympy.expand(part) for part in sympy.fraction(sympy.together(x)))
     if under.is_number:
         over, under = sympy.expand(over / under), sympy.Integer(1)
-    forms = [over / under, sympy.expand(TR8(over)) / sympy.expand(TR8(under))]
+    return over / under, sympy.expand(TR8(over)) / sympy.expand(TR8(under))
+
+
+def _shortest(sympy: Any, x: Any, notation: Notation) -> ClosedForm | None:
+    """The shorter of the two forms, if it is short."""
     try:
-        printed = [ClosedForm(form, _Printer(sympy, notation).text(form).signed()) for form in forms]
+        printed = [ClosedForm(form, _Printer(sympy, notation).text(form).signed()) for form in written_forms(sympy, x)]
     except LookupError:
         return None
     shortest = min(printed, key=lambda form: visible_length(form.latex))

@@ -130,7 +130,9 @@ ROOMS: dict[str, set[str]] = {
         "model_ladder",
         "drawing",
     },
+    "backends": {"codegen", "symbolic"},
     "api": {
+        "backends",
         "machine_report",
         "machine",
         "symbolic",

@@ -53,6 +53,16 @@ def parameters(**values):
     return p
 
 
+def trace(model, functions, *arguments, p=tuple(DEFAULTS.tolist())):
+    """Entries of each result of a model, row by row, on numbers of another library: tuples of such numbers.
+
+    Arguments and p are sequences of numbers, or of arrays of them; `functions` has their sin, cos, sqrt, sign, atan2.
+    """
+    if model not in OUTPUTS:
+        raise ValueError(f"planar_2r has no model {model!r}: choose from {', '.join(OUTPUTS)}")
+    return globals()[f"_{model}"].model.trace(functions, *arguments, p=p)
+
+
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
     """Direct dynamic model [12]-[36].
 
