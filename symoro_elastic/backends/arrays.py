@@ -20,7 +20,7 @@ from symoro_elastic.errors import InputError
 
 Functions = dict[str, Callable[..., Any]]
 FUNCTIONS = ("sin", "cos", "sqrt", "sign")
-ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "moveaxis", "reshape", "broadcast_to")
+ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "reshape", "broadcast_to")
 
 
 def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
@@ -55,12 +55,14 @@ class _Namespace:
             return self.library.asarray(value)
         if array.dtype.kind not in "fiub":
             raise TypeError("arguments are real numbers")
-        return self.library.asarray(array if array.dtype.kind == "f" else array.astype(float))
+        own = array.astype(array.dtype if array.dtype.kind == "f" else float)  # a copy: PyTorch shares memory
+        return self.library.asarray(own)
 
     def entries(self, array: Any) -> list[Any]:
         """Return the entries along the last axis."""
-        columns = self.library.moveaxis(array, -1, 0)
-        return [columns[k, ...] for k in range(array.shape[-1])]
+        if hasattr(self.library, "unstack"):
+            return list(self.library.unstack(array, axis=-1))
+        return [array[..., k] for k in range(array.shape[-1])]
 
     def zero(self, arrays: Sequence[Any]) -> Any:
         """Return zeros in the leading shape, type and place that results of these arguments have."""
@@ -73,7 +75,7 @@ class _Namespace:
         if not entries:
             return xp.reshape(xp.broadcast_to(zero[..., None], (*lead, 1))[..., :0], (*lead, *shape))
         columns = [xp.broadcast_to(x, lead) if hasattr(x, "shape") else xp.full_like(zero, x) for x in entries]
-        return xp.reshape(xp.moveaxis(xp.stack(columns), 0, -1), (*lead, *shape))
+        return xp.reshape(xp.stack(columns, axis=-1), (*lead, *shape))
 
 
 def _function(model: Model, namespace: _Namespace) -> Callable[..., Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from inspect import Signature
 from types import ModuleType
 from typing import Any
@@ -57,14 +58,27 @@ def _function(machine: str, model: Model, named: Function, parameters: Sequence[
     """Return a model of a machine as a function of CasADi, without defaults."""
     symbols = {a.name: _symbols(a.symbols) for a in model.function.program.inputs} | {"p": _symbols(parameters)}
     *states, p = (casadi.vertsplit(x) for x in symbols.values())
-    results = model.program(casadi, *states, model.constants(casadi, p))
+    with _as_written():
+        results = model.program(casadi, *states, model.constants(casadi, p))
     return casadi.Function(
-        casadi.Function.fix_name(f"{machine}_{model.name}"),
+        f"{machine}_{model.name}",
         [_matrix(x, (rows, rows)) if (rows := model.rows.get(name)) else x for name, x in symbols.items()],
         [_matrix(_column(x), shape) for x, shape in zip(results, model.shapes, strict=True)],
         [*symbols],
         [result.name for result in named.results],
     )
+
+
+@contextmanager
+def _as_written() -> Iterator[None]:
+    """Build expressions with the operations of the program: x*(1/y) else becomes x/y, with another rounding."""
+    options = casadi.GlobalOptions
+    before = options.getSimplificationOnTheFly()
+    options.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        options.setSimplificationOnTheFly(before)
 
 
 def _symbols(names: Sequence[str]) -> Any:
