@@ -25,7 +25,7 @@ ARM = se.read(
 MODEL = se.load(ARM, "direct_dynamics", scene={"locked": {"waist": 0.0, "wrist": 0.0}}, backend="casadi")
 MOTORS, SPRINGS, N = list(MODEL.MOTORS), list(MODEL.ELASTIC), len(MODEL.JOINTS)
 START, GOAL, DURATION = [0.0, 0.8], [1.0, -0.4], 0.5  # rad, rad, s
-INTERVALS, STEPS = 40, 2
+INTERVALS, STEPS = 40, 4
 MOST_TORQUE = [250.0, 120.0]  # N m
 
 
