@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from numbers import Rational
 from types import ModuleType
 from typing import Any
 
@@ -80,7 +81,7 @@ class ExpressionFunction:
         entries = sympy.flatten(value.tolist() if hasattr(value, "tolist") else value)
         if len(entries) != len(self.symbols[name]):
             raise ValueError(f"{name} has {len(entries)} entries: {len(self.symbols[name])} are expected")
-        return [sympy.sympify(x, strict=True) for x in entries]
+        return [_expression(name, x) for x in entries]
 
     def _conversion(self, values: dict[Any, Any]) -> Conversion:
         """Return the expressions of all nodes for values of symbols."""
@@ -102,6 +103,17 @@ class ExpressionFunction:
         entries = [x for output in self.program.outputs for x in output.entries if isinstance(x, Expression)]
         wanted, convert = affordable(dict.fromkeys(entries)), Conversion(sympy)
         return {x.id: min(written_forms(sympy, convert(x)), key=sympy.count_ops) for x in wanted}
+
+
+def _expression(name: str, x: Any) -> Any:
+    """Return an entry of an argument as an expression; raises `TypeError` for text and the like."""
+    if isinstance(x, Rational):
+        return sympy.Rational(int(x.numerator), int(x.denominator))
+    if isinstance(x, float):
+        return sympy.Float(x)
+    if not isinstance(x, sympy.Expr):
+        raise TypeError(f"{name}: {x!r} is neither an expression nor a number")
+    return x
 
 
 def _found(convert: Conversion, x: Operand) -> Any:

@@ -17,6 +17,7 @@ from tests.golden import ROOT
 
 PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda")
 ELSEWHERE = {
+    "backends": "test_backends_page",
     "scenes": "test_scenes_page",
     "simulation": "test_simulation_page",
     "closed_chains": "test_closed_chains_page",
