@@ -129,7 +129,12 @@ def main() -> int:
     installed = "acados" if find_spec("acados_template") else "ipopt"
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--solver", choices=("acados", "ipopt"), default=installed)
-    solve = by_acados if parser.parse_args().solver == "acados" else by_ipopt
+    solver = parser.parse_args().solver
+    if solver == "acados" and installed != "acados":
+        parser.error("acados is missing: https://docs.acados.org/installation, or --solver ipopt")
+    if solver == "ipopt" and not ca.has_nlpsol("ipopt"):
+        parser.error("this CasADi has no IPOPT: pip install --force-reinstall --no-deps casadi")
+    solve = by_acados if solver == "acados" else by_ipopt
     print(f"from rest to rest in {DURATION} s; peaks of torques and of spring rates")
     print("limit rad/s   shoulder N m   elbow N m   shoulder rad/s   elbow rad/s")
     for most_swing in (9.0, 0.4, 0.3):

@@ -107,13 +107,13 @@ class ExpressionFunction:
 
 def _expression(name: str, x: Any) -> Any:
     """Return an entry of an argument as an expression; raises `TypeError` for text and the like."""
+    if isinstance(x, sympy.Expr):
+        return x
     if isinstance(x, Rational):
         return sympy.Rational(int(x.numerator), int(x.denominator))
     if isinstance(x, float):
         return sympy.Float(x)
-    if not isinstance(x, sympy.Expr):
-        raise TypeError(f"{name}: {x!r} is neither an expression nor a number")
-    return x
+    raise TypeError(f"{name}: {x!r} is neither an expression nor a number")
 
 
 def _found(convert: Conversion, x: Operand) -> Any:

@@ -78,6 +78,19 @@ def test_loops_that_are_assembled() -> None:
         assert apart(function(*arguments), loaded("without_closed_form", "assemble").assemble(*arguments)) <= 4
 
 
+def test_total_derivatives_of_loops_that_are_assembled() -> None:
+    """By q alone q_dep is held; where `assemble` gives it, the Jacobian is the generated one."""
+    models = ("assemble", "direct_dynamics", "direct_dynamics_derivatives")
+    model, expected = on_casadi("without_closed_form", *models), loaded("without_closed_form", *models)
+    guess, *others = (casadi.SX.sym(name, model.direct_dynamics.size_in(name)) for name in ("q_dep", "qd", "tau", "p"))
+    q, p = casadi.SX.sym("q", model.assemble.size_in("q")), others[-1]
+    closed, _ = model.assemble(q, guess, p)
+    total = casadi.jacobian(model.direct_dynamics(q, closed, *others), q)
+    jacobian = casadi.Function("total", [q, guess, *others], [total])
+    for arguments in each_state(inputs("without_closed_form", "direct_dynamics", *models)):
+        assert apart(jacobian(*arguments), expected.direct_dynamics_derivatives(*arguments)[0]) <= 1e-12 / ULP
+
+
 def test_names_shapes_and_parameters() -> None:
     model = se.load(machine("planar_2r.toml"), "direct_dynamics", "geometric_model", backend="casadi")
     function = model.direct_dynamics
