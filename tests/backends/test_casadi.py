@@ -28,7 +28,6 @@ EVERY = (
     ("planar_2r.toml", ("inertia_matrix", "geometric_model", "jacobian", "regressor", "energy", "base_parameters")),
     ("floating_arm.toml", (*BOTH, "inertia_matrix", "velocities")),
     ("four_bar.par", (*BOTH, "dependent_coordinates", "coupling_matrix", "constraint_forces")),
-    ("palletizer.toml", ("direct_dynamics", "geometric_model")),
     ("puma560.par", ("inverse_geometric_model",)),
 )
 
