@@ -22,7 +22,7 @@ from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
-from symoro_elastic.models.model import Frame, Frames, Joints, Model, TracedModel
+from symoro_elastic.models.model import Frame, Frames, Joints, Model, Results, TracedModel
 from symoro_elastic.models.static_deflections import DEFLECTIONS, STATIC_SPRINGS
 from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.memory import no_collection
@@ -81,7 +81,12 @@ def expressions(
     own = points_of(asked)
     bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
     results = model.run(bound, tuple(asked) or _everything(machine, model))
-    entries = bound.arguments()
+    return trace_of(model, bound, results, whole=not asked, merges=merge_angles)
+
+
+def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True, merges: bool = False) -> Trace:
+    """The results of a model of a bound machine, with the arguments that it takes there."""
+    machine, entries = bound.machine, bound.arguments()
     if model.own_arguments:
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
@@ -90,7 +95,7 @@ def expressions(
     if machine.forces:
         model = under_wrenches(model, bound, results)
     inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
-    return Trace(model, inputs, results, bound.graph, bound.names, not asked, bound.points, merge_angles)
+    return Trace(model, inputs, results, bound.graph, bound.names, whole, bound.points, merges)
 
 
 def _refuse_on_floating_base(machine: Machine, name: str) -> None:

@@ -67,7 +67,7 @@ def moved_with(bound: Bound, name: str, c: int, variable: Expression) -> dict[Ex
     if name == "dq":
         changes = {d: bound.coordinates.S_x[d].get(c, 0) for d in bound.assembled}
     elif name == "dp":
-        changes = _assembled_by_parameter(bound, variable)
+        changes = _assembled_along(bound, {variable: 1})
     return {variable: 1, **_moved(bound, changes)}
 
 
@@ -75,12 +75,17 @@ def _moved(bound: Bound, changes: Mapping[int, Scalar]) -> dict[Expression, Scal
     return {bound.graph.symbol(name): x for name, x in bound.machine.by_variable(changes).items()}
 
 
-def _assembled_by_parameter(bound: Bound, parameter: Expression) -> dict[int, Scalar]:
-    """Changes of those variables with a parameter, x of W_d x = -dr, r being the error of closing (L18)."""
+def moved_along(bound: Bound, direction: Mapping[Expression, Scalar]) -> dict[Expression, Scalar]:
+    """A direction of independent variables and parameters, and what moves along: dependent variables (L42)."""
+    return {**direction, **_moved(bound, _assembled_along(bound, direction))}
+
+
+def _assembled_along(bound: Bound, direction: Mapping[Expression, Scalar]) -> dict[int, Scalar]:
+    """Changes of those variables along a direction, x of W_d x = -dr, r being the error of closing (L18)."""
     found: dict[int, Scalar] = {}
     for block in bound.coordinates.assembled_blocks:
         errors = bound.coordinates.errors_of(block)
-        tangents = Differentiation(errors).along({parameter: 1, **_moved(bound, found)})
+        tangents = Differentiation(errors).along({**direction, **_moved(bound, found)})
         (changes,) = solved(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
         found |= zip(bound.coordinates.unknown(block), changes, strict=True)
     return found

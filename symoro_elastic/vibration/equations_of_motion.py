@@ -330,6 +330,11 @@ class EquationsOfMotion:
         start = {name: x.value(self.parameters) for loop in self.machine.loops for name, x in loop.start.items()}
         return np.array([start.get(str(joint.variable), 0.0) for joint in self.joints], dtype=float)
 
+    def own_positions(self, q: Array) -> dict[int, float]:
+        """Return the variables of all joints that own one, rad or m, by number; NaN where a loop does not close."""
+        owners = self.machine.owners
+        return dict(zip(owners, self._at(q, [self.bound.variables[j] for j in owners]).tolist(), strict=True))
+
     def values(self, roots: Iterable[Scalar]) -> Array:
         """Return the values of expressions of parameters."""
         roots = list(roots)
