@@ -124,7 +124,8 @@ class Package:
     shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
     without a variable of their own that move, by name. `steps` names the methods of time steps, `base` the arguments
-    that are the state of a floating base in them: orientation, position, velocity.
+    that are the state of a floating base in them: orientation, position, velocity; `steps_by_torque` tells that motors
+    are given by their torques only in them.
     """
 
     name: str
@@ -144,6 +145,7 @@ class Package:
     following: tuple[tuple[str, str], ...] = ()
     steps: tuple[str, ...] = ()
     base: tuple[Argument, ...] = ()
+    steps_by_torque: bool = False
 
     @property
     def takes_dependent(self) -> bool:

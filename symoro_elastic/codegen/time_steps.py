@@ -123,8 +123,9 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 def variants(package: Package) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: prescribed motions where they own entries of q."""
     moves = bool(package.base) or len(package.motors) < len(package.axes)
-    found = [TORQUE, *([SERVO] if package.motor_names else [])]
-    found += [DRIVEN] if package.motor_names and package.has_motors_in_q and moves else []
+    found = [TORQUE]
+    if package.motor_names and not package.steps_by_torque:
+        found += [SERVO, *([DRIVEN] if package.has_motors_in_q and moves else [])]
     return tuple(map(_under_forces, found) if package.external else found)
 
 

@@ -97,7 +97,16 @@ def _sincos(function: str) -> tuple[str, ...]:
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return `<name>.h` and `<name>.c`, the precision in their names unless it is double."""
-    text = source_text(with_local_names(with_own_results(package), OWN), precision)
+    return files_of(c_text(package, precision))
+
+
+def c_text(package: Package, precision: Precision = DOUBLE) -> SourceText:
+    """What the templates of the target are given."""
+    return source_text(with_local_names(with_own_results(package), OWN), precision)
+
+
+def files_of(text: SourceText) -> Files:
+    """Return the header and the source of a text."""
     return {
         f"{text.name}.h": fitted(render("c/model.h.j2", **vars(text))),
         f"{text.name}.c": fitted(render("c/model.c.j2", **vars(text))),
