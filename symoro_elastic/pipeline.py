@@ -7,16 +7,17 @@ that is compiled and compared with a reference. `announce` is called with the na
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic import fmu
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.codegen.targets import render_targets
+from symoro_elastic.codegen.targets import TARGETS, render_targets
 from symoro_elastic.embedded.disassembly import PROCESSORS, UnknownProcessor
 from symoro_elastic.embedded.report import CodeReport, code_report
 from symoro_elastic.embedded.tool_chain import ToolChain
@@ -46,16 +47,20 @@ if TYPE_CHECKING:
     from symoro_elastic.numerics.verify import Verification
 
 MOST_WARNINGS = 20
+DIRECT = "direct_dynamics"
+TARGET_NAMES = (*TARGETS, fmu.NAME)
+"""Targets of text, which see programs, and those that need the machine."""
 
 
 @dataclass(frozen=True, repr=False)
 class Generated(Result):
-    """Written files and their models; `whole` are the same models of the whole machine."""
+    """Written files and their models; `whole` are the same models of the whole machine, `notes` remarks on files."""
 
     written: list[Path]
     models: Sequence[TracedModel]
     whole: Sequence[TracedModel]
     reports: Sequence[CodeReport] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -68,16 +73,18 @@ class Generated(Result):
 
         written = f"wrote {self.written[0].parent}: {', '.join(path.name for path in self.written)}"
         counts = Titled(models_table(self.models, self.whole))
+        notes = [f"note: {note}" for note in self.notes]
         reports = [part for report in self.reports for part in report.parts()]
-        return [written, counts, "x products and divisions, + sums and differences", *reports]
+        return [written, *notes, counts, "x products and divisions, + sums and differences", *reports]
 
     def as_json(self) -> dict[str, Any]:
         """Return the paths, the operation counts of each model, and the reports by file where they were asked for."""
         from symoro_elastic.models.tables import models_json
 
-        reports = {"reports": {report.file: report.as_json() for report in self.reports}} if self.reports else {}
+        more: dict[str, Any] = {"notes": list(self.notes)} if self.notes else {}
+        more |= {"reports": {report.file: report.as_json() for report in self.reports}} if self.reports else {}
         written = [str(path) for path in self.written]
-        return {"written": written, "models": models_json(self.models, self.whole), **reports}
+        return {"written": written, "models": models_json(self.models, self.whole), **more}
 
     def columns(self) -> dict[str, list[Any]]:
         """Return a row for each model: products and divisions, sums, sines and cosines of a call."""
@@ -172,11 +179,43 @@ def generate(
     announce: Announce = announce_nothing,
     precisions: Sequence[Precision] = (DOUBLE,),
     tools: ToolChain | None = None,
+    options: fmu.Options | None = None,
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
-    With `tools` the C is compiled before, and what it costs is reported. Raises `InputError`; nothing is written then.
+    With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
+    models of its own. Raises `InputError`; nothing is written then.
     """
+    texts = [name for name in targets if name in TARGETS]
+    made = [_code(machine, scene, texts, announce, precisions, tools)] if texts else []
+    if fmu.NAME in targets:
+        made.append(_unit(machine, scene, options or fmu.Options(), announce))
+    announce("write")
+    written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
+    notes = tuple(note for one in made for note in one.notes)
+    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """Files by name, their models, the same models of the whole machine, reports on them, remarks."""
+
+    files: Mapping[str, str | bytes]
+    models: Sequence[TracedModel]
+    whole: Sequence[TracedModel]
+    reports: Sequence[CodeReport] = ()
+    notes: tuple[str, ...] = ()
+
+
+def _code(
+    machine: Machine,
+    scene: Scene,
+    targets: Sequence[str],
+    announce: Announce,
+    precisions: Sequence[Precision],
+    tools: ToolChain | None,
+) -> _Made:
+    """The code of the models that a scene asks of a machine; raises `InputError`."""
     asked = programs(machine, scene, announce)
     announce("render")
     files = render(asked.package, targets, machine.source, precisions)
@@ -184,9 +223,7 @@ def generate(
     if tools:
         announce("compile")
         reports = report(asked.package, files, machine.label, precisions, tools)
-    announce("write")
-    written = write_files(out / machine.name, files)
-    return Generated(written, asked.models, _of_whole_machine(asked), reports)
+    return _Made(files, asked.models, _of_whole_machine(asked), reports)
 
 
 def report(
@@ -202,6 +239,16 @@ def report(
     except UnknownProcessor as error:
         what = f"the code that {tools.compiler[0]} makes ({error}) is not read: {', '.join(PROCESSORS)} are"
         raise InputError("symoro-elastic", "--cc", what) from None
+
+
+def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> _Made:
+    """The FMU of a machine; raises `InputError`."""
+    from symoro_elastic.fmu.mock_up_unit import unit_of
+
+    refuse_degenerate(machine, replace(scene, models=(DIRECT,)))
+    unit = unit_of(machine, scene, options, announce)
+    models = unit.programs.models
+    return _Made({f"{machine.name}.fmu": unit.archive}, models, models, notes=unit.notes)
 
 
 def verify(

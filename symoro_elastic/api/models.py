@@ -8,13 +8,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from symoro_elastic import pipeline
-from symoro_elastic.api.machines import MachineLike, the_machine
+from symoro_elastic import fmu, pipeline
+from symoro_elastic.api.arguments import COMMAND
+from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
 from symoro_elastic.api.scenes import Asked, SceneLike
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
-from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
+from symoro_elastic.codegen.targets import DEFAULT_TARGETS
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.embedded.tool_chain import ToolChain, tool_chain
@@ -22,7 +23,7 @@ from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.numerics.values import NoValues
 from symoro_elastic.output_files import permission, write_text
-from symoro_elastic.pipeline import Generated
+from symoro_elastic.pipeline import TARGET_NAMES, Generated
 from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.results import Shown, framed
 
@@ -47,6 +48,8 @@ def generate(
     report: bool = False,
     compiler: str = "",
     compiler_flags: str = "",
+    fmi: int = fmu.VERSIONS[0],
+    at: Values = NO_VALUES,
     force: bool = False,
     announce: Announce = announce_nothing,
 ) -> Generated:
@@ -61,7 +64,7 @@ def generate(
     out
         Folder of generated machines.
     targets
-        "numpy", "c", "c-batch", "cpp", "matlab", "cuda".
+        "numpy", "c", "c-batch", "cpp", "matlab", "cuda"; "fmu", which has models of its own.
     scene, outputs, fold, steps
         As in `load`.
     precisions
@@ -70,6 +73,8 @@ def generate(
         Compile the C, and report stack, code and instructions of each function (`reports` of the result).
     compiler, compiler_flags
         The compiler of the report, by default that of this computer, and its options, as one types them.
+    fmi, at
+        Version of FMI, 2 or 3, and positions at which motors stand at the start, rad or m: of the target "fmu".
     force
         Replace existing files that the program has not written itself.
 
@@ -80,10 +85,23 @@ def generate(
     """
     found = the_machine(machine)
     asked = Asked(models, fold, outputs, steps).of(found, scene)
-    names, written_in = among(targets, TARGETS, "--target"), among(precisions, PRECISIONS, "--precision")
+    names, written_in = among(targets, TARGET_NAMES, "--target"), among(precisions, PRECISIONS, "--precision")
     tools = reporting(report, compiler, compiler_flags, names)
+    options = options_of_unit(names, models, fmi, at)
     with permission(force=force):
-        return written(found, out, names, asked, written_in, announce, tools)
+        return written(found, out, names, asked, written_in, announce, tools, options)
+
+
+def options_of_unit(targets: Sequence[str], models: Sequence[str], fmi: int, at: Mapping[str, float]) -> fmu.Options:
+    """Return the options of an FMU; raises `InputError` for those that have no meaning beside the targets."""
+    if fmi not in fmu.VERSIONS:
+        raise InputError(COMMAND, "--fmi", f"there is no {fmi!r}: choose from {', '.join(map(str, fmu.VERSIONS))}")
+    if fmu.NAME not in targets and at:
+        raise InputError(COMMAND, "--at", f"is where an FMU starts: add --target {fmu.NAME}, or leave it out")
+    if models and {*targets} == {fmu.NAME}:
+        what = "an FMU has models of its own: leave it out, or add another target"
+        raise InputError(COMMAND, "--model", what)
+    return fmu.Options(fmi, dict(at))
 
 
 def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -> ToolChain | None:
@@ -112,10 +130,11 @@ def written(
     precisions: Sequence[str],
     announce: Announce = announce_nothing,
     tools: ToolChain | None = None,
+    options: fmu.Options | None = None,
 ) -> Generated:
-    """Write the models that a scene asks of a machine, as `generate` does."""
+    """Write the models that a scene asks of a machine, as `generate` does; `options` are those of an FMU."""
     chosen = [PRECISIONS[name] for name in precisions]
-    return pipeline.generate(machine, scene, targets, Path(out), announce, chosen, tools)
+    return pipeline.generate(machine, scene, targets, Path(out), announce, chosen, tools, options)
 
 
 def check(

@@ -25,7 +25,7 @@ from symoro_elastic.cli.options import (
     writes,
 )
 from symoro_elastic.cli.output import counted, print_json, print_result, print_table, staged, steps, write_text
-from symoro_elastic.cli.parsing import WholeRange
+from symoro_elastic.cli.parsing import WholeRange, numbers, parsed_by
 from symoro_elastic.cli.reading import Selection
 from symoro_elastic.errors import InputError, among
 
@@ -52,7 +52,7 @@ class Reported:
     metavar="NAME",
     multiple=True,
     shell_complete=completion.TARGETS,
-    help="Target: numpy, c (default: both), c-batch, cpp, matlab or cuda; may be repeated.",
+    help="Target: numpy, c (default: both), c-batch, cpp, matlab, cuda or fmu; may be repeated.",
 )
 @click.option(
     "--out", default="generated", show_default=True, type=OutputFolder(), help="Folder of generated machines."
@@ -69,6 +69,15 @@ class Reported:
 @click.option("--cc", metavar="COMMAND", default="", help="Compiler of the report (default: that of this computer).")
 @click.option("--cflags", metavar="OPTIONS", default="", help="Its options, after -O2, as in '-mcpu=cortex-m7'.")
 @gather("reported", Reported)
+@click.option("--fmi", type=WholeRange(2, 3), default=2, show_default=True, help="Version of FMI of an FMU.")
+@click.option(
+    "--at",
+    "positions",
+    metavar="JOINT=X",
+    multiple=True,
+    callback=parsed_by(numbers),
+    help="Position of a motor where an FMU starts, rad or m (default 0); may be repeated.",
+)
 @FOLD
 @FREE
 @BASE
@@ -84,6 +93,8 @@ def generate(
     out: str,
     precisions: tuple[str, ...],
     reported: Reported,
+    fmi: int,
+    positions: dict[str, float],
     as_json: bool,
 ) -> None:
     """Generate C and numpy code for the models of MACHINE.
@@ -93,16 +104,18 @@ def generate(
     from symoro_elastic.api import models as api
     from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
     from symoro_elastic.codegen.targets import DEFAULT_TARGETS, TARGETS
+    from symoro_elastic.pipeline import TARGET_NAMES
 
-    chosen = among(targets, TARGETS, "--target") or DEFAULT_TARGETS
-    if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen):
+    chosen = among(targets, TARGET_NAMES, "--target") or DEFAULT_TARGETS
+    options = api.options_of_unit(chosen, selection.models, fmi, positions)
+    if precisions and all(len(TARGETS[name].precisions) == 1 for name in chosen if name in TARGETS):
         raise InputError("symoro-elastic", "--precision", "is of the C code: add --target c, or leave it out")
     written_in = among(precisions, PRECISIONS, "--precision") or (DOUBLE.name,)
     tools = api.reporting(reported.report, reported.cc, reported.cflags, chosen)
     with steps() as announce:
         found, scene = selection.read(machine, announce)
         _warn_of_soft_springs(found, scene)
-        made = api.written(found, out, chosen, scene, written_in, announce, tools)
+        made = api.written(found, out, chosen, scene, written_in, announce, tools, options)
     _warn_of_singular_starts(found, scene)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         click.echo("note: sums of angles save nothing in these models, none was made", err=True)

@@ -42,9 +42,10 @@ def _models() -> Iterable[str]:
 
 
 def _targets() -> Iterable[str]:
+    from symoro_elastic import fmu
     from symoro_elastic.codegen.targets import TARGETS
 
-    return TARGETS
+    return (*TARGETS, fmu.NAME)
 
 
 def _precisions() -> Iterable[str]:

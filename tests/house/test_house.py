@@ -45,6 +45,17 @@ ROOMS: dict[str, set[str]] = {
     "numerics": {"packages", "machine", "symbolic", "mechanics", "models", "codegen", "traced"},
     "reports": {"machine", "time_series", "symbolic", "models", "codegen", "numerics"},
     "grouping": {"machine", "models", "numerics"},
+    "vibration": {
+        "packages",
+        "pictures",
+        "machine",
+        "time_series",
+        "symbolic",
+        "mechanics",
+        "models",
+        "numerics",
+    },
+    "fmu": {"machine", "symbolic", "models", "integration", "codegen", "packaging", "traced", "vibration"},
     "pipeline": {
         "machine",
         "symbolic",
@@ -56,16 +67,7 @@ ROOMS: dict[str, set[str]] = {
         "grouping",
         "embedded",
         "output_folder",
-    },
-    "vibration": {
-        "packages",
-        "pictures",
-        "machine",
-        "time_series",
-        "symbolic",
-        "mechanics",
-        "models",
-        "numerics",
+        "fmu",
     },
     "simulation": {
         "packages",
@@ -133,6 +135,7 @@ ROOMS: dict[str, set[str]] = {
     "backends": {"codegen", "symbolic"},
     "api": {
         "backends",
+        "fmu",
         "machine_report",
         "machine",
         "symbolic",
@@ -156,6 +159,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "cli": {
         "api",
+        "fmu",
         "machine",
         "symbolic",
         "models",

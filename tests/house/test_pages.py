@@ -15,7 +15,8 @@ from symoro_elastic.reports.models_page import models_page
 from tests.documented_pages import beside_examples, runs, wrong_blocks
 from tests.golden import ROOT
 
-PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda")
+PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda", "fmu")
+NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
     "backends": "test_backends_page",
     "scenes": "test_scenes_page",
@@ -33,8 +34,8 @@ def text(page: str) -> str:
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) -> None:
     pytest.importorskip("scipy")
-    if page == "robots":
-        pytest.importorskip("mujoco")
+    for package in NEEDED.get(page, ()):
+        pytest.importorskip(package)
     if page == "cpp" and shutil.which("c++") is None:
         pytest.skip("no C++ compiler")
     with beside_examples(tmp_path):

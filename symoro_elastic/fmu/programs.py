@@ -1,0 +1,129 @@
+"""The functions inside an FMU: accelerations, outputs, their directional derivatives, a time step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.fmu.outputs import Output, asked_frames, outputs_model, outputs_of
+from symoro_elastic.integration.methods import METHODS, Method
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.freed import freed
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import MODELS, points_of, trace, trace_of
+from symoro_elastic.models.directional_derivatives import directional_derivative
+from symoro_elastic.models.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.model import TracedModel
+from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.tracing import Trace, prune, schedule
+from symoro_elastic.packaging import reserved_words
+from symoro_elastic.symbolic.memory import no_collection
+from symoro_elastic.traced import Traced
+
+FREED = ("bodies", "springs")
+"""Tables whose numbers are parameters of an FMU."""
+ACCELERATIONS = "direct_dynamics"
+WITH_DERIVATIVES, WITH_STIFFNESSES = "rodas4", "w3"
+"""Methods of co-simulation: that with exact derivatives, and that for motors on joints that follow from others."""
+
+
+@dataclass(frozen=True)
+class NamedCell:
+    """A number of the table as a parameter: its name, `ram.mass`, and what it is."""
+
+    name: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Programs:
+    """The functions of a machine as an FMU needs them.
+
+    `machine` is the one restricted to the scene, `cells` are those of its table that became parameters, by their names,
+    `traces` those of accelerations and of outputs, `models` all that are written.
+    """
+
+    machine: Machine
+    cells: Mapping[str, NamedCell]
+    package: Package
+    method: Method
+    outputs: tuple[Output, ...]
+    traces: tuple[Trace, ...]
+    models: tuple[TracedModel, ...]
+
+
+@no_collection()
+def programs_of(machine: Machine, scene: Scene) -> Programs:
+    """Return the functions of a machine restricted to a scene."""
+    whole = freed(machine, FREED, reserved_words())
+    made, constants = restricted(whole, scene), folded(whole, scene)
+    method = method_of(made)
+    frames = asked_frames(made, scene)
+    bound, placed = Bound(made, constants), Bound(made, constants, points_of(frames))
+    model = MODELS[ACCELERATIONS]
+    traces = {bound: trace_of(model, bound, model.run(bound, made.moving))}
+    outputs = outputs_of(placed, frames)
+    if outputs:
+        traces[placed] = _trace_of_outputs(outputs, placed)
+    models = [schedule(prune(one)) for one in traces.values()]
+    models += [schedule(prune(directional_derivative(*pair, constants))) for pair in traces.items()]
+    models += _of_steps(made, method, constants, bound.takes_dependent)
+    asked = Traced(whole, replace(scene, steps=(method.name,)), models)
+    written = replace(asked.package, steps_by_torque=True)
+    named = _named_cells(machine, whole)
+    return Programs(made, named, written, method, tuple(outputs), tuple(traces.values()), tuple(models))
+
+
+def method_of(machine: Machine) -> Method:
+    """Return the method of co-simulation: exact derivatives where motors own their variables."""
+    return METHODS[WITH_STIFFNESSES if dependent_motors(machine) else WITH_DERIVATIVES]
+
+
+def _of_steps(machine: Machine, method: Method, folded: Sequence[str], assembles: bool) -> list[TracedModel]:
+    """Return the models that steps call beside the accelerations."""
+    found = [trace(machine, "assemble", folded=folded)] if assembles else []
+    if method.name == WITH_DERIVATIVES:
+        return [*found, trace(machine, "linearization", folded=folded)]
+    return [*found, *implicit_system(machine, Motors.TORQUE, folded)]
+
+
+def _named_cells(before: Machine, after: Machine) -> dict[str, NamedCell]:
+    """Return the cells of the parameters that were numbers before, by their names in the code."""
+    known = {parameter.name for parameter in before.parameters}
+    found = ((joint, cell, formula) for joint in after.joints for cell, formula in cells(joint))
+    named = [(joint, cell, str(formula.tree[1])) for joint, cell, formula in found if formula.tree[0] == "name"]
+    new = {parameter.name for parameter in after.parameters} - known
+    return {
+        name: NamedCell(f"{joint.name}.{cell.name}", f"{cell.label} of {joint.name}")
+        for joint, cell, name in named
+        if name in new
+    }
+
+
+def refuse_machines_without_unit(machine: Machine) -> None:
+    """Raise `InputError` for a restricted machine that has no FMU."""
+    if machine.floating:
+        what = "an FMU has a fixed base: write the six degrees of freedom as joints, three slides and three turns"
+        raise machine.error("base, floating", what)
+    if not machine.moving:
+        raise machine.error("fmu", "no joint moves, so an FMU would have no state: leave fewer joints locked")
+    refuse_machines_without_steps(machine, (method_of(machine).name,))
+    _refuse_missing_values(machine)
+
+
+def _refuse_missing_values(machine: Machine) -> None:
+    missing = [p.name for p in machine.parameters if p.value is None]
+    if missing:
+        others = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
+        what = f"{missing[0]} has no value{others}, and an FMU starts with one: give it in the file"
+        raise machine.error("parameters", what)
+
+
+def _trace_of_outputs(outputs: Sequence[Output], bound: Bound) -> Trace:
+    model, results = outputs_model(outputs, bound)
+    return trace_of(model, bound, results)

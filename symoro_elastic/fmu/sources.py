@@ -1,0 +1,147 @@
+"""The C sources of an FMU: the generated functions, and the interface of FMI around them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_lines import fitted
+from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.package import EXTERNAL, Function, Package
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.targets.c import SourceText, banner, c_text, files_of
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.time_steps import MethodText, method_text, rows_of_nodes
+from symoro_elastic.fmu.start import Start
+from symoro_elastic.fmu.variables import Layout
+from symoro_elastic.integration.methods import Method
+
+TOLERANCE, FINEST = "1e-10", "1e-14"
+"""Relative tolerance of co-simulation: unless the importer gives one, and at least."""
+STATE = {"q": "Q", "qd": "QD", "tau": "INPUT", "p": "P"}
+RESULTS = {"qdd": "DER_QD", "y": "Y", "dqdd": "DER_QD", "dy": "Y"}
+LOCAL = {"q_dep_out": "closed", "residual": "residual"}
+CALLED = ("direct_dynamics", "outputs", "direct_dynamics_directional", "outputs_directional", "assemble")
+"""Functions that an instance calls beside time steps."""
+PER_LINE = 6
+
+
+@dataclass(frozen=True)
+class _Constants:
+    """Numbers that depend on parameters only: array in an instance, macro of its size, call that computes them."""
+
+    array: str
+    macro: str
+    prepare: str
+
+
+def sources_of(package: Package, layout: Layout, start: Start, method: Method, version: int, token: str) -> Files:
+    """Return the sources of an FMU by name; `token` is what its description calls it by."""
+    text = c_text(package)
+    return {**files_of(text), f"fmi{version}.c": _interface(package, text, layout, start, method, version, token)}
+
+
+def _interface(
+    package: Package, text: SourceText, layout: Layout, start: Start, method: Method, version: int, token: str
+) -> str:
+    found = method_text(method, package, DOUBLE)
+    constants = _constants(text, package)
+    prepared = {one.array for one in constants}
+    functions = {f.name: f for f in with_own_results(package).functions}
+    calls = {name: _call(package, functions[name], prepared) for name in CALLED if name in functions}
+    calls["step"] = _step(package, found, "c_step" in prepared)
+    variables = layout.variables
+    return fitted(
+        render(
+            f"fmu/fmi{version}.c.j2",
+            name=package.name,
+            banner=banner(package, DOUBLE),
+            prefix=f"FMI{version}_FUNCTION_PREFIX",
+            token=token,
+            blocks=layout.blocks,
+            values=len(variables),
+            n=len(package.axes),
+            states=len(layout.states),
+            motors=len(package.motor_names),
+            inputs=len(layout.block("INPUT")),
+            forces=package.external,
+            given=len(package.motor_names) + package.external,
+            parameters=len(package.parameters),
+            dependent=len(package.dependent or ()) if package.takes_dependent else 0,
+            outputs=len(layout.block("Y")),
+            constants=constants,
+            start=list(_numbers([one.start or "0.0" for one in variables])),
+            nominal=list(_numbers([one.nominal or "1.0" for one in layout.states])),
+            start_dep=[repr(x) for x in start.q_dep.tolist()],
+            calls=calls,
+            method=found,
+            exponent=_exponent(method),
+            fastest=f"{start.fastest:.2e}",
+            tolerance=TOLERANCE,
+            finest=FINEST,
+        )
+    )
+
+
+def _exponent(method: Method) -> str:
+    """Return the power of the step that its estimated error grows with: that of the embedded method plus one."""
+    return f"{method.order}.0"
+
+
+def _constants(text: SourceText, package: Package) -> list[_Constants]:
+    """Return the arrays of what depends on parameters only, of functions that are called and of time steps."""
+    by_name = {function.name.removeprefix(f"{package.name}_"): function for function in text.functions}
+    called = [(name, by_name[name]) for name in CALLED if name in by_name]
+    made = [
+        _Constants(f"c_{name}", function.constants, f"{function.name}_prepare(&m->value[P], m->c_{name})")
+        for name, function in called
+        if function.constants
+    ]
+    if text.steps.constants:
+        prepare = f"{package.name}_step_prepare(&m->value[P], m->c_step)"
+        made.append(_Constants("c_step", f"{text.macro}_STEP_CONSTANTS", prepare))
+    return made
+
+
+def _call(package: Package, function: Function, prepared: Collection[str]) -> str:
+    """Return the call of a function on an instance `m`; seeds and derivatives are in `along`."""
+    motors = len(package.motor_names)
+    places = {key: f"&m->value[{block}]" for key, block in STATE.items()}
+    places |= {EXTERNAL: f"&m->value[INPUT + {motors}U]", "q_dep": "m->q_dep"}
+    places |= {f"seed_{key}": f"&along[{block}]" for key, block in STATE.items()}
+    places[f"seed_{EXTERNAL}"] = f"&along[INPUT + {motors}U]"
+    array = "along" if function.name.endswith("_directional") else "m->value"
+    found = [places.get(a.name, a.name) for a in function.arguments]
+    results = [LOCAL.get(r.name) or f"&{array}[{RESULTS[r.name]}]" for r in function.results]
+    has_constants = f"c_{function.name}" in prepared
+    c = [f"m->c_{function.name}"] if has_constants else []
+    suffix = "_prepared" if has_constants else ""
+    return f"{package.name}_{function.name}{suffix}({', '.join([*found, _parameters(package), *c, *results])})"
+
+
+def _parameters(package: Package) -> str:
+    """Return the place of the parameters; functions of a package without any take no array."""
+    return "&m->value[P]" if package.parameters else "NULL"
+
+
+def _step(package: Package, method: MethodText, has_constants: bool) -> str:
+    """Return the call of a time step with its error; inputs are in `u`, rows of torques before those of wrenches."""
+    variant = method.variants[0]
+    nodes, motors = len(method.nodes), len(package.motor_names)
+    places = {"tau": "u", EXTERNAL: f"&u[{nodes * motors}U]"}
+    rates = {"taud": "m->input_rate", f"{EXTERNAL}d": f"&m->input_rate[{motors}U]"}
+    rows = [places[name] for name in rows_of_nodes(variant, package)]
+    changing = [rates[name] for name in variant.of_rate] if method.kind == "rosenbrock" else []
+    c = ["m->c_step"] if has_constants else []
+    state = ["&m->value[Q]", "&m->value[QD]", *(["m->q_dep"] if package.takes_dependent else []), "error"]
+    suffix = "_prepared" if has_constants else ""
+    arguments = [*rows, *changing, "h", _parameters(package), *c, *state]
+    return f"{package.name}_step_{method.name}_error{suffix}({', '.join(arguments)})"
+
+
+def _numbers(texts: Sequence[str]) -> Iterator[str]:
+    """Yield lines of an array."""
+    lines = [texts[k : k + PER_LINE] for k in range(0, len(texts), PER_LINE)]
+    for k, line in enumerate(lines):
+        yield ", ".join(line) + ("," if k < len(lines) - 1 else "")

@@ -1,0 +1,185 @@
+"""The variables of an FMU as data: names, references, units, starts, nominals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from symoro_elastic.fmu.outputs import Output
+from symoro_elastic.fmu.programs import NamedCell, Programs
+from symoro_elastic.fmu.start import Start
+from symoro_elastic.machine.machine import Joint
+from symoro_elastic.quantities.units import in_base_units
+
+WRENCH = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m"))
+DIGITS = 2
+"""Of nominal values."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable: its name, value reference, unit, role in the words of FMI, start and nominal values.
+
+    `derivative_of` is the reference of the state that it is the derivative of.
+    """
+
+    name: str
+    reference: int
+    unit: str
+    description: str
+    causality: str = "local"
+    variability: str = "continuous"
+    initial: str = ""
+    start: str | None = None
+    nominal: str | None = None
+    derivative_of: int | None = None
+
+    @property
+    def shown_in(self) -> str:
+        """The unit in which tools show it, where that is another."""
+        return "deg" if self.unit == "rad" else ""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Variables side by side: the name of their first reference in C, and what they are."""
+
+    name: str
+    meaning: str
+    variables: tuple[Variable, ...]
+    first: int
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All variables, in blocks in the order of their value references; the time is reference 0."""
+
+    blocks: tuple[Block, ...]
+
+    @cached_property
+    def variables(self) -> list[Variable]:
+        """The variables in order, the time first."""
+        time = Variable("time", 0, "s", "time", "independent")
+        return [time, *(one for block in self.blocks for one in block.variables)]
+
+    def block(self, name: str) -> tuple[Variable, ...]:
+        """Return the variables of a block."""
+        return next(block.variables for block in self.blocks if block.name == name)
+
+    @property
+    def states(self) -> tuple[Variable, ...]:
+        """Positions, then velocities."""
+        return (*self.block("Q"), *self.block("QD"))
+
+
+def layout_of(programs: Programs, start: Start) -> Layout:
+    """Return the variables of an FMU; names are those of `linearize`: `motor_x.tau`, `tool.fx`, `ram.q`, `tool.x`."""
+    joints = programs.machine.moving_joints
+    made = (
+        ("INPUT", "forces of motors, wrenches on frames", _inputs(programs, start)),
+        ("Q", "joint variables", _states(joints, "q", "", start.q.tolist(), start.positions.tolist())),
+        ("QD", "joint velocities", _states(joints, "qd", "/s", [0.0] * len(joints), start.velocities.tolist())),
+        ("DER_Q", "derivatives of joint variables", _derivatives(joints, "q", "/s")),
+        ("DER_QD", "joint accelerations", _derivatives(joints, "qd", "/s2")),
+        ("Y", "outputs that are no states", map(_output, programs.outputs)),
+        ("P", "parameters", _parameters(programs)),
+    )
+    blocks: list[Block] = []
+    first = 1
+    for name, meaning, variables in made:
+        numbered = tuple(replace(one, reference=first + k) for k, one in enumerate(variables))
+        blocks.append(Block(name, meaning, numbered, first))
+        first += len(numbered)
+    return Layout(_derivatives_of_states(blocks))
+
+
+def _derivatives_of_states(blocks: Sequence[Block]) -> tuple[Block, ...]:
+    firsts = {block.name: block.first for block in blocks}
+    of = {"DER_Q": firsts["Q"], "DER_QD": firsts["QD"]}
+    return tuple(
+        replace(
+            block,
+            variables=tuple(replace(one, derivative_of=of[block.name] + k) for k, one in enumerate(block.variables)),
+        )
+        if block.name in of
+        else block
+        for block in blocks
+    )
+
+
+def _inputs(programs: Programs, start: Start) -> Iterator[Variable]:
+    for joint, torque in zip(programs.machine.motor_joints, start.torques.tolist(), strict=True):
+        what = "force" if joint.sigma else "torque"
+        yield _input(f"{joint.name}.tau", joint.force_unit, f"{what} of the motor of {joint.name}", torque)
+    for asked in programs.machine.forces:
+        for component, unit in WRENCH:
+            what = "force" if unit == "N" else "moment"
+            described = f"{what} on {asked} along {component[1]} of frame 0"
+            yield _input(f"{_quoted(str(asked))}.{component}", unit, described, 0.0)
+
+
+def _input(name: str, unit: str, description: str, start: float) -> Variable:
+    return Variable(name, 0, _unit(unit), description, "input", start=_number(start))
+
+
+def _states(
+    joints: Sequence[Joint], quantity: str, per: str, start: Sequence[float], nominal: Sequence[float]
+) -> Iterator[Variable]:
+    meaning = {"q": "position", "qd": "velocity"}[quantity]
+    for joint, x, size in zip(joints, start, nominal, strict=True):
+        described = f"{meaning} of {joint.name}, {joint.kind.value}"
+        rounded = f"{float(size):.{DIGITS - 1}e}"
+        yield Variable(
+            f"{joint.name}.{quantity}",
+            0,
+            _unit(joint.unit + per),
+            described,
+            "output",
+            initial="exact",
+            start=_number(x),
+            nominal=_number(float(rounded)),
+        )
+
+
+def _derivatives(joints: Sequence[Joint], quantity: str, per: str) -> Iterator[Variable]:
+    meaning = {"q": "velocity", "qd": "acceleration"}[quantity]
+    for joint in joints:
+        described = f"{meaning} of {joint.name}"
+        yield Variable(f"der({joint.name}.{quantity})", 0, _unit(joint.unit + per), described, initial="calculated")
+
+
+def _output(one: Output) -> Variable:
+    name, described = f"{_quoted(one.owner)}.{one.quantity}", f"{one.owner}: {one.meaning}"
+    return Variable(name, 0, _unit(one.unit), described, "output", initial="calculated")
+
+
+def _parameters(programs: Programs) -> Iterator[Variable]:
+    taken = {"time"}
+    units = {parameter.name: parameter.unit for parameter in programs.machine.parameters}
+    for one in programs.package.parameters:
+        cell = programs.cells.get(one.name, NamedCell(one.name, f"parameter {one.name}"))
+        name = f"parameter.{cell.name}" if cell.name in taken else cell.name
+        unit = _unit(units.get(one.name, ""))
+        yield Variable(name, 0, unit, cell.meaning, "parameter", "tunable", "exact", _number(one.value))
+
+
+def _unit(text: str) -> str:
+    """Return a unit as FMI usually has it, `N.m/rad`; empty for one whose base units are not known."""
+    return text.replace(" ", ".") if text and in_base_units(text) is not None else ""
+
+
+def _number(x: float) -> str:
+    return repr(float(x) + 0.0)
+
+
+def _quoted(owner: str) -> str:
+    """Return the first part of a name: in quotes where it is no identifier, as `'tool at (0.1, 0, L2)'`."""
+    return owner if owner.isidentifier() else f"'{owner}'"
+
+
+def unit_powers(variables: Sequence[Variable]) -> Mapping[str, list[tuple[str, int]]]:
+    """Return exponents of base units by the name of each unit, in the order of FMI."""
+    names = sorted({one.unit for one in variables if one.unit})
+    found = {name: in_base_units(name) or {} for name in names}
+    return {name: [(b, int(x[b])) for b in ("kg", "m", "s", "rad") if b in x] for name, x in found.items()}
