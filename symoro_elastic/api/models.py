@@ -96,8 +96,12 @@ def options_of_unit(targets: Sequence[str], models: Sequence[str], fmi: int, at:
     """Return the options of an FMU; raises `InputError` for those that have no meaning beside the targets."""
     if fmi not in fmu.VERSIONS:
         raise InputError(COMMAND, "--fmi", f"there is no {fmi!r}: choose from {', '.join(map(str, fmu.VERSIONS))}")
-    if fmu.NAME not in targets and at:
-        raise InputError(COMMAND, "--at", f"is where an FMU starts: add --target {fmu.NAME}, or leave it out")
+    for given, option, what in (
+        (at, "--at", "is where an FMU starts"),
+        (fmi != fmu.VERSIONS[0], "--fmi", "is the version of an FMU"),
+    ):
+        if given and fmu.NAME not in targets:
+            raise InputError(COMMAND, option, f"{what}: add --target {fmu.NAME}, or leave it out")
     if models and {*targets} == {fmu.NAME}:
         what = "an FMU has models of its own: leave it out, or add another target"
         raise InputError(COMMAND, "--model", what)

@@ -212,6 +212,7 @@ def test_the_command_names_what_has_no_meaning(tmp_path: Path) -> None:
     run("generate", TWO_R, "--target", "fmu", "--at", "elbow=0.5", "--out", tmp_path)
     for options, said in (
         (("--at", "elbow=1"), "--at: is where an FMU starts: add --target fmu"),
+        (("--fmi", "3"), "--fmi: is the version of an FMU: add --target fmu"),
         (("--target", "fmu", "--at", "elbo=1"), "did you mean 'elbow'?"),
         (("--target", "fmu", "--model", "regressor"), "--model: an FMU has models of its own"),
         (("--target", "fmu", "--precision", "single"), "--precision: is of the C code"),
