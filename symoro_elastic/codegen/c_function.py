@@ -24,7 +24,7 @@ from symoro_elastic.symbolic.program import Statement, by_section
 SINCOS = ("sine", "cosine")
 PER_JOINT, PER_MOTOR, PER_DEPENDENT = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor"), ("q_dep", "q_dep_out")
 """Arrays with an entry for each joint whose variable is independent, each motor, each joint that follows by loops."""
-OUTLINED_FROM = 3000
+OUTLINED_FROM = 2000
 """Statements of a program from which on blocks that repeat become functions."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c_function import SINCOS, CFunction
@@ -74,15 +74,14 @@ class COutline:
 
     def _named(self, pointers: Sequence[Pointer]) -> dict[str, Pointer]:
         """Pointers by names of their own: that of the array, or of the first variable among those handed on."""
+        arrays = {array.name for array in self.function.read}
         times = Counter(pointer.array for pointer in pointers)
         named: dict[str, Pointer] = {}
         for pointer in pointers:
-            first = min(pointer.entries, key=lambda name: pointer.entries[name])
-            start = "to_" if pointer is pointers[-1] else "from_"
-            name = start + re.sub(r"\W+", "_", first).rstrip("_")
-            if times[pointer.array] == 1 and pointer.array != SPILL:
-                name = pointer.array
-            while name in named or (name != pointer.array and name in self.function.operands):
+            name = pointer.array
+            if name not in arrays or times[name] > 1:
+                name = _first(pointer, "to" if pointer is pointers[-1] else "from")
+            while name in named or name in self.function.operands:
                 name += "_"
             named[name] = pointer
         return named
@@ -114,6 +113,14 @@ class COutline:
             joints = [section.joint for section in group if section.joint is not None]
             texts.append(f"{title}{_joints(joints)} {equations}".rstrip())
         return "; ".join(dict.fromkeys(texts))
+
+
+def _first(pointer: Pointer, word: str) -> str:
+    """A name after the first entry: `from_w5_x`."""
+    if pointer.array == NUMBERS:
+        return NUMBERS
+    first = min(pointer.entries, key=lambda name: pointer.entries[name])
+    return f"{word}_{re.sub(r'[^0-9A-Za-z]+', '_', first).rstrip('_')}"
 
 
 def _joints(joints: Sequence[int]) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_function import SINCOS, SPILL, Array, CFunction, PartText
+from symoro_elastic.codegen.c_function import SINCOS, Array, CFunction, PartText
 from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
 from symoro_elastic.codegen.c_outlined import COutline
 from symoro_elastic.codegen.described import described
-from symoro_elastic.codegen.outlined import Call, Outline
+from symoro_elastic.codegen.outlined import SPILL, Call, Outline
 
 LARGE_STACK = 64_000
 

@@ -23,7 +23,7 @@ class Place(NamedTuple):
     """An entry of an array."""
 
     array: str
-    index: int
+    at: int
 
 
 @dataclass(frozen=True)
@@ -154,29 +154,33 @@ def _slots(
 def _function(
     group: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str], slots: Mapping[str, int]
 ) -> Outlined:
-    """The function of a group: operands that are equally far apart in all calls share a pointer."""
     first = group[0]
     of_numbers = [k for k, name in enumerate(first.read) if name in numbers]
+    read = [*_read(group, places, numbers), *_of_numbers(first, of_numbers, len(group))]
+    handed_on = [k for k, name in enumerate(first.defined) if name in slots]
+    starts = [slots[block.defined[handed_on[0]]] for block in group]
+    written = {first.defined[k]: n for n, k in enumerate(handed_on)}
+    rows = tuple(tuple(block.read[k] for k in of_numbers) for block in group)
+    return Outlined(tuple(group), tuple(read), Pointer(SPILL, tuple(starts), written), rows)
+
+
+def _read(group: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str]) -> Iterator[Pointer]:
+    """Pointers to what is read: operands that are equally far apart in all calls share one."""
     pointers: dict[tuple[str, tuple[int, ...]], dict[str, int]] = defaultdict(dict)
-    for k, name in enumerate(first.read):
+    for k, name in enumerate(group[0].read):
         if name not in numbers:
             found = [places[block.read[k]] for block in group]
-            apart = tuple([place.index - found[0].index for place in found])
-            pointers[found[0].array, apart][name] = found[0].index
-    read = [_pointer(array, apart, entries) for (array, apart), entries in pointers.items()]
-    if of_numbers:
-        starts = tuple(range(0, len(group) * len(of_numbers), len(of_numbers)))
-        read.append(Pointer(NUMBERS, starts, {first.read[k]: n for n, k in enumerate(of_numbers)}))
-    kept = {name: slots[name] for name in first.defined if name in slots}
-    positions = [k for k, name in enumerate(first.defined) if name in slots]
-    starts = [min(slots[block.defined[k]] for k in positions) for block in group]
-    written = _pointer(SPILL, tuple([start - starts[0] for start in starts]), kept)
-    return Outlined(tuple(group), tuple(read), written, tuple(tuple(b.read[k] for k in of_numbers) for b in group))
+            pointers[found[0].array, tuple([place.at - found[0].at for place in found])][name] = found[0].at
+    for (array, apart), entries in pointers.items():
+        start = min(entries.values())
+        yield Pointer(array, tuple(start + x for x in apart), {name: at - start for name, at in entries.items()})
 
 
-def _pointer(array: str, apart: Sequence[int], entries: Mapping[str, int]) -> Pointer:
-    start = min(entries.values())
-    return Pointer(array, tuple(start + x for x in apart), {name: index - start for name, index in entries.items()})
+def _of_numbers(first: Block, positions: Sequence[int], calls: int) -> list[Pointer]:
+    """The pointer to the numbers of a call, in a table with a row for each."""
+    count = len(positions)
+    entries = {first.read[k]: n for n, k in enumerate(positions)}
+    return [Pointer(NUMBERS, tuple(count * call for call in range(calls)), entries)] if count else []
 
 
 def _part(steps: Sequence[Step], slots: Mapping[str, int]) -> Part:
@@ -184,4 +188,6 @@ def _part(steps: Sequence[Step], slots: Mapping[str, int]) -> Part:
     uses = frozenset().union(*(step.uses for step in steps))
     made = {step.statement.name for step in steps}
     live_in = {name: slots[name] for name in sorted(uses - made) if name in slots}
-    return Part(steps, uses, live_in, {s.statement.name: slots[s.statement.name] for s in steps if s.statement.name in slots})
+    return Part(
+        steps, uses, live_in, {s.statement.name: slots[s.statement.name] for s in steps if s.statement.name in slots}
+    )

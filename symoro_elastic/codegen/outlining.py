@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from symoro_elastic.symbolic.program import Section
 
-LONGEST_BLOCK = 200
+LONGEST_BLOCK = 100
 FEWEST_PAIRS = 3
+"""Statements of a block, and times that a pair occurs where it becomes one."""
 OPERAND = re.compile(r"(?:sine|cosine)\[\d+\]|[A-Za-z_]\w*")
 
 
@@ -29,17 +31,6 @@ class Block(NamedTuple):
     size: int
     read: tuple[str, ...]
     defined: tuple[str, ...]
-
-
-def single(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> Block:
-    """The block of one statement, whose right side names `operands`."""
-    read: dict[str, int] = {}
-
-    def place(found: re.Match[str]) -> str:
-        return f"{{{read.setdefault(found[0], len(read))}}}" if found[0] in operands else found[0]
-
-    kind = kinds.of(OPERAND.sub(place, text))
-    return Block(kind, first, 1, tuple(read), (name,))
 
 
 class _Kinds:
@@ -63,13 +54,24 @@ def blocks(
     `operands` are the names that stand for numbers; others, such as those of functions, belong to the work.
     """
     kinds = _Kinds()
-    found = [single(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
+    found = [_single(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
     for of_one_section in (True, False):
         merged = len(found) + 1
         while len(found) < merged:
             merged = len(found)
             found = _merged(found, kinds, _pairs(found, sections if of_one_section else None, longest))
     return found
+
+
+def _single(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> Block:
+    """The block of one statement, whose right side names `operands`."""
+    read: dict[str, int] = {}
+
+    def place(found: re.Match[str]) -> str:
+        return f"{{{read.setdefault(found[0], len(read))}}}" if found[0] in operands else found[0]
+
+    kind = kinds.of(OPERAND.sub(place, text))
+    return Block(kind, first, 1, tuple(read), (name,))
 
 
 Pair = tuple[int, int, tuple[int, ...]]
@@ -81,7 +83,7 @@ def _pairs(found: Sequence[Block], sections: Sequence[Section] | None, longest: 
         _pair(a, b)
         if a.size + b.size <= longest and (sections is None or sections[a.first] == sections[b.first])
         else None
-        for a, b in zip(found, found[1:], strict=False)
+        for a, b in pairwise(found)
     ]
 
 
