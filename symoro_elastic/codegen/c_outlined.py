@@ -102,7 +102,7 @@ class COutline:
             return []
         form = self.function.form
         own = {SPILL: "{array}[{k}]", NUMBERS: "{array}[{k}]", "p": form.load_parameter, "c": form.load_parameter}
-        entries = {entry: str(k) for entry, k in pointer.entries.items()}
+        entries = {entry: str(k) for entry, k in sorted(pointer.entries.items(), key=lambda entry: entry[1])}
         return self.function.writer.unpack({name: entries}, entries, {name: own.get(pointer.array, form.load)})
 
     def _work(self, sections: Sequence[Section]) -> str:

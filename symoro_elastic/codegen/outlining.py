@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 from symoro_elastic.symbolic.program import Section
 
-LONGEST_BLOCK = 100
+LONGEST_BLOCK = 150
 FEWEST_PAIRS = 3
 """Statements of a block, and times that a pair occurs where it becomes one."""
+NEVER = (0, 0)
 OPERAND = re.compile(r"(?:sine|cosine)\[\d+\]|[A-Za-z_]\w*")
 
 
@@ -93,12 +94,13 @@ def _pair(a: Block, b: Block) -> Pair:
 
 
 def _merged(found: Sequence[Block], kinds: _Kinds, pairs: Sequence[Pair | None]) -> list[Block]:
-    """Blocks with pairs merged that occur often, each with the neighbour with which it does more often."""
+    """Blocks with pairs merged that occur often, each with the neighbour with which it does more often, or first."""
     times = Counter(pair for pair in pairs if pair is not None)
-    often = [times[pair] if pair is not None and times[pair] >= FEWEST_PAIRS else 0 for pair in pairs] + [0, 0]
+    often = {pair: (n, -order) for order, (pair, n) in enumerate(times.items()) if n >= FEWEST_PAIRS}
+    ranks = [often.get(pair, NEVER) if pair is not None else NEVER for pair in pairs] + [NEVER, NEVER]
     merged, k = [], 0
     while k < len(found):
-        if often[k] and often[k] >= often[k + 1]:
+        if ranks[k] > NEVER and ranks[k] >= ranks[k + 1]:
             merged.append(_both(found[k], found[k + 1], kinds.of(pairs[k])))
             k += 2
         else:

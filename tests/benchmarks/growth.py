@@ -1,6 +1,7 @@
-"""Time to generate and to compile chains of n joints: `python -m tests.benchmarks.growth [--joints 6 25 ...]`.
+"""Time to generate, compile and call chains of n joints: `python -m tests.benchmarks.growth [--joints 6 25 ...]`.
 
-The exponent is that of the power of n that fits best the times beyond 25 joints.
+The exponent is that of the power of n that fits best the times beyond 25 joints. A call is the best of many, in
+nanoseconds for each joint. `--derivatives N` does the same for both models' derivatives of a general chain of N joints.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.compile import Array, CompiledPackage, compile_library
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
@@ -30,6 +31,8 @@ from tests.references.random_machines import chain as general_chain
 T = TypeVar("T")
 
 MODELS = ("inverse_dynamics", "direct_dynamics")
+DERIVATIVES = ("inverse_dynamics_derivatives", "direct_dynamics_derivatives")
+CALL = "ns a joint"
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 FLAGS = ("-O2",)
 FIT_FROM = 25
@@ -37,18 +40,21 @@ FIT_FROM = 25
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.growth", description=__doc__)
-    parser.add_argument("--joints", type=int, nargs="+", default=[6, 12, 25, 50, 100, 200, 400])
-    parser.add_argument("--most-compiled", type=int, default=100, help="longest chain that is compiled")
+    parser.add_argument("--joints", type=int, nargs="+", default=[6, 10, 25, 50, 100, 200, 300])
+    parser.add_argument("--derivatives", type=int, nargs="*", default=[10, 30], help="joints of chains derived")
+    parser.add_argument("--most-compiled", type=int, default=300, help="longest chain that is compiled")
     parser.add_argument("--general", action="store_true", help="alpha, d and r symbolic in place of quarter turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    wanted = [(model, n) for model in MODELS for n in arguments.joints]
     build = general_chain if arguments.general else chain
+    wanted = [(model, build, n) for model in MODELS for n in arguments.joints]
+    wanted += [(model, general_chain, n) for model in DERIVATIVES for n in arguments.derivatives]
     figures = [
-        figures_of(model, build(n), n <= arguments.most_compiled) for model, n in progress(wanted, "generate, compile")
+        figures_of(model, made(n), n <= arguments.most_compiled)
+        for model, made, n in progress(wanted, "generate, compile")
     ]
-    steps = ["trace", "render", *COMPILERS]
-    for model in MODELS:
+    steps = ["trace", "render", *COMPILERS, CALL]
+    for model in (*MODELS, *DERIVATIVES):
         chosen = [figure for figure in figures if figure["model"] == model]
         rows = [[f"{f['joints']}", f"{f['operations']}", *(_seconds(f.get(step)) for step in steps)] for f in chosen]
         exponents = [_exponent(chosen, step) for step in ["operations", *steps]]
@@ -71,10 +77,29 @@ def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | 
     with tempfile.TemporaryDirectory() as folder:
         for compiler in COMPILERS if compiles else ():
             start = os.times()
-            compile_library(files, Path(folder), (compiler,), FLAGS)
+            library = compile_library(files, Path(folder) / compiler, (compiler,), FLAGS)
             end = os.times()
             figures[compiler] = end.children_user + end.children_system - start.children_user - start.children_system
+            figures.setdefault(CALL, 1e9 * _call(CompiledPackage(package, library)) / n)
     return figures
+
+
+def _call(compiled: CompiledPackage) -> float:
+    """Seconds of a call, the best of many: rows of one call of the library, less than its overhead of Python."""
+    (function,) = compiled.package.functions
+    states = {a.name: np.full((1, a.size), 0.3) for a in function.arguments}
+    many = {name: np.repeat(array, 50, axis=0) for name, array in states.items()}
+    times = [(_seconds_of(compiled, function.name, many) - _seconds_of(compiled, function.name, states)) / 49]
+    for _ in range(100):
+        more = _seconds_of(compiled, function.name, many) - _seconds_of(compiled, function.name, states)
+        times.append(more / 49)
+    return float(np.quantile(times, 0.1))
+
+
+def _seconds_of(compiled: CompiledPackage, function: str, states: dict[str, Array]) -> float:
+    start = time.perf_counter()
+    compiled.call(function, **states)
+    return time.perf_counter() - start
 
 
 def _timed(step: Callable[[], T]) -> tuple[T, float]:
