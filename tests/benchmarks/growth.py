@@ -18,13 +18,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from symoro_elastic.codegen.compile import Array, CompiledPackage, compile_library
+from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.pipeline import programs
 from tests.benchmarks.machines import chain
-from tests.benchmarks.ours import Code
+from tests.benchmarks.ours import Code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.references.random_machines import chain as general_chain
 
@@ -36,6 +36,7 @@ CALL = "ns a joint"
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 FLAGS = ("-O2",)
 FIT_FROM = 25
+ROUNDS = 200
 
 
 def main() -> None:
@@ -77,29 +78,20 @@ def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | 
     with tempfile.TemporaryDirectory() as folder:
         for compiler in COMPILERS if compiles else ():
             start = os.times()
-            library = compile_library(files, Path(folder) / compiler, (compiler,), FLAGS)
+            compile_library(files, Path(folder), (compiler,), FLAGS)
             end = os.times()
             figures[compiler] = end.children_user + end.children_system - start.children_user - start.children_system
-            figures.setdefault(CALL, 1e9 * _call(CompiledPackage(package, library)) / n)
+    if compiles and COMPILERS:
+        figures[CALL] = _call(made, COMPILERS[0]) / n
     return figures
 
 
-def _call(compiled: CompiledPackage) -> float:
-    """Seconds of a call, the best of many: rows of one call of the library, less than its overhead of Python."""
-    (function,) = compiled.package.functions
-    states = {a.name: np.full((1, a.size), 0.3) for a in function.arguments}
-    many = {name: np.repeat(array, 50, axis=0) for name, array in states.items()}
-    times = [(_seconds_of(compiled, function.name, many) - _seconds_of(compiled, function.name, states)) / 49]
-    for _ in range(100):
-        more = _seconds_of(compiled, function.name, many) - _seconds_of(compiled, function.name, states)
-        times.append(more / 49)
-    return float(np.quantile(times, 0.1))
-
-
-def _seconds_of(compiled: CompiledPackage, function: str, states: dict[str, Array]) -> float:
-    start = time.perf_counter()
-    compiled.call(function, **states)
-    return time.perf_counter() - start
+def _call(made: Code, compiler: str) -> float:
+    """Nanoseconds of a call, parameters prepared: the best of many rounds."""
+    x = np.full((4, sum(made.inputs)), 0.3)
+    contestant = scalar(made, x, "a call", compiler, FLAGS)
+    contestant.settle()
+    return min(contestant.once(contestant.passes) for _ in range(ROUNDS))
 
 
 def _timed(step: Callable[[], T]) -> tuple[T, float]:

@@ -128,6 +128,7 @@ def test_names_of_users_are_kept_apart(outlined: None, tmp_path: Path) -> None:
 
 def with_parameters(machine: Machine, names: dict[str, str]) -> Machine:
     """The machine with parameters by other names."""
+
     def other(text: str) -> str:
         return names.get(text, text)
 
