@@ -139,8 +139,8 @@ class CFunction:
         self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []
 
     def _outline(self, at_end: frozenset[str]) -> Outline | None:
-        """Blocks that repeat as functions, where the program is long; on one state, and not in sums of two doubles."""
-        if len(self.steps) < OUTLINED_FROM or self.form.states or self.precision.is_pair:
+        """Blocks that repeat as functions, where the program is long and its form allows it."""
+        if len(self.steps) < OUTLINED_FROM or not self.form.outlined:
             return None
         texts = [(step.statement.name, self.printer.right_side(step.statement)) for step in self.steps]
         named = [literal for step in self.steps for literal in self.printer.named(step.statement)]
