@@ -12,6 +12,8 @@ from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
 from symoro_elastic.codegen.c_constants import Literals, declaration
 from symoro_elastic.codegen.c_lines import INDENT, statement
 from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
+from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
+from symoro_elastic.codegen.outlining import blocks
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import Precision
@@ -20,9 +22,10 @@ from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Statement, by_section
 
 SINCOS = ("sine", "cosine")
-SPILL = "spill"
 PER_JOINT, PER_MOTOR, PER_DEPENDENT = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor"), ("q_dep", "q_dep_out")
 """Arrays with an entry for each joint whose variable is independent, each motor, each joint that follows by loops."""
+OUTLINED_FROM = 2000
+"""Statements of a program from which on blocks that repeat become functions."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +72,10 @@ class CWriter(Writer):
         super().__init__(printer, _declaring(type_), joints)
         self.c_printer, self.number = printer, number
 
-    def statements(self, statements: Sequence[Statement]) -> list[str]:
-        """Assignments below the headings of their sections."""
+    def statements(self, statements: Sequence[Statement], known: Iterable[str] = ()) -> list[str]:
+        """Assignments below the headings of their sections; numbers that are `known` are not declared."""
         lines: list[str] = []
-        declared: set[str] = set()
+        declared = {*known}
         for section, group in by_section(statements):
             assignments = [self.assignment(one) for one in group]
             used = {literal.name: literal for one in group for literal in self.c_printer.named(one)}
@@ -123,13 +126,36 @@ class CFunction:
     def _partition(self) -> None:
         program = self.function.program
         self.stored, at_end = self._stored()
-        steps = _of_use(self._steps(program.statements), at_end)
-        self.parts, self.slots = partition(steps, at_end)
-        self.used = frozenset().union(*(part.uses for part in self.parts))
+        self.steps = _of_use(self._steps(program.statements), at_end)
+        self.used = at_end.union(*(step.uses for step in self.steps))
         self.constants = [s.name for s in program.once if s.name in self.used]
+        self.outline = self._outline(at_end)
+        if self.outline:
+            self.parts, self.slots = self.outline.parts, self.outline.slots
+        else:
+            self.parts, self.slots = partition(self.steps, at_end)
         self.once_parts, self.once_slots = partition(self._steps(program.once), self.constants)
         size = f"{self.macro}_{self.function.name.upper()}_CONSTANTS"
         self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []
+
+    def _outline(self, at_end: frozenset[str]) -> Outline | None:
+        """Blocks that repeat as functions, where the program is long and its form allows it."""
+        if len(self.steps) < OUTLINED_FROM or not self.form.outlined:
+            return None
+        texts = [(step.statement.name, self.printer.right_side(step.statement)) for step in self.steps]
+        named = [literal for step in self.steps for literal in self.printer.named(step.statement)]
+        self.literals = {literal.name: literal for literal in named}
+        places = self._places()
+        self.operands = frozenset({*places, *self.literals, *(name for name, _ in texts)})
+        sections = [step.statement.section for step in self.steps]
+        found = outline(self.steps, blocks(texts, sections, self.operands), places, self.literals, at_end)
+        return found if found.functions else None
+
+    def _places(self) -> dict[str, Place]:
+        """Where what statements read of arguments, constants, sines and cosines stands."""
+        arrays: dict[str, Iterable[str]] = {**self.entries, "p": self.indices, "c": self.constants}
+        arrays |= {array: [f"{array}[{k}]" for k in range(len(self.angles))] for array in SINCOS}
+        return {name: Place(array, k) for array, names in arrays.items() for k, name in enumerate(names)}
 
     def _name_numbers(self) -> None:
         program, package = self.function.program, self.package
@@ -154,11 +180,16 @@ class CFunction:
         """The arrays of the function as users call it."""
         return [*self.inputs, self.p, *self.results]
 
+    @property
+    def read(self) -> list[Array]:
+        """The arrays that a call reads, after the angles."""
+        sincos = [Array(self.form.angle, name, str(len(self.angles)), 1) for name in SINCOS]
+        return [*self.inputs, self.p, *self.c, *sincos]
+
     def part_texts(self) -> list[PartText]:
         """The parts of a call, those after the angles."""
-        sincos = [Array(self.form.angle, name, str(len(self.angles)), 1) for name in SINCOS]
         spill = Array(self.form.number, SPILL, str(self.slots), 1, True)
-        arrays = [*self.inputs, self.p, *self.c, *sincos, spill, *self.results]
+        arrays = [*self.read, spill, *self.results]
         last = self.parts[-1]
         return [self._part(part, arrays, self.stored if part is last else []) for part in self.parts]
 

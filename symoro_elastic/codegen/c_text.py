@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_function import SINCOS, SPILL, Array, CFunction, PartText
+from symoro_elastic.codegen.c_function import SINCOS, Array, CFunction, PartText
 from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
+from symoro_elastic.codegen.c_outlined import COutline
 from symoro_elastic.codegen.described import described
+from symoro_elastic.codegen.outlined import SPILL, Call, Outline
 
 LARGE_STACK = 64_000
 
@@ -74,7 +76,19 @@ def working(function: CFunction, name: str) -> list[Routine]:
         return [Routine(head(name, function.arrays, states), "\n".join([*first, parts[0].body]))]
     spill = [_declaration(function.form.number, SPILL, str(function.slots))] if function.slots else []
     routines, calls = _in_parts(name, parts, states)
+    if function.outline:
+        routines, calls = _outlined(function, function.outline, routines, calls)
     return [*routines, Routine(head(name, function.arrays, states), "\n".join([*first, *spill, *calls]))]
+
+
+def _outlined(
+    function: CFunction, outline: Outline, routines: Sequence[Routine], calls: Sequence[str]
+) -> tuple[list[Routine], list[str]]:
+    """Functions for blocks that repeat and for the parts between, and the calls of both in order."""
+    text, of_parts = COutline(function, outline), iter(calls)
+    own = [Routine(one.head, one.body, True) for one in text.texts]
+    in_order = [text.call(piece) if isinstance(piece, Call) else next(of_parts) for piece in outline.pieces]
+    return [*own, *routines], [*text.tables(), *in_order]
 
 
 def _in_parts(name: str, parts: Sequence[PartText], states: str = "") -> tuple[list[Routine], list[str]]:

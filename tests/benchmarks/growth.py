@@ -1,6 +1,7 @@
-"""Time to generate and to compile chains of n joints: `python -m tests.benchmarks.growth [--joints 6 25 ...]`.
+"""Time to generate, compile and call chains of n joints: `python -m tests.benchmarks.growth [--joints 6 25 ...]`.
 
-The exponent is that of the power of n that fits best the times beyond 25 joints.
+The exponent is that of the power of n that fits best the times beyond 25 joints. A call is the best of many, in
+nanoseconds for each joint. `--derivatives N` does the same for both models' derivatives of a general chain of N joints.
 """
 
 from __future__ import annotations
@@ -23,32 +24,38 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.pipeline import programs
 from tests.benchmarks.machines import chain
-from tests.benchmarks.ours import Code
+from tests.benchmarks.ours import Code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.references.random_machines import chain as general_chain
 
 T = TypeVar("T")
 
 MODELS = ("inverse_dynamics", "direct_dynamics")
+DERIVATIVES = ("inverse_dynamics_derivatives", "direct_dynamics_derivatives")
+CALL = "ns a joint"
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 FLAGS = ("-O2",)
 FIT_FROM = 25
+ROUNDS = 200
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.growth", description=__doc__)
-    parser.add_argument("--joints", type=int, nargs="+", default=[6, 12, 25, 50, 100, 200, 400])
-    parser.add_argument("--most-compiled", type=int, default=100, help="longest chain that is compiled")
+    parser.add_argument("--joints", type=int, nargs="+", default=[6, 10, 25, 50, 100, 200, 300])
+    parser.add_argument("--derivatives", type=int, nargs="*", default=[10, 30], help="joints of chains derived")
+    parser.add_argument("--most-compiled", type=int, default=300, help="longest chain that is compiled")
     parser.add_argument("--general", action="store_true", help="alpha, d and r symbolic in place of quarter turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    wanted = [(model, n) for model in MODELS for n in arguments.joints]
     build = general_chain if arguments.general else chain
+    wanted = [(model, build, n) for model in MODELS for n in arguments.joints]
+    wanted += [(model, general_chain, n) for model in DERIVATIVES for n in arguments.derivatives]
     figures = [
-        figures_of(model, build(n), n <= arguments.most_compiled) for model, n in progress(wanted, "generate, compile")
+        figures_of(model, made(n), n <= arguments.most_compiled)
+        for model, made, n in progress(wanted, "generate, compile")
     ]
-    steps = ["trace", "render", *COMPILERS]
-    for model in MODELS:
+    steps = ["trace", "render", *COMPILERS, CALL]
+    for model in (*MODELS, *DERIVATIVES):
         chosen = [figure for figure in figures if figure["model"] == model]
         rows = [[f"{f['joints']}", f"{f['operations']}", *(_seconds(f.get(step)) for step in steps)] for f in chosen]
         exponents = [_exponent(chosen, step) for step in ["operations", *steps]]
@@ -74,7 +81,17 @@ def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | 
             compile_library(files, Path(folder), (compiler,), FLAGS)
             end = os.times()
             figures[compiler] = end.children_user + end.children_system - start.children_user - start.children_system
+    if compiles and COMPILERS:
+        figures[CALL] = _call(made, COMPILERS[0]) / n
     return figures
+
+
+def _call(made: Code, compiler: str) -> float:
+    """Nanoseconds of a call, parameters prepared: the best of many rounds."""
+    x = np.full((4, sum(made.inputs)), 0.3)
+    contestant = scalar(made, x, "a call", compiler, FLAGS)
+    contestant.settle()
+    return min(contestant.once(contestant.passes) for _ in range(ROUNDS))
 
 
 def _timed(step: Callable[[], T]) -> tuple[T, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
@@ -115,7 +115,8 @@ def files_of(text: SourceText) -> Files:
 
 def source_text(package: Package, precision: Precision) -> SourceText:
     """What the templates are given for a package."""
-    form, name = scalar_form(package, precision), package.name + precision.suffix
+    form = replace(scalar_form(package, precision), outlined=not precision.is_pair)
+    name = package.name + precision.suffix
     functions = [CFunction(package, function, precision, form) for function in package.functions]
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)

@@ -1,0 +1,142 @@
+"""Blocks that repeat become functions in long C programs: the same numbers, text that does not grow, calls as cheap."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symoro_elastic.codegen import c_function
+from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.pipeline import programs
+from tests.benchmarks import contest
+from tests.benchmarks.instructions import available, per_call
+from tests.benchmarks.machines import chain, humanoid
+from tests.benchmarks.ours import code
+from tests.generated_code import STRICT
+
+INVERSE, DIRECT = "inverse_dynamics", "direct_dynamics"
+CASES = {
+    "chain": (chain, 14, (), DOUBLE),
+    "folded": (chain, 14, ALL, DOUBLE),
+    "single": (chain, 10, (), SINGLE),
+    "mixed": (chain, 10, ALL, MIXED),
+    "tree": (lambda _: humanoid(), 29, (), DOUBLE),
+}
+
+
+@cache
+def package_of(n: int, model: str = INVERSE, fold: tuple[str, ...] = ()) -> Package:
+    return programs(chain(n), Scene(models=(model,), fold=fold)).package
+
+
+@pytest.fixture
+def outlined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks that repeat become functions in short programs, too."""
+    monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_functions_give_the_bits_of_straight_lines(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build, n, fold, precision = CASES[case]
+    package = programs(build(n), Scene(models=(INVERSE, DIRECT), fold=fold)).package
+    straight = loaded(package, precision, tmp_path / "straight")
+    monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+    in_functions = loaded(package, precision, tmp_path / "functions")
+    called = calls(render_c(package, precision))
+    assert called > 5
+    for function in package.functions:
+        random = np.random.default_rng(5)
+        state = {a.name: random.uniform(-2, 2, (20, a.size)) for a in function.arguments}
+        wanted, found = straight.call(function.name, **state), in_functions.call(function.name, **state)
+        for name, values in wanted.items():
+            assert np.isfinite(values).all()
+            assert np.array_equal(values, found[name])
+
+
+def loaded(package: Package, precision: Precision, folder: Path) -> CompiledPackage:
+    flags = ("-O0", "-ffp-contract=off")
+    return CompiledPackage(package, compile_library(render_c(package, precision), folder, flags=flags), precision)
+
+
+def calls(files: dict[str, str]) -> int:
+    """Calls of functions for repeated blocks."""
+    (text,) = (text for name, text in files.items() if name.endswith(".c"))
+    return sum(int(times) for times in re.findall(r"Called\s+(?:\*\s+)?(\d+)", text))
+
+
+def test_a_long_chain_has_hardly_more_statements() -> None:
+    """Beyond about 60 joints there are more calls, not more statements."""
+    few, many = (statements(render_c(package_of(n))) for n in (72, 144))
+    whole = len(package_of(144).functions[0].program.statements)
+    assert many < 1.1 * few
+    assert many < 0.3 * whole
+
+
+def statements(files: dict[str, str]) -> int:
+    """Assignments to variables that compute: those that read an entry of an array do not count."""
+    (text,) = (text for name, text in files.items() if name.endswith(".c"))
+    text = text[text.index("Called ") :]
+    return len(re.findall(r"^    const double \w+ = .*[-+*/]", text, re.MULTILINE))
+
+
+@pytest.mark.skipif(not available(), reason="callgrind counts instructions: install valgrind")
+def test_instructions_grow_by_less_than_a_third(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Loads and stores of what is handed on; the time of a call falls where the straight line is long."""
+    monkeypatch.setattr(contest, "BUILD", tmp_path)
+    made = code(chain(12), DIRECT, fold=False)
+    straight = per_call(made, "gcc")
+    monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+    called, counted = calls(made.files), per_call(made, "gcc")
+    assert called > 5
+    assert straight < counted < 1.3 * straight
+
+
+def test_short_programs_batches_and_pairs_stay_straight(monkeypatch: pytest.MonkeyPatch) -> None:
+    package = package_of(12)
+    called = calls(render_c(package))
+    assert called == 0
+    batch = render_c_batch(package)["chain12_batch.c"]
+    pairs = render_c(package, DOUBLE_DOUBLE)
+    monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+    batches, in_pairs = render_c_batch(package)["chain12_batch.c"], render_c(package, DOUBLE_DOUBLE)
+    assert batches == batch
+    assert in_pairs == pairs
+
+
+def test_names_of_users_are_kept_apart(outlined: None, tmp_path: Path) -> None:
+    """Parameters may be called as the arguments of functions would be."""
+    machine = with_parameters(chain(16), {"D9": "number", "D10": "from_w4_x", "D11": "to_sin_q5", "D12": "sine"})
+    package = programs(machine, Scene(models=(INVERSE,))).package
+    plain = package_of(16)
+    state = {a.name: np.linspace(-1.0, 1.0, a.size) for a in plain.functions[0].arguments}
+    found = loaded(package, DOUBLE, tmp_path / "named").call(INVERSE, **state)
+    wanted = loaded(plain, DOUBLE, tmp_path / "plain").call(INVERSE, **state)
+    assert np.array_equal(found["tau"], wanted["tau"])
+
+
+def with_parameters(machine: Machine, names: dict[str, str]) -> Machine:
+    """The machine with parameters by other names."""
+
+    def other(text: str) -> str:
+        return names.get(text, text)
+
+    joints = tuple(replace(j, d=Formula.parse(other(str(j.d)))) for j in machine.joints)
+    parameters = tuple(replace(p, name=other(p.name)) for p in machine.parameters)
+    return replace(machine, joints=joints, parameters=parameters)
+
+
+def test_functions_compile_without_a_warning(outlined: None, tmp_path: Path) -> None:
+    strict = (*STRICT, "-Wconversion", "-Wshadow", "-Wundef", "-Wstrict-prototypes", "-O1")
+    compile_library(render_c(package_of(16, INVERSE, ALL), MIXED), tmp_path, flags=strict)
