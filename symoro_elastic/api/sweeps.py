@@ -126,7 +126,9 @@ class Plan:
         of = self.subject.of
         source = _source(of) if callable(of) else repr(told)
         records = [Path(motion.path).read_bytes() for motion in self.swept.machine.motions if motion.file]
-        return digest(__version__, repr(told.machine), source, repr(self.quantities), self.design.points.tobytes(), *records)
+        return digest(
+            __version__, repr(told.machine), source, repr(self.quantities), self.design.points.tobytes(), *records
+        )
 
 
 def _source(function: Callable[..., Any]) -> str:
@@ -219,7 +221,15 @@ def sweep(
         For names and values that are none, for too many points, and where no point has a result.
     """
     subject = Subject(
-        of, operating_point(point, where), inputs, outputs, frequencies, damping, Integration(method, step), values, scene
+        of,
+        operating_point(point, where),
+        inputs,
+        outputs,
+        frequencies,
+        damping,
+        Integration(method, step),
+        values,
+        scene,
     )
     planned = plan(the_machine(machine), over, subject, samples, sampling, seed)
     path = None if journal is None else Path(journal)

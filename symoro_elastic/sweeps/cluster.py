@@ -60,7 +60,7 @@ class Cluster:
                     found = future.result(timeout=PATIENCE)
                 except distributed.KilledWorker:
                     found = None
-                except Exception as error:  # noqa: BLE001  (of many kinds, by what is lost)
+                except Exception as error:  # of many kinds, by what is lost
                     raise self._failure(client, error) from None
                 yield running.pop(future), found
 

@@ -33,8 +33,8 @@ class Influence:
     def title(self) -> str:
         """What the numbers are."""
         if self.slopes is None:
-            return "correlation of ranks, from -1 to 1: what each quantity does to each figure"
-        return "share of the range that the mean passes through / per cent by per cent: what each quantity does"
+            return "influence: correlation of ranks"
+        return "influence: share of the range / per cent by per cent"
 
     def strongest(self) -> list[int]:
         """Return the numbers of the quantities, that with the largest influence on any figure first."""
@@ -51,7 +51,7 @@ def influence(design: Design, figures: Mapping[str, Array]) -> Influence:
 
 
 def local_slopes(design: Design, figure: Array, k: int) -> Array:
-    """Return df/dx (lengths) by the k-th quantity of a grid, by differences of second order; NaN where it has one value.
+    """Return df/dx (lengths) by the k-th quantity of a grid, by central differences; NaN where it has one value.
 
     Beside a point without a value there is no slope.
     """

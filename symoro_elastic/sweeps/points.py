@@ -38,7 +38,7 @@ class Task:
             return Outcome(_checked(self.function(*split(self.quantities, row))))
         except InputError as error:
             return Outcome({}, _line(f"{error.place}: {error.what}"))
-        except Exception as error:  # noqa: BLE001  (also those of a function of the user)
+        except Exception as error:  # also those of a function of the user
             return Outcome({}, _line(f"{type(error).__name__}: {error}"))
 
     def outcomes(self, numbered: Sequence[tuple[int, Sequence[float]]]) -> list[tuple[int, Outcome]]:
@@ -62,5 +62,3 @@ def _checked(figures: object) -> dict[str, float]:
 def _line(text: str) -> str:
     line = " ".join(text.split())
     return line if len(line) <= LONGEST_REASON else f"{line[: LONGEST_REASON - 3]}..."
-
-

@@ -155,4 +155,3 @@ def _end_with_parent() -> None:
 def _outcomes(points: Numbered) -> Computed:
     assert _task is not None
     return _task.outcomes(points)
-

@@ -118,4 +118,3 @@ def _around_poles(linear: Linearization) -> Array:
     grid = frequency_grid(linear)
     found: Array = np.unique(np.concatenate([grid, swinging]))
     return found
-
