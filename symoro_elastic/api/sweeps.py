@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, TypeAlias, Unpack
 
 from symoro_elastic import __version__
 from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
@@ -63,7 +62,8 @@ class Subject:
             if given and self.of not in where:
                 what = f"belongs to --of {' or '.join(where)}: leave it out of {self.name}"
                 raise InputError("symoro-elastic", option, what)
-        if self.point != OperatingPoint() and self.of not in ("modes", "response"):
+        told = any(getattr(self.point, one.name) for one in fields(self.point))
+        if told and self.of not in ("modes", "response"):
             what = f"an operating point belongs to modes and response, not to {self.name}: leave out --at, --hold ..."
             raise InputError("symoro-elastic", "--of", what)
 
@@ -122,21 +122,8 @@ class Plan:
     @property
     def digest(self) -> str:
         """A digest of the machine, what is computed of it, and the points."""
-        told = replace(self.swept, machine=replace(self.swept.machine, source=""))
-        of = self.subject.of
-        source = _source(of) if callable(of) else repr(told)
         records = [Path(motion.path).read_bytes() for motion in self.swept.machine.motions if motion.file]
-        return digest(
-            __version__, repr(told.machine), source, repr(self.quantities), self.design.points.tobytes(), *records
-        )
-
-
-def _source(function: Callable[..., Any]) -> str:
-    """Return the text of a function, its name where there is none."""
-    try:
-        return inspect.getsource(function)
-    except (OSError, TypeError):
-        return f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', type(function).__name__)}"
+        return digest(__version__, self.swept, self.quantities, self.design.points, records)
 
 
 def plan(

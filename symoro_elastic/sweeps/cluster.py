@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from symoro_elastic.errors import InputError
@@ -15,6 +16,7 @@ from symoro_elastic.sweeps.points import Outcome, Task
 from symoro_elastic.sweeps.processes import DIED, LONGEST, Computed, Numbered
 
 OPTION = "--scheduler"
+ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 PATIENCE = 10.0
 """Time in which a scheduler has to answer, s."""
 WITHOUT_WORKERS = 60.0
@@ -77,29 +79,28 @@ class Cluster:
                 idle = time.monotonic() if client.nthreads() else idle
                 if time.monotonic() - idle > WITHOUT_WORKERS:
                     raise self._without_workers() from None
+            except Exception as error:  # of many kinds, by what is lost
+                raise self._failure(client, error) from None
 
     @contextmanager
     def _client(self) -> Iterator[Any]:
         """A client of the scheduler; it is closed in the end, and the cluster stays."""
-        distributed, logger = _distributed(), logging.getLogger("distributed")
-        before = logger.level
-        logger.setLevel(logging.CRITICAL + 1)
-        client = None
-        try:
+        if not ADDRESS.fullmatch(self.address):
+            what = f"{self.address!r} is no address: give that of a scheduler, such as tcp://192.0.2.1:8786"
+            raise InputError("symoro-elastic", OPTION, what)
+        distributed = _distributed()
+        with _silent(), ExitStack() as closing:
             try:
-                client = distributed.Client(self.address, timeout=PATIENCE, set_as_default=False)
+                client = distributed.Client(self.address, timeout=PATIENCE)
             except (OSError, ValueError, RuntimeError) as error:
                 what = f"{self.address!r}: no scheduler answers there ({_short(error)}): start one, or leave it out"
                 raise InputError("symoro-elastic", OPTION, what) from None
+            closing.callback(client.close, timeout=1)
             try:
                 client.wait_for_workers(1, timeout=PATIENCE)
             except (TimeoutError, distributed.TimeoutError):
                 raise self._without_workers() from None
             yield client
-        finally:
-            if client is not None:
-                client.close(timeout=1)
-            logger.setLevel(before)
 
     def _given(self, send: Any) -> Any:
         """Return what was sent to the cluster; raises `InputError` for what cannot be."""
@@ -123,6 +124,20 @@ class Cluster:
 
     def _without_workers(self) -> InputError:
         return InputError("symoro-elastic", OPTION, f"{self.address!r} has no workers: start some, or leave it out")
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep what the library logs about lost connections from the terminal: errors of ours say it in one line."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    levels = {name: logging.getLogger(name).level for name in names}
+    for name in levels:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def _outcomes(task: Task, points: Numbered) -> Computed:

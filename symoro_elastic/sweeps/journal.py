@@ -7,18 +7,24 @@ last bit; a last line that a killed run left unfinished is dropped.
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.output_files import appended, cut_file, is_forced, remove_file
 from symoro_elastic.sweeps.points import Outcome
 
 TITLE, PLACE = "journal of a sweep of symoro-elastic", "journal"
+SOURCE = "source"
+"""Fields that hold the name of a file, whose place does not matter."""
 SPECIAL = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 """Numbers that JSON has no form for."""
 
@@ -27,12 +33,39 @@ Record: TypeAlias = Callable[[Outcomes], None]
 
 
 def digest(*parts: object) -> str:
-    """Return a digest of what a sweep computes."""
+    """Return a digest of what a sweep computes: of all data of machines and arguments but the names of their files."""
     found = hashlib.sha256()
-    for part in parts:
-        found.update(part if isinstance(part, bytes) else repr(part).encode("utf-8"))
-        found.update(b"\0")
+    for word in _words(parts):
+        found.update(word + b"\0")
     return found.hexdigest()
+
+
+def _words(value: Any) -> Iterator[bytes]:
+    """Yield data of any kind in pieces, the same for the same data; a `repr` may leave some out."""
+    if is_dataclass(value) and not isinstance(value, type):
+        yield type(value).__name__.encode()
+        pairs: Iterable[tuple[Any, Any]] = ((one.name, getattr(value, one.name)) for one in fields(value))
+        yield from _words([pair for pair in pairs if pair[0] != SOURCE])
+    elif isinstance(value, Mapping):
+        yield from _words(list(value.items()))
+    elif isinstance(value, list | tuple):
+        yield str(len(value)).encode()
+        for each in value:
+            yield from _words(each)
+    elif isinstance(value, set | frozenset):
+        yield from _words(sorted(map(str, value)))
+    elif isinstance(value, np.ndarray):
+        yield from (str(value.shape).encode(), value.tobytes())
+    else:
+        yield value if isinstance(value, bytes) else (_text(value) if callable(value) else repr(value)).encode()
+
+
+def _text(function: Callable[..., Any]) -> str:
+    """Return the text of a function, its name where there is none."""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', type(function).__name__)}"
 
 
 @contextmanager

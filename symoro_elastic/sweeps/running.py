@@ -22,6 +22,8 @@ BYTES = 60
 """Of a number in the journal and in a file of results together, with its name, at most."""
 SAID = 60.0
 """Time of a sweep, s, from which on it is told ahead."""
+PROMPT = 20.0
+"""Time of the first point, s, up to which a second one tells how long the others take: the first traces the machine."""
 
 
 @dataclass(frozen=True)
@@ -80,16 +82,20 @@ class Run:
         return tuple(done[k] for k in range(count))
 
     def _computed(self, left: Numbered, done: dict[int, Outcome], note: Note) -> Iterator[Computed]:
-        """Yield the outcomes of points; the first here, which tells how large and how long all will be."""
-        if self.workplace.scheduler is None and left:
-            began = time.perf_counter()
-            first = self.task.outcomes(left[:1])
-            seconds = (time.perf_counter() - began) * (len(left) - 1) / self.workplace.processes
-            self._refuse_size(max(len(one.figures) for one in (*done.values(), first[0][1])))
-            if seconds > SAID:
-                note(f"{len(left)} points take about {_duration(seconds)}")
-            yield first
-            left = left[1:]
+        """Yield the outcomes of points; the first ones here, which tells how large and how long all will be."""
+        if self.workplace.scheduler is None:
+            for number in range(min(2, len(left))):
+                began = time.perf_counter()
+                first = self.task.outcomes(left[:1])
+                seconds = time.perf_counter() - began
+                left = left[1:]
+                if not number:
+                    self._refuse_size(max(len(one.figures) for one in (*done.values(), first[0][1])))
+                yield first
+                if seconds > PROMPT:
+                    break
+            if left and seconds * len(left) / self.workplace.processes > SAID:
+                note(f"{len(left)} points take about {_duration(seconds * len(left) / self.workplace.processes)}")
         if left:
             yield from self.workplace.computed(self.task, left)
 
