@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -174,7 +175,14 @@ class SweptSimulation(SweptMotions):
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""
-        return "J" if "energy: " in figure else ""
+        from symoro_elastic.vibration.signals import output_unit
+
+        if "energy: " in figure:
+            return "J"
+        try:
+            return output_unit(self.machine, re.sub(r"^motion_\d+ ", "", figure).rpartition(": ")[0])
+        except InputError:
+            return ""
 
 
 @dataclass(frozen=True)

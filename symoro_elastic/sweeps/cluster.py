@@ -119,8 +119,8 @@ class Cluster:
         return InputError("symoro-elastic", OPTION, what)
 
     def _lost(self) -> InputError:
-        what = f"{self.address!r}: the scheduler has gone; a journal keeps what was computed: give the command again"
-        return InputError("symoro-elastic", OPTION, what)
+        kept = "a journal (--out) keeps what was computed: give the command again"
+        return InputError("symoro-elastic", OPTION, f"{self.address!r}: the scheduler has gone; {kept}")
 
     def _without_workers(self) -> InputError:
         return InputError("symoro-elastic", OPTION, f"{self.address!r} has no workers: start some, or leave it out")

@@ -79,13 +79,15 @@ def kept(path: Path | None, digest: str, count: int) -> Iterator[tuple[dict[int,
         yield {}, lambda _: None
         return
     head = json.dumps({"title": TITLE, "digest": digest, "points": count}).encode("ascii") + b"\n"
-    with appended(path, PLACE) as write:
-        done = _read(path, head)
-        if not path.stat().st_size:
-            write(head)
-        yield done, lambda outcomes: write(b"".join(_line(k, one) for k, one in outcomes))
-    if path.stat().st_size == len(head):
-        remove_file(path)
+    try:
+        with appended(path, PLACE) as write:
+            done = _read(path, head)
+            if not path.stat().st_size:
+                write(head)
+            yield done, lambda outcomes: write(b"".join(_line(k, one) for k, one in outcomes))
+    finally:
+        if path.exists() and path.read_bytes()[: len(head) + 1] == head:
+            remove_file(path)
 
 
 def _read(path: Path, head: bytes) -> dict[int, Outcome]:

@@ -67,6 +67,9 @@ def _known(machine: Machine) -> dict[str, Quantity]:
     for one in positions:
         found[POSITION + one.name] = Quantity(POSITION + one.name, one.key, True, one.unit)
         found.setdefault(one.name, one)
+    for joint in machine.moving_joints:
+        variable = str(joint.variable)
+        found.setdefault(variable, Quantity(variable, joint.name, True, joint.unit))
     return found
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.sizes import refuse_numbers
+from symoro_elastic.sizes import MOST_HELD, refuse_numbers
 from symoro_elastic.sweeps.cluster import Cluster
 from symoro_elastic.sweeps.design import Design, rows
 from symoro_elastic.sweeps.journal import kept
@@ -103,7 +103,7 @@ class Run:
         """Raise `InputError` where the figures of all points have no room in memory, or beside the journal."""
         points, axes = self.design.points.shape
         what = f"{figures} figures and {axes} axes at {points} points"
-        refuse_numbers(points * (figures + axes), what, "symoro-elastic", "--over", "give fewer points, or --figure")
+        refuse_numbers(points * (figures + axes), what, "symoro-elastic", "--over", "give fewer points", MOST_HELD)
         if self.journal is None:
             return
         free, needed = shutil.disk_usage(self.journal.absolute().parent).free, BYTES * points * (figures + axes)
