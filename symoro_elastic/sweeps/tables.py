@@ -54,7 +54,7 @@ def _influence(values: Array, slopes: Array | None, row: int, k: int) -> str:
         return "-"
     if slopes is None:
         return f"{values[row, k]:+.2f}"
-    return f"{values[row, k]:+.2f} / " + ("-" if np.isnan(slopes[row, k]) else f"{slopes[row, k]:+.3g}")
+    return f"{values[row, k]:+.2f} / " + ("-" if np.isnan(slopes[row, k]) else f"{slopes[row, k]:+.3f}")
 
 
 def sweep_lines(found: Sweep) -> list[str]:
