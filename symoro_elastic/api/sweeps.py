@@ -26,6 +26,7 @@ from symoro_elastic.sweeps.sweep import Sweep, swept
 
 if TYPE_CHECKING:
     from symoro_elastic.api.swept import SweptFunction, SweptLadder, SweptModes, SweptResponse, SweptSimulation
+    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
     Swept: TypeAlias = SweptModes | SweptResponse | SweptLadder | SweptSimulation | SweptFunction
 
@@ -112,7 +113,7 @@ class Plan:
     ) -> Sweep:
         """Return the figures at all points; raises `InputError`."""
         task = Task(self.swept, self.quantities)
-        run = Run(task, self.design, workplace, journal, self.digest)
+        run = Run(task, self.design, workplace, journal, self.digest if journal else "")
         outcomes = run.outcomes(note, progress)
         names = [name for one in outcomes for name in one.figures]
         units = {one.name: one.unit for one in self.quantities}
@@ -122,8 +123,12 @@ class Plan:
     @property
     def digest(self) -> str:
         """A digest of the machine, what is computed of it, and the points."""
-        records = [Path(motion.path).read_bytes() for motion in self.swept.machine.motions if motion.file]
+        records = [Path(motion.path).read_bytes() for motion in self.swept.machine.motions if _is_there(motion)]
         return digest(__version__, self.swept, self.quantities, self.design.points, records)
+
+
+def _is_there(motion: PrescribedMotion) -> bool:
+    return bool(motion.file) and Path(motion.path).is_file()
 
 
 def plan(
