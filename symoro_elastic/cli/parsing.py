@@ -101,7 +101,7 @@ def texts(given: Sequence[str], option: str) -> dict[str, str]:
         if not (name and equals and written):
             raise InputError("symoro-elastic", option, f"{text!r} is not NAME=VALUES")
         if name in found:
-            raise InputError("symoro-elastic", option, f"{name} is given twice: give it one axis")
+            raise InputError("symoro-elastic", option, f"{name} is given twice: give it one value, list or range")
         found[name] = written
     return found
 
