@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.models import check, equations, generate, trade
     from symoro_elastic.api.motions import ladder, simulate
     from symoro_elastic.api.pages import report
+    from symoro_elastic.api.sweeps import sweep
     from symoro_elastic.api.vibrations import compare, feed_forward, linearize, modes, response
     from symoro_elastic.errors import InputError
 
@@ -57,6 +58,7 @@ __all__ = [
     "report",
     "response",
     "simulate",
+    "sweep",
     "trade",
     "view",
     "write",
@@ -70,6 +72,7 @@ _ROOMS = {
     "models": ("check", "equations", "generate", "trade"),
     "motions": ("ladder", "simulate"),
     "pages": ("report",),
+    "sweeps": ("sweep",),
     "vibrations": ("compare", "feed_forward", "linearize", "modes", "response"),
 }
 _MODULES = {name: module for module, names in _ROOMS.items() for name in names}

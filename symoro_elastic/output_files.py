@@ -10,7 +10,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -243,3 +243,47 @@ def _remove_leftover(staging: Path) -> None:
     if lock is not None:
         shutil.rmtree(staging, ignore_errors=True)
         os.close(lock)
+
+
+@contextmanager
+def appended(path: str | Path, place: str = "file") -> Iterator[Callable[[bytes], None]]:
+    """Open a file at its end, and give what writes a block to it, whole and at once; other runs are kept out.
+
+    Raises `InputError` where it cannot be written, and where another run writes it.
+    """
+    _refuse_name(path, place)
+    with failures(path, place):
+        opened = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+
+    def write(block: bytes) -> None:
+        with failures(path, place):
+            while block:
+                block = block[os.write(opened, block) :]
+
+    try:
+        _lock_or_refuse(opened, path, place)
+        yield write
+    finally:
+        os.close(opened)
+
+
+def _lock_or_refuse(opened: int, path: str | Path, place: str) -> None:
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        what = "is being written by another run: wait for it, or choose another name"
+        raise InputError(str(path), place, what) from None
+
+
+def cut_file(path: str | Path, length: int, place: str = "file") -> None:
+    """Shorten a file to its first bytes. Raises `InputError`."""
+    with failures(path, place):
+        os.truncate(path, length)
+
+
+def remove_file(path: str | Path) -> None:
+    """Remove a file of the program itself, if it is there."""
+    with suppress(OSError):
+        os.unlink(path)

@@ -90,9 +90,14 @@ class OperatingPoint:
         self, machine: Machine, values: Values = NO_VALUES, inputs: Sequence[str] = (), outputs: Sequence[str] = ()
     ) -> Linearization:
         """Return a machine linearized here, with its motors held or controlled."""
+        return self.linearized(self.motion(machine, values, inputs, outputs), inputs, outputs)
+
+    def linearized(
+        self, motion: EquationsOfMotion, inputs: Sequence[str] = (), outputs: Sequence[str] = ()
+    ) -> Linearization:
+        """Return equations of motion linearized here, with motors held or controlled."""
         from symoro_elastic.vibration.linearization import linearize, with_motors
 
-        motion = self.motion(machine, values, inputs, outputs)
         linear = linearize(motion, self.state(motion), inputs or None, outputs or None)
         found = with_motors(linear, self.held(motion), self.pd or {})
         _refuse_held_signals(linear, found, inputs, outputs)
@@ -159,7 +164,7 @@ def linearize(
     InputError
         For names that are none, without equilibrium, for numbers out of range.
     """
-    return _point(point, where).linearization(kept_machine(machine, scene), values, inputs, outputs)
+    return operating_point(point, where).linearization(kept_machine(machine, scene), values, inputs, outputs)
 
 
 def modes(
@@ -239,20 +244,11 @@ def response_of(
     from symoro_elastic.vibration.zeros import poles_and_zeros
 
     linear = responses.with_modal_damping(linear, damping)
-    _refuse_missing_signals(linear)
+    responses.refuse_missing_signals(linear)
     points = responses.frequency_grid(linear, *band) if frequencies is None else np.asarray(frequencies, dtype=float)
     found = responses.frequency_response(linear, points)
     pairs = tuple(poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs)
     return replace(found, transfers=pairs)
-
-
-def _refuse_missing_signals(linear: Linearization) -> None:
-    """Raise `InputError` for a response without input or output."""
-    for option, names, such in (("--input", linear.inputs, "fx"), ("--output", linear.outputs, "x")):
-        if not names:
-            frame = linear.motion.machine.joints[-1].name
-            what = f"no motor is there, or all are held: name one, such as {frame}.{such}"
-            raise InputError(linear.motion.source, option, what)
 
 
 def compare(
@@ -357,7 +353,7 @@ def feed_forward(
     return vibration.feed_forward(found, reference.trajectory(found))
 
 
-def _point(point: OperatingPoint | None, where: Where) -> OperatingPoint:
+def operating_point(point: OperatingPoint | None, where: Where) -> OperatingPoint:
     """Return the operating point, with fields that are given by name; raises `TypeError` for others."""
     fields_ = OperatingPoint.__dataclass_fields__
     if unknown := where.keys() - fields_.keys():

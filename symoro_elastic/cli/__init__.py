@@ -23,6 +23,7 @@ from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.report import report
 from symoro_elastic.cli.sections import Failure, SectionedGroup
 from symoro_elastic.cli.simulation import simulate
+from symoro_elastic.cli.sweep import sweep
 from symoro_elastic.cli.trade import trade
 from symoro_elastic.cli.vibration import linearize, modes, response
 from symoro_elastic.errors import InputError
@@ -43,6 +44,7 @@ SECTIONS = {
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),
+    "Variants": (sweep,),
     "Control": (feed_forward,),
     "Identification": (excite, identify),
 }

@@ -103,6 +103,21 @@ def staged(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callabl
 
 
 @contextmanager
+def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar with the time left, which no thread draws: processes may be copied while it is there."""
+    if not _is_terminal(sys.stderr):
+        yield lambda _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
+        task = bar.add_task(name, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total, refresh=True)
+
+
+@contextmanager
 def steps() -> Iterator[Callable[[str], None]]:
     """Shows the current step on a terminal's stderr, and nothing elsewhere."""
     if not _is_terminal(sys.stderr):

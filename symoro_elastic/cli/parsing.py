@@ -93,6 +93,19 @@ def numbers(given: Sequence[str], option: str) -> dict[str, float]:
     return named(given, option, number, form)
 
 
+def texts(given: Sequence[str], option: str) -> dict[str, str]:
+    """Texts by name, from `NAME=TEXT`; raise `InputError` for two texts of a name."""
+    found: dict[str, str] = {}
+    for text in given:
+        name, equals, written = (part.strip() for part in text.partition("="))
+        if not (name and equals and written):
+            raise InputError("symoro-elastic", option, f"{text!r} is not NAME=VALUES")
+        if name in found:
+            raise InputError("symoro-elastic", option, f"{name} is given twice: give it one value, list or range")
+        found[name] = written
+    return found
+
+
 def numbers_or_default(given: Sequence[str], option: str) -> dict[str, float]:
     """Numbers by name, from `NAME=X` or `X`; a number without name has the name ""."""
     return numbers([text if "=" in text else f"={text}" for text in given], option)
@@ -133,16 +146,18 @@ def springs_on_joints(given: Sequence[str], option: str) -> dict[str, tuple[floa
 
 
 def grid(given: Sequence[str], option: str) -> dict[str, list[float]]:
-    """Equally spaced positions by joint, from `JOINT=LOW:HIGH:COUNT`; raise `InputError` for too many."""
-    ranges = named(given, option, _low_high_count, LOW_HIGH_COUNT)
-    if ranges:
-        from symoro_elastic.vibration.tracking import refuse_grid
+    """Positions by joint, from `JOINT=LOW:HIGH:COUNT[,log]` or `JOINT=X1,X2,...`; raise `InputError` for too many."""
+    from symoro_elastic.sweeps.axes import Listed, axis
+    from symoro_elastic.vibration.tracking import refuse_grid
 
-        refuse_grid([count for _, _, count in ranges.values()], "symoro-elastic")
-    return {
-        name: [low + (high - low) * k / max(count - 1, 1) for k in range(count)]
-        for name, (low, high, count) in ranges.items()
-    }
+    written = texts(given, option)
+    axes = {name: axis(name, text) for name, text in written.items()}
+    listed = {name: one for name, one in axes.items() if isinstance(one, Listed)}
+    for name in axes.keys() - listed.keys():
+        raise InputError("symoro-elastic", option, f"{f'{name}={written[name]}'!r}{LOW_HIGH_COUNT}")
+    if listed:
+        refuse_grid([one.count for one in listed.values()], "symoro-elastic")
+    return {name: one.values() for name, one in listed.items()}
 
 
 def band(text: str | None, option: str) -> tuple[float, float, int] | tuple[()]:

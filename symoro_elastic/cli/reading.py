@@ -92,10 +92,11 @@ def scene_of(
     """
     from symoro_elastic.api.scenes import Asked
 
-    return Asked(models, fold, outputs(only, "--only")).of(machine, file, _note)
+    return Asked(models, fold, outputs(only, "--only")).of(machine, file, note)
 
 
-def _note(line: str) -> None:
+def note(line: str) -> None:
+    """Print a note on stderr."""
     click.echo(f"note: {line}", err=True)
 
 

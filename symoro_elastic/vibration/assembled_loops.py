@@ -22,6 +22,7 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate
 from symoro_elastic.symbolic.duals import Dual
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
 from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.vibration.traced_once import traced_once
 
 FARTHEST = 100.0
 """Rad or m that a position may be from the last one."""
@@ -34,6 +35,13 @@ class AssembledLoops:
         self.bound, self.parameters = bound, parameters
         self.joints = bound.assembled
         self.names = {j: str(bound.machine.joint(j).variable) for j in self.joints}
+        self.traced: dict[str, Any] = {}
+
+    def at_values(self, parameters: Mapping[str, float]) -> AssembledLoops:
+        """Return the variables at other values of the parameters, from the start of the loops on."""
+        found = AssembledLoops(self.bound, parameters)
+        found.traced = self.traced
+        return found
 
     def add_to(self, symbols: dict[str, Any], q: Sequence[Any]) -> None:
         """Add the variables to values of symbols, duals where the independent ones `q` are."""
@@ -69,7 +77,7 @@ class AssembledLoops:
         value = evaluate((x for name in by for x in self.slopes[name].values()), symbols, arithmetic)
         return {name: {d: value(x) for d, x in self.slopes[name].items()} for name in by}
 
-    @cached_property
+    @traced_once
     def slopes(self) -> dict[str, dict[str, Scalar]]:
         """Derivatives of the variables, by the name of what they are taken by and then by their own."""
         moved = {q: moved_with(self.bound, "dq", j, q) for j, q in self.bound.q.items()}

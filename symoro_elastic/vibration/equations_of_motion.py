@@ -12,8 +12,8 @@ jumps at rest and is left out. Frames are in axes of frame 0.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,10 +39,13 @@ from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
+from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.tape import Tape
 from symoro_elastic.vibration.assembled_loops import AssembledLoops
 from symoro_elastic.vibration.shared_motors import followers, shared, shares
+from symoro_elastic.vibration.traced_once import traced_once
 
 DUALS = differentiating(FLOATS)
 LARGEST_INPUT = 1e9
@@ -84,6 +87,14 @@ class EquationsOfMotion:
         self.bound = Bound(self.machine, points=points)
         self.parameters = _values(self.machine, values or {})
         self.assembled = AssembledLoops(self.bound, self.parameters)
+        self.traced: dict[Any, Any] = {}
+
+    def at_values(self, values: Mapping[str, float]) -> EquationsOfMotion:
+        """Return the equations at other values of parameters; what is traced is shared. Raises `InputError`."""
+        found = copy(self)
+        found.parameters = _values(self.machine, values)
+        found.assembled = self.assembled.at_values(found.parameters)
+        return found
 
     @property
     def source(self) -> str:
@@ -147,7 +158,7 @@ class EquationsOfMotion:
         S_m = self.motor_slopes(q)[:, self.motors]
         return shared(S_m, tau[self.motors], shares(self.machine, self.parameters))
 
-    @cached_property
+    @traced_once
     def residual(self) -> list[Scalar]:
         """Expressions of r, one a joint, less what motors do that move with others."""
         bound = self.bound
@@ -156,23 +167,28 @@ class EquationsOfMotion:
         moved_along = projection(bound.coordinates.S_x, {j: bound.tau[j] for j in self.followers})
         return [needed[j] - passive[j] - moved_along.get(j, 0) for j in self.machine.moving]
 
-    @cached_property
+    @traced_once
+    def domain(self) -> Domain:
+        """The cells that hold joint variables."""
+        return Domain(self.given)
+
+    @traced_once
     def linear_model(self) -> Program:
         """The traced model `linearization`: M, D, K by one recursion."""
         return trace(self.machine, "linearization").program
 
-    @cached_property
+    @traced_once
     def bodies(self) -> Mechanism:
         """The mechanism without points."""
         return replace(self.bound.mechanism, links=self.bound.mechanism.links[: len(self.machine.joints)])
 
-    @cached_property
+    @traced_once
     def potential(self) -> Scalar:
         """Energy of gravity, of the base's acceleration, and of springs; r at rest without wrenches is its gradient."""
         elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.owners]
         return sum(elastic, gravity_energy(self.bodies, -self.bodies.acceleration.linear))
 
-    @cached_property
+    @traced_once
     def seen(self) -> tuple[list[Scalar], list[Scalar]]:
         """V_j [3] and V'_j [6] of every frame and point, base included, linear part first, in axes of frame 0."""
         mechanism = replace(self.bound.mechanism, acceleration=self.bound.base_acceleration)
@@ -181,25 +197,25 @@ class EquationsOfMotion:
         V, Vd = ([x for twist in twists for x in twist.entries] for twists in motion)
         return V, Vd
 
-    @cached_property
+    @traced_once
     def own_motion(self) -> tuple[list[Scalar], list[Scalar]]:
         """Rates and accelerations of all own variables, dependent ones too, in table order (L2)."""
         coordinates, owners = self.bound.coordinates, self.machine.owners
         accelerations = [product(coordinates.S_x[j], self.bound.qdd) + coordinates.gam_x[j] for j in owners]
         return [coordinates.rates_x[j] for j in owners], accelerations
 
-    @cached_property
+    @traced_once
     def own_velocities(self) -> list[Scalar]:
         """V_j [3] of every frame, base included, each in its own axes."""
         return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
-    @cached_property
+    @traced_once
     def springs(self) -> dict[str, tuple[Scalar, Scalar, Scalar]]:
         """Stiffness, deflection and rate of the spring of each elastic joint, by its name."""
         elastic = self.machine.elastic
         return {self.machine.joint(j).name: (*self.bound.spring(j), self.bound.rate(j)) for j in elastic}
 
-    @cached_property
+    @traced_once
     def rotors(self) -> dict[str, tuple[Scalar, Scalar]]:
         """Ia of each joint with a rotor, and the rate of the joint, by its name."""
         links, rates = self.bound.mechanism.links, self.bound.rates()
@@ -290,7 +306,7 @@ class EquationsOfMotion:
             zero, owners = np.zeros_like(q), self.machine.owners
             x = self._at(q, [self.bound.variables[j] for j in owners]).tolist()
             own = self.machine.by_variable(dict(zip(owners, x, strict=True)))
-            undefined = Domain(self.given).undefined(self._symbols(q, zero, zero) | own)
+            undefined = self.domain.undefined(self._symbols(q, zero, zero) | own)
             if undefined:
                 raise undefined.error(self.machine, f"at {at}: give another position (--at)")
             return
@@ -310,9 +326,11 @@ class EquationsOfMotion:
 
     def _numbers(self, roots: Sequence[Scalar], symbols: Mapping[str, Any]) -> Array:
         """Return values of expressions; NaN where a square root or a quotient of a loop has none."""
+        key = tuple(x.id if type(x) is Expression else (type(x), x) for x in roots)
+        if key not in self.traced:
+            self.traced[key] = Tape(roots, FLOATS)
         try:
-            value = evaluate(roots, symbols, FLOATS)
-            return np.array([float(value(x)) for x in roots])
+            return np.array(self.traced[key].values(symbols), dtype=float)
         except (ArithmeticError, ValueError):
             if not self.machine.loops:
                 raise

@@ -49,8 +49,7 @@ class Response(Result):
         """Return the unit of a response, such as m/N; SI where it is not known."""
         if not {output, source} <= self.units.keys():
             return "SI"
-        below = self.units[source]
-        return f"{self.units[output]} / {f'({below})' if ' ' in below else below}"
+        return quotient_unit(self.units[output], self.units[source])
 
     @property
     def headline(self) -> str:
@@ -96,6 +95,11 @@ class Response(Result):
         return {"frequency": self.frequencies, **pairs}
 
 
+def quotient_unit(above: str, below: str) -> str:
+    """Return the unit of a quotient, such as m / (N m)."""
+    return f"{above} / {f'({below})' if ' ' in below else below}"
+
+
 def frequency_grid(
     linear: Linearization, low: float | None = None, high: float | None = None, points: int = POINTS
 ) -> Array:
@@ -117,6 +121,15 @@ def refuse_band(low: float, high: float, points: int, source: str) -> None:
     if not (LOWEST <= low < high <= HIGHEST and 1 < points <= MOST_POINTS):
         what = f"from {low:g} to {high:g} Hz in {points} points: give {LOWEST:g} <= LOW < HIGH <= {HIGHEST:g}"
         raise InputError(source, "--frequencies", f"{what} and 2 to {MOST_POINTS} points")
+
+
+def refuse_missing_signals(linear: Linearization) -> None:
+    """Raise `InputError` for a response without input or output."""
+    for option, names, such in (("--input", linear.inputs, "fx"), ("--output", linear.outputs, "x")):
+        if not names:
+            frame = linear.motion.machine.joints[-1].name
+            what = f"no motor is there, or all are held: name one, such as {frame}.{such}"
+            raise InputError(linear.motion.source, option, what)
 
 
 def frequency_response(linear: Linearization, frequencies: Array) -> Response:

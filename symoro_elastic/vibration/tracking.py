@@ -114,10 +114,7 @@ def over_grid(
     what = f"{math.prod(lengths)} positions of {len(motion.joints)} joints"
     numbers = MATRICES * math.prod(lengths) * len(motion.joints) ** 2
     refuse_numbers(numbers, what, motion.source, "--over", "give fewer positions")
-    for name in joints:
-        if motion.index(name, "--over") not in motion.motors or name in (torques or {}):
-            what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
-            raise InputError(motion.source, "--over", what)
+    refuse_unheld(motion, joints, torques or {})
     if len({motion.index(name, "--over") for name in joints}) < len(joints):
         raise InputError(motion.source, "--over", f"{' and '.join(joints)} are not joints of their own: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
@@ -136,6 +133,14 @@ def over_grid(
         alike.append(mac)
         progress(point + 1, len(positions))
     return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
+
+
+def refuse_unheld(motion: EquationsOfMotion, joints: Sequence[str], torques: Mapping[str, float]) -> None:
+    """Raise `InputError` for a joint that an equilibrium does not leave where it is put."""
+    for name in joints:
+        if motion.index(name, "--over") not in motion.motors or name in torques:
+            what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
+            raise InputError(motion.source, "--over", what)
 
 
 def refuse_grid(lengths: Sequence[int], source: str) -> None:

@@ -79,6 +79,10 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "compare": (("--duration", "0.01"),),
     "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
     "ladder": (("--scene", "motion.toml"),),
+    "sweep": (
+        ("--over", "a=0:1:2", "--hold", "all"),
+        ("--over", "a.mass=normal:2:0.1", "--samples", "2", "--of", "response", "--output", "b.x"),
+    ),
     "feed-forward": (("--duration", "0.1", "--rate", "50"),),
     "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
     "identify": (
@@ -162,8 +166,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "trade": ("--quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),
+    "sweep": ("--over", "m2=1,2"),
 }
-"""Commands that compile: called on one example only."""
+"""Commands that compile, or need what is in one machine: called on one example only."""
 
 
 def with_json() -> Iterator[tuple[str, str, tuple[str, ...]]]:

@@ -39,6 +39,7 @@ WRITING = {
     "response": (TWO_AXIS, "--frequencies", "1:10:3", "--out", "out.csv"),
     "simulate": (TWO_R, "--scene", MOTION, "--step", "0.01", "--out", "out.csv"),
     "ladder": (TWO_R, "--scene", MOTION, "--out", "out.toml"),
+    "sweep": (TWO_AXIS, "--over", "ram.k=1e6,1e7", "--out", "out.csv"),
     "feed-forward": (TWO_R, "--duration", "0.1", "--rate", "50", "--out", "out.csv"),
 }
 """Arguments with which each command that writes one file writes it; `identify --save` needs measurements first."""

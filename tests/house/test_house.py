@@ -94,6 +94,7 @@ ROOMS: dict[str, set[str]] = {
         "vibration",
         "simulation",
     },
+    "sweeps": {"packages", "pictures", "machine", "time_series"},
     "identification": {
         "packages",
         "pictures",
@@ -154,6 +155,7 @@ ROOMS: dict[str, set[str]] = {
         "pictures",
         "reports",
         "simulation",
+        "sweeps",
         "trade_off",
         "vibration",
     },
@@ -175,6 +177,7 @@ ROOMS: dict[str, set[str]] = {
         "pictures",
         "reports",
         "simulation",
+        "sweeps",
         "trade_off",
         "vibration",
     },

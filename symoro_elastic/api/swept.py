@@ -1,0 +1,217 @@
+"""What a sweep computes at a point: modes, responses, ladders, simulations, or a function of the machine."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symoro_elastic.api.machines import Values, the_machine
+from symoro_elastic.api.motions import Integration, ladder, plan
+from symoro_elastic.api.vibrations import OperatingPoint, modes_of
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+
+if TYPE_CHECKING:
+    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
+    from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+    from symoro_elastic.vibration.linearization import Linearization
+
+
+@dataclass(frozen=True)
+class SweptVibration:
+    """A machine about an operating point; its equations of motion are traced once, for all points of a sweep."""
+
+    machine: Machine
+    point: OperatingPoint
+    values: Values
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is sent to other processes: not the trace, which they make themselves."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @cached_property
+    def motion(self) -> EquationsOfMotion:
+        """The equations of motion, of all values of the parameters."""
+        return self.point.motion(self.machine, self.values, self.inputs, self.outputs)
+
+    def prepare(self, positions: Sequence[str]) -> None:
+        """Raise `InputError` for names that are none, and for positions that an equilibrium does not leave."""
+        from symoro_elastic.vibration.tracking import refuse_unheld
+
+        motion = self.motion
+        for name in self.point.held(motion):
+            motion.motor(name, "--hold")
+        for name in positions:
+            motion.index(name, "--over")
+        if not self.point.as_given:
+            refuse_unheld(motion, positions, self.point.torques)
+
+    def linear(self, values: Values, positions: Values) -> Linearization:
+        """Return the machine with these values, linearized at these positions."""
+        motion = self.motion.at_values({**self.values, **values})
+        return replace(self.point, at={**self.point.at, **positions}).linearized(motion, self.inputs, self.outputs)
+
+
+@dataclass(frozen=True)
+class SweptModes(SweptVibration):
+    """Frequencies and damping ratios of all modes, ascending, and the fastest growth of an unstable motion."""
+
+    def __call__(self, values: Values, positions: Values) -> dict[str, float]:
+        """Return the figures at a point."""
+        found = modes_of(self.linear(values, positions))
+        figures = {f"frequency_{k}": float(f) for k, f in enumerate(found.frequencies, 1)}
+        figures |= {f"damping_ratio_{k}": float(x) for k, x in enumerate(found.damping_ratios, 1)}
+        return {**figures, "growth": float(found.growth.max(initial=0.0))}
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        return "Hz" if figure.startswith("frequency") else "1/s" if figure == "growth" else ""
+
+
+@dataclass(frozen=True)
+class SweptResponse(SweptVibration):
+    """Peak, bandwidth and chosen magnitudes of each frequency response; `damping` is a ratio added to every mode."""
+
+    frequencies: tuple[float, ...] = ()
+    damping: float = 0.0
+
+    def __call__(self, values: Values, positions: Values) -> dict[str, float]:
+        """Return the figures at a point."""
+        from symoro_elastic.vibration.peaks import response_figures
+        from symoro_elastic.vibration.responses import with_modal_damping
+
+        linear = with_modal_damping(self.linear(values, positions), self.damping)
+        return response_figures(linear, self.frequencies)
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        from symoro_elastic.vibration.peaks import unit_of_figure
+
+        return unit_of_figure(self.machine, figure)
+
+
+@dataclass(frozen=True)
+class SweptMotions:
+    """A machine whose motions are part of it; positions are those at which the motions start."""
+
+    machine: Machine
+    values: Values
+
+    def at(self, values: Values, positions: Values) -> Machine:
+        """Return the machine with these values, its motions from these positions."""
+        found = the_machine(self.machine, {**self.values, **values})
+        return replace(found, motions=tuple(_from(motion, positions) for motion in self.machine.motions))
+
+    def prepare(self, positions: Sequence[str]) -> None:
+        """Raise `InputError` for a joint that does not move."""
+        moving = [joint.name for joint in self.machine.moving_joints]
+        for name in positions:
+            if name not in moving:
+                raise self.machine.error("--over", f"{name} is locked by the scene: leave it out of one of both")
+
+
+def _from(motion: PrescribedMotion, positions: Values) -> PrescribedMotion:
+    return replace(motion, start={**motion.start, **positions})
+
+
+@dataclass(frozen=True)
+class SweptLadder(SweptMotions):
+    """The rung that a ladder chooses, what it leaves out and costs, and its errors over their tolerances."""
+
+    def __call__(self, values: Values, positions: Values) -> dict[str, float]:
+        """Return the figures at a point."""
+        found = ladder(self.at(values, positions))
+        rung = None if found.chosen is None else found.rungs[found.chosen]
+        if rung is None or rung.chosen is None or found.chosen is None:
+            raise InputError(self.machine.label, "wanted, tolerance", "no rung keeps the tolerances")
+        shares = [error / found.tolerance[name] for name, error in rung.predicted.items()]
+        figures = {
+            "rung": found.chosen,
+            "springs_left_out": len(rung.left_out),
+            "steps": rung.chosen.steps,
+            "operations": rung.chosen.operations,
+            "saving": found.saving,
+            "predicted_error": max(shares),
+        }
+        if rung.measured:
+            measured = [error / found.tolerance[name] for name, error in rung.measured.model.items()]
+            figures["measured_error"] = max(measured)
+        return {name: float(x) for name, x in figures.items()}
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        return ""
+
+
+@dataclass(frozen=True)
+class SweptSimulation(SweptMotions):
+    """Outputs at the end, largest deviations, measured errors and energies of simulated motions."""
+
+    integration: Integration
+
+    def __call__(self, values: Values, positions: Values) -> dict[str, float]:
+        """Return the figures at a point."""
+        planned = plan(self.at(values, positions), None, self.integration)
+        figures: dict[str, float] = {}
+        for k, reference in enumerate(planned.references, 1):
+            found = planned.run(reference)
+            prefix = f"motion_{k} " if len(planned.references) > 1 else ""
+            for name, outputs, deviation in zip(found.names, found.outputs.T, found.deviation.T, strict=True):
+                figures[f"{prefix}{name}: final"] = float(outputs[-1])
+                figures[f"{prefix}{name}: deviation"] = float(np.abs(deviation).max())
+                figures[f"{prefix}{name}: error"] = float(found.errors[name])
+            figures[f"{prefix}steps"] = float(found.trajectory.steps)
+            for name in ("put_in", "dissipated", "stored", "largest"):
+                figures[f"{prefix}energy: {name}"] = float(getattr(found.energy, name))
+        return figures
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        from symoro_elastic.vibration.signals import output_unit
+
+        if "energy: " in figure:
+            return "J"
+        try:
+            return output_unit(self.machine, re.sub(r"^motion_\d+ ", "", figure).rpartition(": ")[0])
+        except InputError:
+            return ""
+
+
+@dataclass(frozen=True)
+class SweptFunction:
+    """Figures that a function of the user computes of the machine, and of positions where it takes them."""
+
+    machine: Machine
+    values: Values
+    function: Callable[..., Mapping[str, float]]
+
+    @property
+    def takes_positions(self) -> bool:
+        """Whether the function has a second argument."""
+        try:
+            return len(inspect.signature(self.function).parameters) > 1
+        except (TypeError, ValueError):
+            return False
+
+    def prepare(self, positions: Sequence[str]) -> None:
+        """Raise `InputError` where positions are swept and the function takes none."""
+        if positions and not self.takes_positions:
+            what = f"{positions[0]} is a position, and the function takes the machine alone: give it a second argument"
+            raise InputError("symoro-elastic", "--over", what)
+
+    def __call__(self, values: Values, positions: Values) -> Mapping[str, float]:
+        """Return the figures at a point."""
+        found = the_machine(self.machine, {**self.values, **values})
+        return self.function(found, dict(positions)) if self.takes_positions else self.function(found)
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        return ""

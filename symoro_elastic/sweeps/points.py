@@ -1,0 +1,64 @@
+"""The figures of one point of a sweep; where they cannot be computed, the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import TypeAlias
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.sweeps.quantities import Quantity, impossible, split
+
+Figures: TypeAlias = Callable[[dict[str, float], dict[str, float]], Mapping[str, float]]
+"""Figures by name of a machine with these values of parameters, at these positions of joints."""
+LONGEST_REASON = 300
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Figures of a point by name; without any, the reason."""
+
+    figures: dict[str, float] = field(default_factory=dict)
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is computed at each point: figures, as functions of the quantities that are swept."""
+
+    function: Figures
+    quantities: tuple[Quantity, ...]
+
+    def outcome(self, row: Sequence[float]) -> Outcome:
+        """Return the figures of a point; an error of any kind is its reason, and ends no sweep."""
+        if reason := impossible(self.quantities, row):
+            return Outcome({}, reason)
+        try:
+            return Outcome(_checked(self.function(*split(self.quantities, row))))
+        except InputError as error:
+            return Outcome({}, _line(f"{error.place}: {error.what}"))
+        except Exception as error:  # also those of a function of the user
+            return Outcome({}, _line(f"{type(error).__name__}: {error}"))
+
+    def outcomes(self, numbered: Sequence[tuple[int, Sequence[float]]]) -> list[tuple[int, Outcome]]:
+        """Return the figures of some points, by number."""
+        return [(k, self.outcome(row)) for k, row in numbered]
+
+
+def _checked(figures: object) -> dict[str, float]:
+    if not isinstance(figures, Mapping):
+        raise TypeError(f"the function returns {type(figures).__name__}: return a dict of numbers by name")
+    found = {}
+    for name, x in figures.items():
+        if not isinstance(name, str) or isinstance(x, bool) or not isinstance(x, Real):
+            raise TypeError(f"{name!r}: {_line(repr(x))} is no number by name: return a dict such as {{'mass': 1.0}}")
+        found[name] = float(x) + 0.0
+    if not found:
+        raise ValueError("no figure has a value here")
+    return found
+
+
+def _line(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= LONGEST_REASON else f"{line[: LONGEST_REASON - 3]}..."

@@ -1,0 +1,93 @@
+"""Quantities of a machine that are swept: parameters, numbers of its table, positions of its joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.columns import Cell, Dimension, cells
+from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.named_cells import with_named_cells
+from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.sweeps.axes import OPTION
+
+POSITION = "q."
+"""What the name of a position begins with: q.motor_x. It may be left out where no parameter is called so."""
+STRUCTURE = "zeros and angles of the table, and lengths in loops, are the structure of a machine: name a parameter"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What an axis changes: `key` is the name of a parameter, or of a joint whose position it is."""
+
+    name: str
+    key: str
+    is_position: bool
+    unit: str = ""
+    is_nonnegative: bool = False
+
+
+def quantities(machine: Machine, names: Iterable[str]) -> tuple[Quantity, ...]:
+    """Return the quantities of these names; raises `InputError` for unknown ones and for one that is named twice."""
+    known = _known(machine)
+    found = tuple(_found(machine, name, known) for name in names)
+    for k, one in enumerate(found):
+        for other in found[:k]:
+            if (one.key, one.is_position) == (other.key, other.is_position):
+                what = f"{other.name} and {one.name} are the same quantity: give it one axis"
+                raise InputError(machine.label, OPTION, what)
+    return found
+
+
+def split(found: Sequence[Quantity], row: Sequence[float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return values of parameters and positions of joints at a point."""
+    pairs = list(zip(found, row, strict=True))
+    return {x.key: v for x, v in pairs if not x.is_position}, {x.key: v for x, v in pairs if x.is_position}
+
+
+def impossible(found: Sequence[Quantity], row: Sequence[float]) -> str:
+    """Return why a machine cannot have these values; empty where it can."""
+    negative = [f"{x.name} = {v:g} is negative" for x, v in zip(found, row, strict=True) if x.is_nonnegative and v < 0]
+    return ", ".join(negative)
+
+
+def _known(machine: Machine) -> dict[str, Quantity]:
+    """Return all quantities by name: parameters first, then cells as in TOML and in .par, then positions."""
+    positions = [Quantity(x.name, x.name, True, x.unit) for x in machine.moving_joints]
+    positions += [Quantity(x, x, True, "rad" if ".r" in x else "m") for x in COORDINATES if machine.floating]
+    named = {parameter.name for parameter in with_named_cells(machine).parameters}
+    found = {p.name: Quantity(p.name, p.name, False, p.unit) for p in machine.parameters}
+    for joint in machine.joints:
+        for cell in (cell for cell, _ in cells(joint)):
+            key = f"{joint.name}.{cell.name}"
+            for name in (key, f"{joint.name}.{cell.par}") if key in named else ():
+                found.setdefault(name, _of_cell(joint, cell, name, key))
+    for one in positions:
+        found[POSITION + one.name] = Quantity(POSITION + one.name, one.key, True, one.unit)
+        found.setdefault(one.name, one)
+    for joint in machine.moving_joints:
+        variable = str(joint.variable)
+        found.setdefault(variable, Quantity(variable, joint.name, True, joint.unit))
+    return found
+
+
+def _of_cell(joint: Joint, cell: Cell, name: str, key: str) -> Quantity:
+    return Quantity(name, key, False, joint.unit_of(cell), _is_nonnegative(cell))
+
+
+def _is_nonnegative(cell: Cell) -> bool:
+    inertia = cell.column.dimension is Dimension.INERTIA and cell.name in ("XX", "YY", "ZZ")
+    return cell.column.dimension.is_nonnegative or inertia
+
+
+def _found(machine: Machine, name: str, known: dict[str, Quantity]) -> Quantity:
+    if name in known:
+        return known[name]
+    joint, _, key = name.partition(".")
+    own = next((x for x in machine.joints if x.name == joint), None)
+    if own and key in {label for cell, _ in cells(own) for label in (cell.name, cell.par)}:
+        raise InputError(machine.label, OPTION, f"{quoted(name)} cannot be swept: {STRUCTURE} in its place")
+    what = f"no parameter, number of the table or position {quoted(name)}{did_you_mean(name, known)}"
+    raise InputError(machine.label, OPTION, what)

@@ -1,0 +1,110 @@
+"""Sweeps as tables, sentences and plain data."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import Array
+from symoro_elastic.sweeps.sweep import Sweep
+
+MOST_ROWS, MOST_COLUMNS = 40, 6
+"""Figures and quantities that tables show; files hold all."""
+MOST_REASONS = 3
+
+
+def figures_table(found: Sweep) -> Any:
+    """Return the least, median and largest value of each figure, and the points of the extremes."""
+    from rich.table import Table
+
+    table = Table("figure", box=None, pad_edge=False)
+    for head in ("least", "median", "largest"):
+        table.add_column(head, justify="right")
+    table.add_column("least at")
+    table.add_column("largest at")
+    for name, x in list(found.figures.items())[:MOST_ROWS]:
+        there = np.flatnonzero(~np.isnan(x))
+        if len(there):
+            low, high = (int(there[k]) for k in (np.argmin(x[there]), np.argmax(x[there])))
+            numbers = (f"{value:.4g}" for value in (x[low], np.median(x[there]), x[high]))
+            table.add_row(_titled(found, name), *numbers, _place(found, low), _place(found, high))
+        else:
+            table.add_row(_titled(found, name), "-", "-", "-", "", "")
+    return table
+
+
+def influence_table(found: Sweep) -> Any:
+    """Return a row for each figure with the influence of the strongest quantities."""
+    from rich.table import Table
+
+    by = found.influence
+    shown = by.strongest()[:MOST_COLUMNS]
+    table = Table("figure", *(by.quantities[k] for k in shown), box=None, pad_edge=False)
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row, name in list(enumerate(by.figures))[:MOST_ROWS]:
+        table.add_row(name, *(_influence(by.values, by.slopes, row, k) for k in shown))
+    return table
+
+
+def _influence(values: Array, slopes: Array | None, row: int, k: int) -> str:
+    if np.isnan(values[row, k]):
+        return "-"
+    if slopes is None:
+        return f"{values[row, k]:+.2f}"
+    return f"{values[row, k]:+.2f} / " + ("-" if np.isnan(slopes[row, k]) else f"{slopes[row, k]:+.3f}")
+
+
+def sweep_lines(found: Sweep) -> list[str]:
+    """Return sentences about what is not shown and about points without result."""
+    lines = []
+    if len(found.figures) > MOST_ROWS:
+        lines.append(f"{len(found.figures) - MOST_ROWS} more figures are in the files (--out), or choose by --figure")
+    if len(found.quantities) > MOST_COLUMNS:
+        lines.append(f"the {MOST_COLUMNS} quantities of the largest influence are shown")
+    empty = [name for name, x in found.figures.items() if np.isnan(x).all()]
+    if empty:
+        lines.append(f"without a value at any point: {', '.join(empty[:MOST_ROWS])}")
+    reasons = Counter(filter(None, found.reasons))
+    if reasons:
+        lines.append(f"{found.failed} of {len(found.points)} points have no result:")
+        lines += [f"  {count} times {reason}" for reason, count in reasons.most_common(MOST_REASONS)]
+        if len(reasons) > MOST_REASONS:
+            lines.append(f"  and {len(reasons) - MOST_REASONS} reasons more")
+    return lines
+
+
+def sweep_json(found: Sweep) -> dict[str, Any]:
+    """Return points, figures and influences as plain data; null where there is no value."""
+    by, design = found.influence, found.design
+    drawn = {} if design.is_grid else {"seed": design.seed}
+    return {
+        "name": found.machine,
+        "of": found.of,
+        "sampling": design.sampling,
+        **drawn,
+        "quantities": {name: found.points[:, k].tolist() for k, name in enumerate(found.quantities)},
+        "lengths": list(design.lengths),
+        "figures": {name: _finite(x) for name, x in found.figures.items()},
+        "units": dict(found.units),
+        "failed": {str(k): reason for k, reason in enumerate(found.reasons) if reason},
+        "influence": {
+            name: dict(zip(by.quantities, _finite(by.values[k]), strict=True)) for k, name in enumerate(by.figures)
+        },
+    }
+
+
+def _finite(x: Array) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in x.tolist()]
+
+
+def _titled(found: Sweep, name: str) -> str:
+    return f"{name}, {found.units[name]}" if name in found.units else name
+
+
+def _place(found: Sweep, point: int) -> str:
+    pairs = zip(found.quantities, found.points[point], strict=True)
+    shown = [f"{name} = {x:.4g}" for name, x in pairs]
+    return ", ".join(shown) if len(shown) <= MOST_COLUMNS // 2 else f"point {point + 1}"

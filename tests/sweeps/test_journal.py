@@ -1,0 +1,125 @@
+"""The journal of a sweep: what was computed is kept, torn lines are dropped, other sweeps are refused."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.api.sweeps import Subject, plan
+from symoro_elastic.errors import InputError
+from symoro_elastic.output_files import permission
+from symoro_elastic.sweeps import running
+from symoro_elastic.sweeps.journal import kept
+from symoro_elastic.sweeps.points import Outcome
+from symoro_elastic.sweeps.running import Workplace
+from tests.sweeps.machines import SLIDE, squared, value
+
+ODD = Outcome({"a": 0.1 + 0.2, "b": math.inf, "c": -math.inf, "d": math.nan, "e": 5e-324}, "")
+
+
+def test_numbers_are_read_back_to_the_last_bit(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    with kept(path, "digest", 2) as (before, record):
+        record([(1, ODD), (0, Outcome({}, "none"))])
+    assert before == {}
+    with kept(path, "digest", 2) as (found, _):
+        assert np.array_equal(list(found[1].figures.values()), list(ODD.figures.values()), equal_nan=True)
+        assert found[0] == Outcome({}, "none")
+
+
+def test_a_line_that_a_killed_run_left_unfinished_is_dropped(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    with kept(path, "digest", 3) as (_, record):
+        record([(0, Outcome({"x": 1.0}))])
+        record([(1, Outcome({"x": 2.0}))])
+    whole = path.read_bytes()
+    for length in range(whole.index(b"\n") + 1, len(whole)):
+        path.write_bytes(whole[:length])
+        with kept(path, "digest", 3) as (found, record):
+            assert set(found) == set(range(whole[:length].count(b"\n") - 1))
+            record([(2, Outcome({"x": 3.0}))])
+        with kept(path, "digest", 3) as (found, _):
+            assert found[2] == Outcome({"x": 3.0})
+
+
+def test_journals_of_other_sweeps_and_other_files_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    with kept(path, "digest", 1) as (_, record):
+        record([(0, ODD)])
+    content = path.read_bytes()
+    with pytest.raises(InputError, match="is of another sweep"), kept(path, "other", 1):
+        pass
+    assert path.read_bytes() == content
+    with permission(force=True), kept(path, "other", 1) as (found, _):
+        assert found == {}
+    path.write_text("mine")
+    with permission(force=True), pytest.raises(InputError, match="is no journal"), kept(path, "digest", 1):
+        pass
+    assert path.read_text() == "mine"
+
+
+def test_two_runs_do_not_write_one_journal(tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    with kept(path, "digest", 1), pytest.raises(InputError, match="by another run"), kept(path, "digest", 1):
+        pass
+    assert not path.exists()
+
+
+def test_a_changed_machine_or_sweep_is_another_one() -> None:
+    """Also where the change is one that `repr` of a machine does not show, or one of the function."""
+    machine = se.read(SLIDE)
+    stiffer = se.read({**SLIDE, "springs": {"load": {"stiffness": 1e5, "damping": 40.0}}})
+    over = {"m": [1.0, 2.0]}
+    plans = [
+        plan(machine, over, Subject()),
+        plan(stiffer, over, Subject()),
+        plan(machine, {"m": [1.0, 3.0]}, Subject()),
+        plan(machine, over, Subject("response")),
+        plan(machine, over, Subject(values={"m": 3.0})),
+        plan(machine, over, Subject(squared)),
+        plan(machine, over, Subject(lambda machine: {"m": value(machine)})),
+    ]
+    assert len({one.digest for one in plans}) == len(plans)
+    assert plan(replace(machine, source="elsewhere.toml"), over, Subject()).digest == plans[0].digest
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Each point is computed once, whatever ends the run; those that failed are tried again."""
+    computed: list[float] = []
+
+    def function(machine: object) -> dict[str, float]:
+        x = value(machine)  # type: ignore[arg-type]
+        if x == 3.0 and 3.0 not in computed:
+            computed.append(x)
+            raise KeyboardInterrupt
+        computed.append(x)
+        return {"squared": x**2, "inverse": 1 / (x - 2) if computed.count(2.0) < 2 else 0.0}
+
+    path = tmp_path / "a.journal"
+    planned, told = plan(se.read(SLIDE), {"m": [1, 2, 3, 4]}, Subject(function)), list[str]()
+    with pytest.raises(KeyboardInterrupt):
+        planned.run(Workplace(), path)
+    found = planned.run(Workplace(), path, note=told.append)
+    assert computed == [1.0, 2.0, 3.0, 2.0, 3.0, 4.0]
+    assert told == ["1 of 4 points were computed before, and are kept"]
+    assert found.figures["squared"].tolist() == [1.0, 4.0, 9.0, 16.0] and found.failed == 0
+
+
+def test_a_sweep_without_room_is_refused_with_the_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    planned = plan(se.read(SLIDE), {"m": "1:2:10000"}, Subject(squared))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=10**6))
+    with pytest.raises(InputError, match=r"need 0.0012 GB, and 0.001 GB are free: give fewer points"):
+        planned.run(Workplace(), tmp_path / "a.journal")
+    monkeypatch.setattr(running, "MOST_HELD", 10**4)
+    with pytest.raises(
+        InputError, match=r"1 figures and 1 axes at 10000 points make 2e\+04 numbers, 1e\+04 are the most"
+    ):
+        planned.run(Workplace(), None)
+    assert list(tmp_path.iterdir()) == []

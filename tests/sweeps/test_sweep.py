@@ -1,0 +1,161 @@
+"""Figures of sweeps: those of the analyses at each point, what quantities do to them, and points without result."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.errors import InputError
+from tests.model_ladder.scenes import two_axis
+from tests.sweeps.machines import DAMPING, MASS, SLIDE, STIFFNESS, hertz, squared, value
+
+
+def test_frequencies_are_those_of_the_closed_form() -> None:
+    found = se.sweep(SLIDE, over={"m": [1, 2, 4], "load.stiffness": "1e4:1e6:3,log"}, hold=["all"])
+    expected = [hertz(m, k) for m in (1, 2, 4) for k in (1e4, 1e5, 1e6)]
+    assert found.figures["frequency_1"] == pytest.approx(expected, rel=1e-14)
+    ratios = [DAMPING / (2 * math.sqrt(m * k)) for m in (1, 2, 4) for k in (1e4, 1e5, 1e6)]
+    assert found.figures["damping_ratio_1"] == pytest.approx(ratios, rel=1e-12)
+    assert found.units["frequency_1"] == "Hz" and found.units["m"] == "kg" and found.units["load.stiffness"] == "N/m"
+
+
+def test_every_point_is_what_modes_gives_there() -> None:
+    """To the last bit, though the machine is traced once: of cells, parameters and positions, as in .par files too."""
+    over = {"ram.k": [1e6, 3e7], "L12": [0.3], "q.motor_y": [0.1, 0.2]}
+    found = se.sweep(two_axis(), over=over, hold=["all"])
+    for row, f in zip(found.points.tolist(), found.figures["frequency_3"], strict=True):
+        values = {"ram.stiffness": row[0], "L12": row[1]}
+        here = se.modes(two_axis(), values=values, at={"motor_y": row[2]}, hold=["all"])
+        assert here.frequencies[2] == f
+
+
+def test_names_of_one_quantity() -> None:
+    """TOML's and .par's name of a cell, a joint, its variable, and its position with a prefix."""
+    of_toml, of_par = (
+        se.sweep(SLIDE, over={name: [1e4, 1e5]}, hold=["all"]).figures["frequency_1"]
+        for name in ("load.stiffness", "load.k")
+    )
+    assert (of_toml == of_par).all()
+    for name in ("drive", "q.drive", "x"):
+        found = se.sweep(SLIDE, over={name: [0.0, 0.5]}, of=lambda machine, at: {"seen": at["drive"]})
+        assert found.figures["seen"].tolist() == [0.0, 0.5]
+
+
+def test_a_response_has_the_peak_of_the_closed_form() -> None:
+    found = se.sweep(
+        SLIDE, over={"load.damping": [20.0, 40.0]}, of="response", hold=["all"],
+        inputs=["load.fx", "load.fz"], outputs=["load.z"], frequencies=[5.0],
+    )  # fmt: skip
+    omega = math.sqrt(STIFFNESS / MASS)
+    for k, d in enumerate((20.0, 40.0)):
+        zeta = d / (2 * math.sqrt(STIFFNESS * MASS))
+        peak = 1 / (STIFFNESS * 2 * zeta * math.sqrt(1 - zeta**2))
+        at_five = 1 / abs(STIFFNESS - MASS * (10 * math.pi) ** 2 + 10j * math.pi * d)
+        a = 1 - 2 * zeta**2
+        edge = omega * math.sqrt(a + math.sqrt(a * a + 1)) / (2 * math.pi)
+        name = "load.z / load.fz"
+        assert found.figures[f"{name}: peak"][k] == pytest.approx(peak, rel=1e-12)
+        assert found.figures[f"{name}: peak_frequency"][k] == pytest.approx(hertz() * math.sqrt(a), rel=1e-6)
+        assert found.figures[f"{name}: bandwidth"][k] == pytest.approx(edge, rel=1e-9)
+        assert found.figures[f"{name}: at 5 Hz"][k] == pytest.approx(at_five, rel=1e-12)
+    assert found.units["load.z / load.fz: peak"] == "m / N"
+    assert found.figures["load.z / load.fx: peak"].tolist() == [0.0, 0.0]
+
+
+def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
+    found = se.sweep(SLIDE, over={"m": [-1.0, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
+    assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failed == 1
+    assert np.isnan(found.figures["inverse"][1]) and found.figures["inverse"][2] == 1 / 1.5
+    negative = se.sweep(SLIDE, over={"load.k": [-1.0, 1e4]}, hold=["all"])
+    assert negative.reasons == ("load.k = -1 is negative", "")
+    assert "1 of 2 points have no result" in str(negative.parts())
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (lambda machine: [1.0], "the function returns list"),
+        (lambda machine: {"a": "b"}, "is no number by name"),
+        (lambda machine: {}, "no figure has a value"),
+        (lambda machine: {"m": 1.0}, "'m' is a column already"),
+    ],
+)
+def test_functions_return_numbers_by_name(function: object, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        se.sweep(SLIDE, over={"m": [1.0]}, of=function)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"over": {"load.stifness": [1]}}, "did you mean 'load.stiffness'?"),
+        ({"over": {"load.gamma": [1]}}, "are the structure of a machine"),
+        ({"over": {"load.k": [1], "load.stiffness": [2]}}, "are the same quantity"),
+        ({"over": {"drive": [1], "q.drive": [2]}}, "are the same quantity"),
+        ({"over": {"load": [0.0]}}, "load is not held"),
+        ({"over": {"m": [1]}, "of": "speed"}, "there is no 'speed'"),
+        ({"over": {"m": [1]}, "of": "ladder", "hold": ["all"]}, "belongs to modes and response"),
+        ({"over": {"m": [1]}, "outputs": ["load.z"]}, "outputs: belongs to"),
+        ({"over": {"m": [1]}, "of": "simulation"}, "motion"),
+        ({"over": {"m": [1]}, "hold": ["nope"]}, "no joint 'nope' moves"),
+        ({"over": {"drive": [1]}, "of": squared}, "give it a second argument"),
+        ({"over": {"m": [1]}, "figures": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
+        ({"over": {"m": [1]}, "workers": -2}, "workers: -2"),
+        ({"over": {"m": [1]}, "workers": 2, "scheduler": "tcp://a:1"}, "leave out workers or scheduler"),
+        ({"over": {"load.k": [-1.0]}}, "the point without result; the first: load.k = -1 is negative"),
+    ],
+)
+def test_what_cannot_be_swept_is_refused(arguments: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as error:
+        se.sweep(SLIDE, **arguments)  # type: ignore[arg-type]
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_slopes_of_a_grid_and_ranks_of_a_sample() -> None:
+    """f = sqrt(k/m)/2 pi: half a per cent by a per cent of k, minus half by one of m; nothing by the position."""
+    over = {"m": "1.9:2.1:5", "load.k": "7e4:9e4:5", "drive": [0.0, 1.0]}
+    grid = se.sweep(SLIDE, over=over, hold=["all"], figures=["frequency_1"]).influence
+    assert grid.slopes is not None
+    assert grid.slopes[0] == pytest.approx([-0.5, 0.5, 0.0], abs=1e-3)
+    assert np.sign(grid.values[0]).tolist() == [-1.0, 1.0, 0.0]
+    over = {"m": "normal:2:0.001", "load.k": "lognormal:8e4:0.1", "drive": "0:1"}
+    sample = se.sweep(SLIDE, over=over, samples=60, hold=["all"], figures=["frequency_1"]).influence
+    assert sample.slopes is None and sample.values[0, 1] > 0.99
+    assert sample.strongest()[0] == 1 and abs(sample.values[0, [0, 2]]).max() < 0.4
+
+
+def test_forms_of_a_result(tmp_path: Path) -> None:
+    pd, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    found = se.sweep(
+        SLIDE, over={"m": [0.5, 2.0], "load.k": "1e4:1e5:3"}, of=lambda machine: {"a/b": 1 / (value(machine) - 0.5)}
+    )
+    frame = found.frame()
+    assert list(frame.columns) == ["m", "load.k", "a/b", "reason"] and len(frame) == 6
+    read = pd.read_csv(found.write(tmp_path / "a.csv"), keep_default_na=False, na_values=["nan"])
+    assert list(read.columns) == ["m [kg]", "load.k [N/m]", "a/b", "reason"]
+    assert np.array_equal(read["a/b"], found.figures["a/b"], equal_nan=True)
+    with xarray.open_dataset(found.write(tmp_path / "a.nc")) as data:
+        assert data["aoverb"].dims == ("m", "load.k") and data["m"].attrs["units"] == "kg"
+        assert np.array_equal(data["aoverb"], found.on_grid("a/b"), equal_nan=True)
+        assert data["reason"].values[0, 0].decode().startswith("ZeroDivisionError")
+    with np.load(found.write(tmp_path / "a.npz")) as arrays:
+        assert np.array_equal(arrays["a/b"], found.figures["a/b"], equal_nan=True)
+    assert found.as_json()["figures"]["a/b"][0] is None
+
+
+def test_simulations_start_where_they_are_swept() -> None:
+    """The final position moves along with the start, and is that of `simulate`."""
+    machine = {
+        **SLIDE,
+        "motion": {"duration": 0.05, "moves": [{"motor": "drive", "by": 0.02, "in": 0.05}]},
+        "wanted": {"tolerance": {"load.z": 1e-3}},
+    }
+    found = se.sweep(machine, over={"drive": [0.0, 0.5]}, of="simulation", method="w3", step=1e-3)
+    final = found.figures["load.z: final"]
+    assert final[1] - final[0] == pytest.approx(0.5, abs=1e-12) and found.units["load.z: final"] == "m"
+    (one,) = se.simulate(se.read(machine), method="w3", step=1e-3)
+    assert final[0] == float(one.outputs[-1, 0]) and 0 < abs(final[0] - 0.02) < 1e-3
