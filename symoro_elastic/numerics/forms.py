@@ -116,7 +116,7 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     recursion = _traced(machine, scene, RECURSION)
     first = Form(RECURSION, recursion.program.count, np.nan)
     least = fewest_operations(restricted(machine, scene))
-    if least >= first.operations:
+    if least >= first.operations > 0:
         return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,))
     inertia = _traced(machine, scene, INERTIA)
     second = Form(INERTIA, inertia.program.count, np.nan)
