@@ -20,7 +20,7 @@ from symoro_elastic.numerics.values import parameter_values
 from tests.benchmarks.contest import Array, Contestant, contest
 from tests.benchmarks.machines import MACHINES, example
 from tests.benchmarks.match import COMPILERS
-from tests.benchmarks.ours import AVX2, AVX512, Code, batch, code, scalar
+from tests.benchmarks.ours import AVX2, AVX512, PAIRS, Code, batch, code, scalar
 from tests.benchmarks.tables import print_table, progress
 
 MODELS = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "inertia_matrix_packed")
@@ -28,7 +28,7 @@ GOLDEN = ("ball_screw.toml", "flex4.par", "planar_2r.toml", "puma560.par", "rx90
 CALLS = {"AVX-512": AVX512, "AVX2": AVX2, "SSE2": ()}
 BATCHES = {
     "AVX-512": AVX512,
-    "AVX-512 in pairs": (*AVX512, "-DVECTOR_BYTES=128"),
+    "AVX-512 in pairs": PAIRS,
     "AVX2": AVX2,
     "SSE2": (),
 }
