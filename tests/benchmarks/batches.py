@@ -1,8 +1,7 @@
-"""A state of a batch beside a single call: `python -m tests.benchmarks.batches [--states N] [--only TEXT]`.
+"""A state of a batch beside a single call: `python -m tests.benchmarks.batches [--states N] [--model NAME]`.
 
-Every golden machine and those of `speed`, constants folded; both compilers, vectors of AVX-512 (one, and in pairs),
-AVX2 and SSE2, each beside the faster of both single calls with the same instructions. Medians of rounds in which all
-take turns.
+Every golden machine and those of `speed`, constants folded, by gcc: vectors of AVX-512 (one, and in pairs), AVX2 and
+SSE2, each beside single calls with the same instructions. Medians of rounds in which all take turns.
 """
 
 from __future__ import annotations
@@ -17,9 +16,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from tests.benchmarks.contest import Array, Contestant, contest
+from tests.benchmarks.contest import Array, contest
 from tests.benchmarks.machines import MACHINES, example
-from tests.benchmarks.match import COMPILERS
 from tests.benchmarks.ours import AVX2, AVX512, PAIRS, Code, batch, code, scalar
 from tests.benchmarks.tables import print_table, progress
 
@@ -39,9 +37,10 @@ def main() -> None:
     parser.add_argument("--states", type=int, default=1000, help="states of a batch")
     parser.add_argument("--rounds", type=int, default=21, help="rounds in which all take turns")
     parser.add_argument("--only", default="", help="machines whose name holds this")
+    parser.add_argument("--model", action="append", help="model to time; may be repeated")
     asked = parser.parse_args()
     made = [(title, make) for title, make in machines() if asked.only in title]
-    wanted = [(title, make, model) for title, make in made for model in MODELS]
+    wanted = [(title, make, model) for title, make in made for model in asked.model or MODELS]
     rows = [row(title, make(), model, asked) for title, make, model in progress(wanted, "compile and time")]
     title = f"ns a state of a batch of {asked.states} states, and the part of a single call that it takes"
     print_table(title, ["", "entries", *BATCHES], [cells for cells, _ in rows])
@@ -65,17 +64,11 @@ def valued(machine: Machine) -> Machine:
 def row(title: str, machine: Machine, model: str, asked: argparse.Namespace) -> tuple[list[str], dict[str, float]]:
     of = code(machine, model)
     x = inputs(of, machine, asked.states)
-    calls = {(name, c): scalar(of, x, f"call {name} {c}", c, flags) for name, flags in CALLS.items() for c in COMPILERS}
-    many = {
-        (name, c): batch(of, x, f"batch {name} {c}", c, flags) for name, flags in BATCHES.items() for c in COMPILERS
-    }
-    times = contest([*calls.values(), *many.values()], asked.rounds)
-
-    def best(some: dict[tuple[str, str], Contestant], name: str) -> float:
-        return min(times.median(one.name) for (kind, _), one in some.items() if kind == name)
-
-    found = {name: best(many, name) for name in BATCHES}
-    ratios = {name: ns / best(calls, name.removesuffix(" in pairs")) for name, ns in found.items()}
+    calls = [scalar(of, x, f"call, {name}", "gcc", flags) for name, flags in CALLS.items()]
+    many = [batch(of, x, name, "gcc", flags) for name, flags in BATCHES.items()]
+    times = contest([*calls, *many], asked.rounds)
+    found = {name: times.median(name) for name in BATCHES}
+    ratios = {name: times.ratio(name, f"call, {name.removesuffix(' in pairs')}") for name in BATCHES}
     cells = [f"{ns:.3g}  x{ratios[name]:.2f}" for name, ns in found.items()]
     return [f"{title}, {model}", str(sum(of.results)), *cells], ratios
 
