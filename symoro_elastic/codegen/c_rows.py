@@ -13,8 +13,8 @@ from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.program import Output
 
-FEWEST = 64
-"""Entries from which on rows are faster: fewer stay in the first cache."""
+FEWEST, FEWEST_OF_ALL = 64, 16
+"""Entries from which on rows are faster: fewer stay in the first cache; those that are all of a result."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,14 @@ class Rows:
 
 
 def repeated_rows(outputs: Sequence[Output], text: Callable[[Operand], str]) -> list[Rows]:
-    """Return the rows of those results that have `FEWEST` such entries or more; `text` prints an entry."""
+    """Return the rows of those results that have enough such entries; `text` prints an entry."""
     rows = [_of(output, text) for output in outputs]
-    return [one for one in rows if len(one.equal) + len(one.numbers) >= FEWEST]
+    return [one for one, output in zip(rows, outputs, strict=True) if _is_worth_it(one, len(output.entries))]
+
+
+def _is_worth_it(rows: Rows, entries: int) -> bool:
+    """Whether rows are faster than vectors for these of the entries of a result."""
+    return len(rows.entries) >= (FEWEST_OF_ALL if len(rows.entries) == entries else FEWEST)
 
 
 def _of(output: Output, text: Callable[[Operand], str]) -> Rows:

@@ -21,13 +21,14 @@ from symoro_elastic.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import BY_INERTIA, TracedModel, models_of, trace_scene
+from symoro_elastic.models.catalogue import BY_INERTIA, TracedModel, models_of
 from symoro_elastic.numerics.arrays import evaluated
 from symoro_elastic.numerics.states import States, moderate_states
 from symoro_elastic.numerics.values import NoValues, parameter_values
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIN
 from symoro_elastic.symbolic.program import OperationCount
+from symoro_elastic.traced import traced
 
 MODEL = "direct_dynamics"
 WITHIN = 2.0
@@ -181,33 +182,33 @@ def _drawn(machine: Machine, seed: int) -> tuple[States, dict[str, float]]:
 def _traced(machine: Machine, scene: Scene, form: str) -> TracedModel:
     outputs = {name: asked for name, asked in scene.outputs.items() if name == MODEL}
     only = replace(scene, models=(MODEL,), outputs=outputs, steps=(), form=form)
-    return next(one for one in trace_scene(machine, only) if one.model.name == MODEL)
+    return next(one for one in traced(machine, only).models if one.model.name == MODEL)
 
 
-def _errors(traced: TracedModel, states: States, values: dict[str, float]) -> Array:
+def _errors(form: TracedModel, states: States, values: dict[str, float]) -> Array:
     """Return the error at each state, in u."""
-    step = max(1, NUMBERS_AT_ONCE // (1 + len(traced.program.nodes)))
+    step = max(1, NUMBERS_AT_ONCE // (1 + len(form.program.nodes)))
     parts = [states.part(slice(k, k + step)) for k in range(0, len(states), step)]
-    return np.concatenate([_distance(_in_single(traced, some, values), traced, some, values) for some in parts])
+    return np.concatenate([_distance(_in_single(form, some, values), form, some, values) for some in parts])
 
 
-def _distance(found: dict[str, AnyArray], traced: TracedModel, states: States, values: dict[str, float]) -> Array:
+def _distance(found: dict[str, AnyArray], form: TracedModel, states: States, values: dict[str, float]) -> Array:
     worst = np.zeros(len(states))
     with np.errstate(all="ignore"):
-        for name, exact in evaluated(traced, states, values, np.float64).items():
+        for name, exact in evaluated(form, states, values, np.float64).items():
             scale = np.abs(exact).max(axis=1, initial=0)
             apart = np.abs(found[name] - exact).max(axis=1, initial=0) / np.where(scale > 0, scale, 1) / U
             worst = np.maximum(worst, np.where(np.isnan(apart), np.inf, apart))
     return worst
 
 
-def _in_single(traced: TracedModel, states: States, values: dict[str, float]) -> dict[str, AnyArray]:
+def _in_single(form: TracedModel, states: States, values: dict[str, float]) -> dict[str, AnyArray]:
     """Return results of a model by name, (states, entries), every operation rounded to single precision."""
     symbols: dict[str, Any] = {name: np.float32(x) for name, x in values.items()}
-    for argument in traced.program.inputs:
+    for argument in form.program.inputs:
         columns = getattr(states, argument.name).T.astype(np.float32)
         symbols |= dict(zip(argument.symbols, columns, strict=True))
-    outputs = traced.program.outputs
+    outputs = form.program.outputs
     entries = [x for output in outputs for x in output.entries]
     known = {node: np.float32(x) for node, x in constant_values(entries).items()}
     with np.errstate(all="ignore"):
