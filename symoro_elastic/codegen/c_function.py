@@ -207,7 +207,7 @@ class CFunction:
     def _stored(self) -> tuple[list[str], frozenset[str]]:
         """Lines that store the results, and the names of the variables that these are."""
         outputs, value = self.function.program.outputs, self.printer.value
-        self.rows = repeated_rows(outputs, value) if self.form.states else []
+        self.rows = repeated_rows(outputs, value) if self.form.leaves_rows else []
         in_rows = {rows.result: rows.entries for rows in self.rows}
         self.printer.referenced.clear()
         lines = [

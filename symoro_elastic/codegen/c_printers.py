@@ -48,7 +48,8 @@ class Form:
 
     `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
-    `operand` is how an operand of a function is written that is no variable.
+    `operand` is how an operand of a function is written that is no variable. Functions that leave rows do not store
+    entries that repeat others, where these are many: rows of many states are written after them.
     """
 
     number: str
@@ -64,6 +65,7 @@ class Form:
     pair: str = ""
     states: str = ""
     operand: str = "{}"
+    leaves_rows: bool = False
 
 
 def angles_of(program: Program) -> list[Expression]:

@@ -13,6 +13,7 @@ from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.codegen.targets.cuda import render_cuda
 from symoro_elastic.machine.formats import read_machine, toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
@@ -63,6 +64,12 @@ def test_vectors_store_no_entry_twice_and_no_number(name: str, stored: int) -> N
     body = text[text.index("inertia_matrix_lanes(") : text.index("inertia_matrix_rows_of_A(")]
     values = re.findall(r"STORE\(A \+ \d+\*states, (.*)\);", body)
     assert len(values) == len(set(values)) == stored
+
+
+def test_kernels_store_every_entry() -> None:
+    """Only what writes rows leaves them."""
+    text = "".join(render_cuda(package("two_axis")).values())
+    assert len(set(re.findall(r" A\[(\d+)\*states\] = ", text))) == 144
 
 
 def test_small_results_are_stored_as_they_are_computed() -> None:
