@@ -29,7 +29,7 @@ from symoro_elastic.machine.freed import freed
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quoted, reserved
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import BASE, Scene
+from symoro_elastic.machine.scene import AUTO, BASE, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
@@ -44,6 +44,7 @@ from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.traced import Traced, with_steps
 
 if TYPE_CHECKING:
+    from symoro_elastic.numerics.forms import Choice
     from symoro_elastic.numerics.verify import Verification
 
 MOST_WARNINGS = 20
@@ -54,13 +55,17 @@ TARGET_NAMES = (*TARGETS, fmu.NAME)
 
 @dataclass(frozen=True, repr=False)
 class Generated(Result):
-    """Written files and their models; `whole` are the same models of the whole machine, `notes` remarks on files."""
+    """Written files and their models; `whole` are the same models of the whole machine, `notes` remarks on files.
+
+    `form` is the choice of the form of the direct dynamic model, where it was asked for.
+    """
 
     written: list[Path]
     models: Sequence[TracedModel]
     whole: Sequence[TracedModel]
     reports: Sequence[CodeReport] = ()
     notes: tuple[str, ...] = ()
+    form: Choice | None = None
 
     @property
     def headline(self) -> str:
@@ -74,8 +79,9 @@ class Generated(Result):
         written = f"wrote {self.written[0].parent}: {', '.join(path.name for path in self.written)}"
         counts = Titled(models_table(self.models, self.whole))
         notes = [f"note: {note}" for note in self.notes]
+        chosen = [self.form.sentence] if self.form else []
         reports = [part for report in self.reports for part in report.parts()]
-        return [written, *notes, counts, "x products and divisions, + sums and differences", *reports]
+        return [written, *notes, counts, "x products and divisions, + sums and differences", *chosen, *reports]
 
     def as_json(self) -> dict[str, Any]:
         """Return the paths, the operation counts of each model, and the reports by file where they were asked for."""
@@ -83,6 +89,7 @@ class Generated(Result):
 
         more: dict[str, Any] = {"notes": list(self.notes)} if self.notes else {}
         more |= {"reports": {report.file: report.as_json() for report in self.reports}} if self.reports else {}
+        more |= {"form": self.form.as_json()} if self.form else {}
         written = [str(path) for path in self.written]
         return {"written": written, "models": models_json(self.models, self.whole), **more}
 
@@ -162,6 +169,7 @@ def _first(warnings: Sequence[str]) -> Iterator[str]:
 def programs(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> Traced:
     """The models that a scene asks of a machine, as programs; raises `InputError`."""
     refuse_degenerate(machine, scene)
+    scene, _ = in_form(machine, scene, announce)
     announce("trace")
     traces = trace(machine, scene)
     announce("prune")
@@ -186,6 +194,7 @@ def generate(
     With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
     models of its own. Raises `InputError`; nothing is written then.
     """
+    scene, form = in_form(machine, scene, announce)
     texts = [name for name in targets if name in TARGETS]
     made = [_code(machine, scene, texts, announce, precisions, tools)] if texts else []
     if fmu.NAME in targets:
@@ -193,7 +202,7 @@ def generate(
     announce("write")
     written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
     notes = tuple(note for one in made for note in one.notes)
-    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes)
+    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes, form)
 
 
 @dataclass(frozen=True)
@@ -239,6 +248,19 @@ def report(
     except UnknownProcessor as error:
         what = f"the code that {tools.compiler[0]} makes ({error}) is not read: {', '.join(PROCESSORS)} are"
         raise InputError("symoro-elastic", "--cc", what) from None
+
+
+def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> tuple[Scene, Choice | None]:
+    """The scene with the form of the direct dynamic model, and the choice where it is the program's.
+
+    Raises `InputError` where no model of the scene has forms.
+    """
+    from symoro_elastic.numerics.forms import with_form
+
+    if scene.form == AUTO:
+        refuse_degenerate(machine, scene)
+        announce("compare forms")
+    return with_form(machine, scene)
 
 
 def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> _Made:
@@ -337,11 +359,15 @@ def is_part(scene: Scene) -> bool:
 
 def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
     """The same models of the whole machine; a model that exists only with joints locked stays as it is."""
-    return [_whole(asked.whole, model) for model in asked.models] if is_part(asked.scene) else asked.models
+    return (
+        [_whole(asked.whole, model, asked.scene.form) for model in asked.models]
+        if is_part(asked.scene)
+        else asked.models
+    )
 
 
-def _whole(machine: Machine, part: TracedModel) -> TracedModel:
+def _whole(machine: Machine, part: TracedModel, form: str) -> TracedModel:
     try:
-        return trace_scene(machine, Scene(models=(part.model.name,)))[0]
+        return trace_scene(machine, Scene(models=(part.model.name,), form=form))[0]
     except (InputError, SingularPivot):
         return part

@@ -10,9 +10,9 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import INERTIA, Scene
 from symoro_elastic.machine.series_springs import condensed
-from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.models.catalogue import BY_INERTIA, trace_scene
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.time_steps import models_of_steps
 from symoro_elastic.packaging import package
@@ -61,6 +61,9 @@ def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
     parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
     parts += [f"{name} static, held {_position(value)}" for name, value in scene.static.items()]
     parts += ["without gravity"] if not scene.gravity else []
+    if scene.form == INERTIA:
+        formed = [one.model.name for one in models if one.model.name in BY_INERTIA]
+        parts += [f"{name} through the inertia matrix" for name in formed]
     if any(model.merged for model in models):
         parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
     return ", ".join(parts)

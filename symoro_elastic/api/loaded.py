@@ -12,12 +12,13 @@ from types import ModuleType
 from typing import Any, TypeAlias
 
 from symoro_elastic.api.machines import MachineLike, the_machine, warn
-from symoro_elastic.api.scenes import Asked, SceneLike
+from symoro_elastic.api.scenes import Asked, SceneLike, in_form
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.errors import InputError, among
+from symoro_elastic.machine.scene import RECURSION
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.packages import imported
 from symoro_elastic.pipeline import programs
@@ -91,6 +92,7 @@ def load(
     fold: Sequence[str] = (),
     steps: Sequence[str] = (),
     backend: str | ModuleType = "numpy",
+    form: str = RECURSION,
 ) -> LoadedModel:
     """Return models of a machine as functions: `load("arm.toml", "inertia_matrix").inertia_matrix(q)`.
 
@@ -113,6 +115,8 @@ def load(
         "numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang; "casadi": functions of
         CasADi; "jax": functions that JAX traces, differentiates and maps; "sympy": functions of expressions; or an
         array library such as torch, by its module.
+    form
+        Form of direct_dynamics, as in `generate`: "recursion", "inertia" or "auto".
 
     Raises
     ------
@@ -123,7 +127,7 @@ def load(
     if steps and backend != "numpy":
         raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
     found = the_machine(machine)
-    package = programs(found, Asked(models, fold, outputs, steps).of(found, scene)).package
+    package = programs(found, in_form(Asked(models, fold, outputs, steps).of(found, scene), form)).package
     folder = Path(tempfile.mkdtemp(prefix="symoro_elastic_"))
     try:
         module = import_package(render_numpy(package), folder / "numpy")

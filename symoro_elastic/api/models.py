@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from symoro_elastic import fmu, pipeline
 from symoro_elastic.api.arguments import COMMAND
 from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
-from symoro_elastic.api.scenes import Asked, SceneLike
+from symoro_elastic.api.scenes import Asked, SceneLike, in_form
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
@@ -21,6 +21,7 @@ from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import RECURSION
 from symoro_elastic.numerics.values import NoValues
 from symoro_elastic.output_files import permission, write_text
 from symoro_elastic.pipeline import TARGET_NAMES, Generated
@@ -45,6 +46,7 @@ def generate(
     fold: Sequence[str] = (),
     steps: Sequence[str] = (),
     precisions: Sequence[str] = (DOUBLE.name,),
+    form: str = RECURSION,
     report: bool = False,
     compiler: str = "",
     compiler_flags: str = "",
@@ -69,6 +71,9 @@ def generate(
         As in `load`.
     precisions
         Precisions of the C code: "double", "single", "mixed", "double-double" (not in CUDA).
+    form
+        Form of direct_dynamics: "recursion", "inertia" (through the inertia matrix), or "auto": the one with fewer
+        operations whose predicted error is within twice that of the recursion.
     report
         Compile the C, and report stack, code and instructions of each function (`reports` of the result).
     compiler, compiler_flags
@@ -84,7 +89,7 @@ def generate(
         Nothing is written then.
     """
     found = the_machine(machine)
-    asked = Asked(models, fold, outputs, steps).of(found, scene)
+    asked = in_form(Asked(models, fold, outputs, steps).of(found, scene), form)
     names, written_in = among(targets, TARGET_NAMES, "--target"), among(precisions, PRECISIONS, "--precision")
     tools = reporting(report, compiler, compiler_flags, names)
     options = options_of_unit(names, models, fmi, at)
@@ -146,16 +151,18 @@ def check(
     *models: str,
     scene: SceneLike = None,
     seed: int = 0,
+    form: str = RECURSION,
     announce: Announce = announce_nothing,
     progress: Progress = no_progress,
 ) -> Verification:
     """Compare generated C and numpy with 50-digit references at random and at extreme states.
 
-    `ok` of the result says whether every error is within its bound. Raises `InputError` for what cannot be checked.
+    `ok` of the result says whether every error is within its bound; `form` as in `generate`. Raises `InputError` for
+    what cannot be checked.
     """
     found = the_machine(machine)
     try:
-        asked = Asked(models).of(found, scene)
+        asked = in_form(Asked(models).of(found, scene), form)
         return pipeline.verify(found, asked, seed=seed, announce=announce, progress=progress)
     except (CompilationFailed, NoValues) as error:
         raise InputError(found.label, "check", str(error)) from None

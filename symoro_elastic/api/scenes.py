@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from symoro_elastic.api.machines import MachineLike, the_machine
-from symoro_elastic.errors import InputError
+from symoro_elastic.errors import InputError, among
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.motions import motions_of, wanted_of
 from symoro_elastic.machine.formats.scenes import scene_in
@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restricted
-from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.scene import ALL, FORMS, RECURSION, Scene
 from symoro_elastic.machine.series_springs import condensed
 from symoro_elastic.machine.wanted import Wanted
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS
@@ -68,6 +68,12 @@ class Asked:
         dropped = set(scene.models or DEFAULT_MODELS) - set(self.models)
         kept = {model: names for model, names in scene.outputs.items() if model not in dropped}
         return replace(scene, models=tuple(dict.fromkeys(self.models)), outputs=kept)
+
+
+def in_form(scene: Scene, form: str) -> Scene:
+    """Return the scene with direct_dynamics in a form, where that is not the usual one; raises `InputError`."""
+    among((form,), FORMS, "--form")
+    return scene if form == RECURSION else replace(scene, form=form)
 
 
 def top_of(scene: str | Path | Mapping[str, Any]) -> Table:

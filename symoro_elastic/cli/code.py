@@ -12,6 +12,7 @@ from symoro_elastic.cli import completion
 from symoro_elastic.cli.options import (
     BASE,
     FOLD,
+    FORM,
     FREE,
     JSON,
     MACHINE,
@@ -84,6 +85,7 @@ class Reported:
 @ONLY
 @SCENE
 @MERGE_ANGLES
+@FORM
 @writes
 @JSON
 def generate(
@@ -156,6 +158,7 @@ def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
 @BASE
 @ONLY
 @SCENE
+@FORM
 @click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the random states.")
 @click.option(
     "--self",
@@ -191,12 +194,13 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     from symoro_elastic.numerics.self_check import self_check
     from symoro_elastic.numerics.values import NoValues
     from symoro_elastic.numerics.verify import refuse_unverifiable
-    from symoro_elastic.pipeline import refuse_degenerate
+    from symoro_elastic.pipeline import in_form, refuse_degenerate
     from symoro_elastic.reports.self_check import least_digits, self_check_json, self_check_table
 
     source = machine.label
     refuse_degenerate(machine, scene)
     refuse_unverifiable(machine, scene)
+    scene, _ = in_form(machine, scene)
     try:
         with counted("verify") as progress:
             found = self_check(machine, scene, seed=seed, progress=progress)

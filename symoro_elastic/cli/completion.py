@@ -48,6 +48,12 @@ def _targets() -> Iterable[str]:
     return (*TARGETS, fmu.NAME)
 
 
+def _forms() -> Iterable[str]:
+    from symoro_elastic.machine.scene import FORMS
+
+    return FORMS
+
+
 def _precisions() -> Iterable[str]:
     from symoro_elastic.codegen.precision import PRECISIONS
 
@@ -73,6 +79,7 @@ def _freed() -> Iterable[str]:
 
 
 MODELS = completed_from(_models)
+FORMS = completed_from(_forms)
 TARGETS = completed_from(_targets)
 PRECISIONS = completed_from(_precisions)
 METHODS = completed_from(_methods)

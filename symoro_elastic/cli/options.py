@@ -70,6 +70,14 @@ MERGE_ANGLES = click.option(
     callback=parsed_by(bound),
     help="Add angles of parallel axes where that saves operations; valid for |q| up to BOUND, rad.",
 )
+FORM = click.option(
+    "--form",
+    default="recursion",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=completion.FORMS,
+    help="How direct_dynamics is computed: recursion, inertia (matrix), or auto: the faster one that is as accurate.",
+)
 AT = click.option(
     "--at",
     "positions",

@@ -29,6 +29,7 @@ class Selection:
     base: bool = False
     merge_angles: float | None = None
     free: tuple[str, ...] = ()
+    form: str = "recursion"
 
     def read(self, path: str, announce: Announce | None = None) -> tuple[Machine, Scene]:
         """Return the machine of a file, with grouped parameters if requested, and its scene."""
@@ -43,8 +44,10 @@ class Selection:
 
     def scene_of(self, machine: Machine) -> Scene:
         """Return the scene of the file or of the machine, with the selection added."""
+        from symoro_elastic.api.scenes import in_form
+
         scene = scene_of(machine, self.scene, self.models, self.fold, self.only)
-        return replace(scene, merge_angles=self.merge_angles)
+        return in_form(replace(scene, merge_angles=self.merge_angles), self.form)
 
     def as_words(self) -> list[str]:
         """The options as `generate` takes them, without models and merged angles."""

@@ -12,6 +12,7 @@ from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
 from symoro_elastic.codegen.c_constants import Literals, declaration
 from symoro_elastic.codegen.c_lines import INDENT, statement
 from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
+from symoro_elastic.codegen.c_rows import repeated_rows
 from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
 from symoro_elastic.codegen.outlining import blocks
 from symoro_elastic.codegen.package import Function, Package
@@ -218,7 +219,8 @@ class CFunction:
         symbols = {symbol for angle in self.angles for symbol in _symbols(angle)} | self.used
         groups: dict[str, Indices] = {**self.entries, "p": self.indices}
         yield from (a.name for a in (*self.inputs, self.p) if not symbols & groups[a.name].keys())
-        yield from (r.name for r in self.results if not r.entries)
+        in_rows = {rows.result: len(rows.entries) for rows in self.rows}
+        yield from (r.name for r in self.results if r.entries == in_rows.get(r.name, 0))
 
     def stack(self) -> int:
         """Bytes of the work arrays of a call."""
@@ -235,11 +237,15 @@ class CFunction:
 
     def _stored(self) -> tuple[list[str], frozenset[str]]:
         """Lines that store the results, and the names of the variables that these are."""
+        outputs, value = self.function.program.outputs, self.printer.value
+        self.rows = repeated_rows(outputs, value) if self.form.leaves_rows else []
+        in_rows = {rows.result: rows.entries for rows in self.rows}
         self.printer.referenced.clear()
         lines = [
-            INDENT + self.form.store.format(array=output.name, k=k, value=self.printer.value(x))
-            for output in self.function.program.outputs
+            INDENT + self.form.store.format(array=output.name, k=k, value=value(x))
+            for output in outputs
             for k, x in enumerate(output.entries)
+            if k not in in_rows.get(output.name, ())
         ]
         return lines, frozenset(self.printer.referenced)
 
@@ -248,7 +254,7 @@ class CFunction:
         groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": c}
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
         used |= {SPILL} if part.spills else set()
-        used |= {r.name for r in self.results if r.entries} if stored else set()
+        used |= {r.name for r in self.results} - set(self.unused()) if stored else set()
         lines = [
             *self.writer.unpack(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load)),
             *self._of_parameters({"p": self.indices, "c": c}, part.uses),

@@ -49,7 +49,8 @@ class Form:
     `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
     `operand` is how an operand of a function is written that is no variable. Where it is `outlined`, blocks that repeat
-    in long programs are functions, whose arguments are places in arrays.
+    in long programs are functions, whose arguments are places in arrays. Functions that leave rows do not store
+    entries that repeat others, where these are many: rows of many states are written after them.
     """
 
     number: str
@@ -66,6 +67,7 @@ class Form:
     states: str = ""
     operand: str = "{}"
     outlined: bool = False
+    leaves_rows: bool = False
 
 
 def angles_of(program: Program) -> list[Expression]:

@@ -11,6 +11,9 @@ from symoro_elastic.machine.formula import Formula, FormulaError
 
 ALL = "all"
 BASE = "base"
+RECURSION, INERTIA, AUTO = "recursion", "inertia", "auto"
+FORMS = (RECURSION, INERTIA, AUTO)
+"""Forms of the direct dynamic model: by recursion, by the inertia matrix, the faster one that is as accurate."""
 SEEN_FROM = " in "
 AT = " at "
 BY = " by "
@@ -55,7 +58,7 @@ class Scene:
     between; `forces` are frames on which wrenches act that the models take as arguments; `fold` lists parameters that
     become constants, or is `ALL`. `merge_angles` is the largest angle, rad,
     up to which sums of angles may stand for products of sines and cosines.
-    `steps` are time steps beside the models, of `TimeStep`.
+    `steps` are time steps beside the models, of `TimeStep`. `form` is one of `FORMS`.
     `source` is the file that the request stands in, where it has one of its own.
     """
 
@@ -69,6 +72,7 @@ class Scene:
     gravity: bool = True
     merge_angles: float | None = None
     steps: tuple[str, ...] = ()
+    form: str = RECURSION
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:

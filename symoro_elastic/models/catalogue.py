@@ -10,7 +10,7 @@ from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import BASE, Asked, Scene
+from symoro_elastic.machine.scene import BASE, INERTIA, RECURSION, Asked, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
@@ -42,6 +42,8 @@ FAMILIES = (
 )
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
+BY_INERTIA = {model.other_way_of: model for model in MODELS.values() if model.other_way_of}
+"""Models that find their results through the inertia matrix, by the names of those that do so by a recursion."""
 
 
 @no_collection()
@@ -66,17 +68,18 @@ def expressions(
     points: Points = (),
     merge_angles: bool = False,
     by: Sequence[str] = (),
+    form: str = RECURSION,
 ) -> Trace:
     """The results of a model as expressions: its equations run on the symbols of a machine.
 
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
     `points` are numbered before those of `asked`; `merge_angles` allows sums of angles; `by` names columns of
-    derivatives.
+    derivatives. `form` is that of the direct dynamic model.
     Raises `SingularPivot` where a joint has no inertia, `InputError` for a model not offered on a floating base.
     """
     _refuse_on_floating_base(machine, name)
     _refuse_loops_on_floating_base(machine, name)
-    model = on_its_base(MODELS[name], machine)
+    model = on_its_base(in_form(name, form), machine)
     machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
     bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
@@ -96,6 +99,11 @@ def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True
         model = under_wrenches(model, bound, results)
     inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
     return Trace(model, inputs, results, bound.graph, bound.names, whole, bound.points, merges)
+
+
+def in_form(name: str, form: str) -> Model:
+    """The model of this name, through the inertia matrix where it has that form and is asked for in it."""
+    return replace(BY_INERTIA[name], name=name) if form == INERTIA and name in BY_INERTIA else MODELS[name]
 
 
 def _refuse_on_floating_base(machine: Machine, name: str) -> None:
@@ -145,7 +153,9 @@ def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
     points = tuple(dict.fromkeys(point for some in asked.values() for point in points_of(some)))
     merge = scene.merge_angles is not None
     by = {name: _columns(kept, scene, name, constants) for name in models}
-    return [expressions(kept, name, some, constants, points, merge, by[name]) for name, some in asked.items()]
+    return [
+        expressions(kept, name, some, constants, points, merge, by[name], scene.form) for name, some in asked.items()
+    ]
 
 
 def models_of(scene: Scene) -> tuple[str, ...]:

@@ -100,6 +100,15 @@ def _inertia_matrix(bound: Bound, asked: Joints) -> Results:
     return {"A": inertia(bound, found, asked)}
 
 
+def _inertia_matrix_packed(bound: Bound, asked: Joints) -> Results:
+    found = coordinate_inertia(bound)
+    name_composites(bound, found)
+    whole = inertia(bound, found, asked)
+    n = whole.shape[1]
+    lower = tuple(whole.entries[n * i + j] for i in range(n) for j in range(i + 1))
+    return {"A_packed": Result(None, lower, (len(lower),))}
+
+
 def _coriolis_forces(bound: Bound, asked: Joints) -> Results:
     """H(q, qd) without gravity, friction and external wrenches; the effect of a moving base is part of it."""
     unloaded = without_loads(bound.mechanism)
@@ -202,6 +211,18 @@ DYNAMIC = (
         ("A",),
         _inertia_matrix,
         FAMILY,
+        on_base=(),
+        checked_by=CheckedBy.INERTIA,
+    ),
+    Model(
+        "inertia_matrix_packed",
+        "packed inertia matrix",
+        "[8]",
+        ("q",),
+        ("A_packed",),
+        _inertia_matrix_packed,
+        FAMILY,
+        Parts.WHOLE,
         on_base=(),
         checked_by=CheckedBy.INERTIA,
     ),

@@ -212,6 +212,8 @@ class StateReference:
         return [by_number[j] if j else next(base) for j in rows]
 
     def _inertia(self, traced: TracedModel) -> dict[str, Numbers]:
+        if "A_packed" in traced.rows:
+            return {"A_packed": [x for i, row in enumerate(self.A) for x in row[: i + 1]]}
         asked = traced.rows["A"]
         return {"A": [x for row in self._of_joints(self.A, asked) for x in self._of_joints(row, asked)]}
 

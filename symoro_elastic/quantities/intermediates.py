@@ -45,7 +45,7 @@ ROWS = (
     Intermediate("P", "r", "P", "", r"@,\mathrm{r}", "r_{j}", (1,), same("m"), "whole shift along the axis of joint j"),
     Intermediate("P", "axis", "P", "", "@#", "{}^{0}P_{j}", (2,), same("m"), "origin of frame j, in frame 0"),
     Intermediate("A", "number", "A", "", "@,#", r"\mathbf{A}", (8,), INERTIA,
-                 "entry j, i of the inertia matrix", ("A", "qdd", "factors", "z_v")),
+                 "entry j, i of the inertia matrix", ("A", "A_packed", "qdd", "factors", "z_v")),
     Intermediate("A", "rotation", "A", "", "@,#", "{}^{0}A_{j}", (2,), NUMBER, "orientation of frame j, in frame 0",
                  ("T", "V", "Vd", "J", "E", "h")),
     Intermediate("A", "base rotation", "A", "", "@,#", "", (), NUMBER, "orientation of the base in the world"),

@@ -309,6 +309,15 @@ OF_MACHINES = (
         columns_follow_rows=True,
     ),
     Quantity(
+        name="A_packed",
+        meaning="lower triangle of the inertia matrix, row by row: entry i, j is at i(i + 1)/2 + j, from 0",
+        symbol=r"A^{\mathrm{L}}",
+        unit=INERTIA,
+        shape="n(n + 1)/2",
+        roles=RESULT,
+        equations=(8,),
+    ),
+    Quantity(
         name="H",
         meaning="Coriolis, centrifugal, gravity and friction forces",
         symbol="H",

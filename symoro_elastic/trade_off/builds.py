@@ -20,13 +20,17 @@ PLAIN: Flags = ("-O2",)
 NATIVE: Flags = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 SEPARATE, FAST_MATH = "-ffp-contract=off", "-ffast-math"
 WITH_LIBM = "-DNAME_LIBM"
+PAIRED = "-DVECTOR_BYTES=128"
+"""Batches compute two vectors of AVX-512 side by side."""
 CONTRACTED = {"gcc": "-ffp-contract=fast", "clang": "-ffp-contract=on"}
 FLAG_NAMES = {
     "-O2": "O2", "-O3": "O3", "-march=native": "native", SEPARATE: "no FMA", FAST_MATH: "fast-math", WITH_LIBM: "libm",
+    PAIRED: "vectors in pairs",
 }  # fmt: skip
 """Names of flags in tables; other flags are not shown."""
 
 PROBE = "int probe(void);\nint probe(void) { return 0; }\n"
+HAS_LONG_VECTORS = '#ifndef __AVX512F__\n#error "not here"\n#endif\n' + PROBE
 IS_CLANG = '#ifndef __clang__\n#error "not clang"\n#endif\n' + PROBE
 
 
@@ -89,8 +93,9 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
     native = tuple(flag for flag in NATIVE if flag not in lacking)
     contracted, separate, fast = ((flag,) * (flag not in lacking) for flag in (CONTRACTED[kind], SEPARATE, FAST_MATH))
     best = (*native, *contracted)
-    varied = (PLAIN, (*native, *separate), (*best, *fast), (*best, WITH_LIBM), (*best, *fast, WITH_LIBM))
-    every = [PLAIN, (*PLAIN, WITH_LIBM)] + [
+    paired = ((*best, PAIRED),) if takes(compiler, native, HAS_LONG_VECTORS) else ()
+    varied = (*paired, PLAIN, (*native, *separate), (*best, *fast), (*best, WITH_LIBM), (*best, *fast, WITH_LIBM))
+    every = [PLAIN, (*PLAIN, WITH_LIBM), *paired] + [
         (*native, *contraction, *math, *circles)
         for contraction, math, circles in product(
             dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (WITH_LIBM,))

@@ -7,13 +7,13 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from symoro_elastic.trade_off.builds import CONTRACTED, FAST_MATH, PLAIN, SEPARATE, WITH_LIBM
+from symoro_elastic.trade_off.builds import CONTRACTED, FAST_MATH, PAIRED, PLAIN, SEPARATE, WITH_LIBM
 from symoro_elastic.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
 from symoro_elastic.trade_off.formulations import BY_MATRIX, RECURSION
 
 Levels = Mapping[str, Hashable]
 """The level of every factor in a configuration, by its name."""
-FACTOR_FLAGS = (FAST_MATH, WITH_LIBM, SEPARATE, *CONTRACTED.values())
+FACTOR_FLAGS = (FAST_MATH, WITH_LIBM, PAIRED, SEPARATE, *CONTRACTED.values())
 """Flags that are factors by themselves."""
 
 
@@ -67,6 +67,7 @@ FACTORS = (
     Factor("constants folded", "folded", True, False),
     Factor("A^-1 instead of the recursion", "way", BY_MATRIX, RECURSION),
     Factor("angles summed", "merged", True, False),
+    Factor("batches on vectors in pairs", PAIRED, True, False, {"call": BATCH}),
     Factor("libm's sine and cosine", WITH_LIBM, True, False, {FAST_MATH: False}),
     Factor("products and sums apart (no FMA)", SEPARATE, True, False, {FAST_MATH: False}),
     Factor("-ffast-math, libm's sine and cosine", FAST_MATH, True, False, {WITH_LIBM: True}),
@@ -107,6 +108,7 @@ def levels_of(configuration: Configuration) -> Levels:
         "optimisation": tuple(flag for flag in flags if flag not in FACTOR_FLAGS),
         FAST_MATH: FAST_MATH in flags,
         WITH_LIBM: WITH_LIBM in flags,
+        PAIRED: PAIRED in flags,
         SEPARATE: SEPARATE in flags,
         "precision": configuration.precision.name,
         "call": configuration.call,

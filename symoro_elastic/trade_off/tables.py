@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from symoro_elastic.models.tables import count_json, operations
+from symoro_elastic.numerics.forms import Choice
 from symoro_elastic.results import Part, Titled
 from symoro_elastic.trade_off.advice import Advice, commands, sentence
 from symoro_elastic.trade_off.configurations import Measurement
@@ -64,6 +65,17 @@ def drifts_table(drifts: Sequence[Drift]) -> Any:
     return table
 
 
+def forms_table(choice: Choice) -> Any:
+    """Return a table of the forms of direct_dynamics: operations and predicted errors."""
+    from rich.table import Table
+
+    table = Table("form", "operations", "predicted error, u", "")
+    for one in choice.forms:
+        predicted = f"{one.error:.3g}" if math.isfinite(one.error) else "-"
+        table.add_row(one.name, operations(one.count), predicted, "taken" if one.name == choice.chosen else "")
+    return table
+
+
 def trade_parts(trade: Trade, with_fast_math: bool = False, every: bool = False) -> list[Part]:
     """Return tables of what none beats (or of `every` point), of what a choice does by itself, and of drifts."""
     kind = "extreme" if trade.request.extreme else "moderate"
@@ -74,6 +86,11 @@ def trade_parts(trade: Trade, with_fast_math: bool = False, every: bool = False)
         title = f"{trade.machine.name}, {model}: {of}, {trade.request.states} {kind} states"
         parts.append(Titled(measurements_table(figures if every else best, best), title))
         parts.append(Titled(effects_table(effects(figures)), f"{model}: what a choice does by itself"))
+    if trade.form:
+        parts += [
+            Titled(forms_table(trade.form), "direct_dynamics: what generate --form auto takes"),
+            trade.form.sentence,
+        ]
     if trade.drifts:
         steps = f"{trade.drifts[0].steps} steps of {trade.drifts[0].step:.1e} s"
         parts.append(Titled(drifts_table(trade.drifts), f"free motion without losses, {steps}"))
@@ -91,6 +108,7 @@ def trade_json(
             model: _model_json(measurements, with_fast_math) for model, measurements in trade.measurements.items()
         },
         "drift": [_drift_json(one) for one in trade.drifts],
+        "form": trade.form.as_json() if trade.form else None,
         "notes": trade.notes,
         "advice": _advice_json(advised, words) if advised else None,
     }

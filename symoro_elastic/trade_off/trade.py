@@ -16,6 +16,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.accuracy import Errors, Reference, measure
+from symoro_elastic.numerics.forms import MODEL, Choice, chosen_form
 from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.packages import imported
@@ -49,13 +50,17 @@ class Request:
 
 @dataclass(frozen=True, repr=False)
 class Trade(Result):
-    """Measurements of every configuration by model, drifts where motion was computed, and notes."""
+    """Measurements of every configuration by model, drifts where motion was computed, and notes.
+
+    `form` is the form of direct_dynamics that `generate --form auto` takes, where that is among the models.
+    """
 
     machine: Machine
     request: Request
     measurements: dict[str, list[Measurement]]
     drifts: list[Drift] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    form: Choice | None = None
 
     @property
     def headline(self) -> str:
@@ -113,7 +118,8 @@ def trade(
         for one, time, error in zip(ready, times, errors, strict=True):
             measurements[one.configuration.model].append(Measurement(one.configuration, time, error))
         moved = _drifts(machine, scene, values, Path(folder), notes, watched("move"))
-    return Trade(machine, request, measurements, moved, notes)
+    chosen = chosen_form(machine, scene, with_errors=True) if MODEL in measurements else None
+    return Trade(machine, request, measurements, moved, notes, chosen)
 
 
 def _refuse_large(machine: Machine, written: Sequence[Formulation], states: int) -> None:

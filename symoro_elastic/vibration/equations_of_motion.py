@@ -274,10 +274,7 @@ class EquationsOfMotion:
 
         dr is the change of r along dq and dqdd; the columns (n, m) of `left`, dq and dqdd belong together.
         """
-        q, qdd = (
-            [Dual(float(x), change) for x, change in zip(block, changes, strict=True)]
-            for block, changes in ((state.q, dq), (state.qdd, dqdd))
-        )
+        q, qdd = _seeded(state.q, dq), _seeded(state.qdd, dqdd)
         symbols = self._symbols(q, state.qd, qdd, state.torques)
         by_symbol = self.assembled.total(gradient(self.residual, list(left), symbols, DUALS), symbols, DUALS)
         none = np.zeros(left.shape[1])
@@ -303,10 +300,8 @@ class EquationsOfMotion:
         """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""
         at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
         if self._is_closed(q):
-            zero, owners = np.zeros_like(q), self.machine.owners
-            x = self._at(q, [self.bound.variables[j] for j in owners]).tolist()
-            own = self.machine.by_variable(dict(zip(owners, x, strict=True)))
-            undefined = self.domain.undefined(self._symbols(q, zero, zero) | own)
+            rest, own = np.zeros_like(q), self.machine.by_variable(self.own_positions(q))
+            undefined = self.domain.undefined(self._symbols(q, rest, rest) | own)
             if undefined:
                 raise undefined.error(self.machine, f"at {at}: give another position (--at)")
             return

@@ -21,6 +21,8 @@ from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, 
 FAST = ("-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math")
 NATIVE = ("-march=native",)
 AVX512 = NATIVE
+PAIRS = (*AVX512, "-DVECTOR_BYTES=128")
+"""Two vectors side by side."""
 AVX2 = ("-mavx2", "-mfma")
 
 

@@ -65,7 +65,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
     **{"models": (), "new": (), "formats": (), "schema": ()},
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
-    "generate": ((), ("--base", "--force")),
+    "generate": ((), ("--base", "--force"), ("--form", "auto", "--force")),
     "report": (("--out", "pages", "--force"),),
     "check": (("--model", "inverse_dynamics"),),
     "trade": (("--quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),

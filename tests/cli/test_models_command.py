@@ -45,7 +45,7 @@ def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
         machine = restricted(machine, Scene(static={next(j.name for j in machine.joints if j.kind == "elastic"): None}))
     n, m = len(machine.moving), sum(joint.kind == "motor" for joint in machine.joints)
     sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints), "loops": len(machine.loops)}
-    sizes |= {"d": len(machine.dependent), "s": len(machine.static)}
+    sizes |= {"d": len(machine.dependent), "s": len(machine.static), "n(n + 1)/2": n * (n + 1) // 2}
     assert 0 < m < n
     traced = trace(machine, name)
     assert set(traced.results) == set(listed["models"][name]["results"])

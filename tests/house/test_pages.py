@@ -15,7 +15,7 @@ from symoro_elastic.reports.models_page import models_page
 from tests.documented_pages import beside_examples, runs, wrong_blocks
 from tests.golden import ROOT
 
-PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda", "fmu", "sweeps")
+PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda", "fmu", "sweeps", "batches")
 NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
     "backends": "test_backends_page",

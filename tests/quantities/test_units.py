@@ -25,6 +25,7 @@ from tests.references.random_machines import random_machine, two_children
 SCALES = {"m": 3.0, "kg": 7.0, "s": 2.0, "rad": 1.0}
 SCALES |= {"N": SCALES["kg"] * SCALES["m"] / SCALES["s"] ** 2}
 SCALES |= {"J": SCALES["N"] * SCALES["m"]}
+TRIANGLE = "n(n + 1)/2"
 WORD = re.compile(r"([A-Za-z]+)(\d*)")
 
 
@@ -116,6 +117,9 @@ def entries(machine: Machine, traced: TracedModel, row: Quantity, shape: tuple[i
     others = [machine.joint(j).sigma for j in machine.moving if j not in machine.motors]
     six = [kind(k) for k in range(1, 7)]
     of = {"n": (moving, others, six + moving), "m": (motors,), "6": (six,), "(n - m)": (others,)}
+    if row.axes == (TRIANGLE,):
+        each = six + moving if machine.floating else moving
+        return [[each[i], each[j]] for i in range(len(each)) for j in range(i + 1)]
     found: list[list[int]] = [[]]
     for axis, size in zip(row.axes, shape, strict=True):
         each = next(x for x in of.get(axis, ([-1] * size,)) if len(x) == size)

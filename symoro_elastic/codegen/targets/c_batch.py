@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.c_function import Array, CFunction
 from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_rows import Rows
 from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import Routine, working
 from symoro_elastic.codegen.described import Files
@@ -23,7 +24,7 @@ LARGE_STACK = 64_000
 OWN = words(
     """
     LOAD LOAD_ANGLE STORE NARROW WIDTH VECTOR VECTOR_BYTES INLINE NOINLINE EXACT_TYPES LARGEST_ANGLE numbers angles bits
-    number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
+    ROW number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
     """
 ) | {f"{name}_lanes" for name in FUNCTIONS}
 """Macros and identifiers of the templates."""
@@ -31,7 +32,7 @@ OWN = words(
 
 @dataclass(frozen=True)
 class BatchFunction:
-    """A model: heads and bodies of the function that users call, of the one for a state, and of those on vectors."""
+    """A model: heads and bodies of the function that users call, of those for a state, on vectors, and on rows."""
 
     title: str
     stack: str
@@ -40,6 +41,8 @@ class BatchFunction:
     constants: str
     in_vectors: tuple[Routine, ...]
     vector_call: str
+    rows: tuple[Routine, ...]
+    row_calls: tuple[str, ...]
     one: Routine
     one_call: str
 
@@ -57,6 +60,7 @@ class BatchText:
     called: dict[str, str]
     has_angles: bool
     has_vectors: bool
+    has_rows: bool
     steps: CSteps
 
 
@@ -77,6 +81,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
         functions={name: f"{name}_lanes" for name in FUNCTIONS},
         sincos=("sincos_lanes({count}U, angle, sine, cosine);",),
         states="states",
+        leaves_rows=True,
     )
 
 
@@ -97,6 +102,7 @@ def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
         called={} if precision.is_pair else {f: precision.functions.get(f, f) for f in called},
         has_angles=any(function.angles for function in functions),
         has_vectors=not precision.is_pair,
+        has_rows=any(function.rows for function in functions),
         steps=CSteps(package, precision, functions, many=True),
     )
     return render_c(package, precision) | {
@@ -119,6 +125,8 @@ def _function(function: CFunction) -> BatchFunction:
         constants=c.size if c else "",
         in_vectors=() if pair else tuple(working(function, lanes)),
         vector_call=_moved_call(function, lanes),
+        rows=tuple(_on_rows(function, rows) for rows in function.rows),
+        row_calls=tuple(_row_call(function, rows) for rows in function.rows),
         one=_one(function),
         one_call=_moved_call(function, f"{function.name}_one"),
     )
@@ -129,6 +137,22 @@ def _moved_call(function: CFunction, name: str) -> str:
     of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
     arguments = [f"{a.name} + first" if a.name in of_states else a.name for a in function.arrays]
     return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
+
+
+def _on_rows(function: CFunction, rows: Rows) -> Routine:
+    """The function that completes a result of `count` states in which vectors leave out what is in rows."""
+    array = next(a for a in function.results if a.name == rows.result)
+    head = with_arguments(f"void {_of_rows(function, rows)}", ["size_t states", "size_t count", array.pointer()])
+    return Routine(head, "\n".join(rows.lines(array.type)))
+
+
+def _row_call(function: CFunction, rows: Rows) -> str:
+    arguments = ["states", "first - whole", f"{rows.result} + whole"]
+    return with_arguments(f"{INDENT * 3}{_of_rows(function, rows)}", arguments, ");")
+
+
+def _of_rows(function: CFunction, rows: Rows) -> str:
+    return f"{function.name}_rows_of_{rows.result}"
 
 
 def _one(function: CFunction) -> Routine:

@@ -1,0 +1,240 @@
+"""The form of the direct dynamic model, by recursion or by the inertia matrix: operations, and errors as predicted.
+
+Errors are predicted in single precision, beside double precision: in units of rounding they are those of any precision,
+as long as they are small. States are drawn from a seed and sines are rounded from double precision, so that a machine
+takes the same form on every computer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.array_types import AnyArray, Array
+from symoro_elastic.codegen.printers import constant_values
+from symoro_elastic.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
+from symoro_elastic.models.catalogue import BY_INERTIA, TracedModel, models_of
+from symoro_elastic.numerics.arrays import evaluated
+from symoro_elastic.numerics.states import States, moderate_states
+from symoro_elastic.numerics.values import NoValues, parameter_values
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIN
+from symoro_elastic.symbolic.program import OperationCount
+from symoro_elastic.traced import traced
+
+MODEL = "direct_dynamics"
+WITHIN = 2.0
+"""Errors that may be so many times those of the recursion."""
+DOUBT = 1.25
+"""Predicted ratios of errors are true to this factor (`python -m tests.benchmarks.forms`)."""
+STATES, DRAWS, SHARE = 1000, 4, 0.99
+"""States that errors are predicted at of each draw of parameters without value; the share of all that keeps the error.
+"""
+LONGEST = 20_000
+"""Operations of a form whose error is predicted although it has more of them."""
+LEAST, LARGEST = 0.5, 1e5
+"""In u: smaller errors are as good as the least; larger ones say nothing of double precision."""
+NUMBERS_AT_ONCE = 2_000_000
+U = 2.0**-24
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form of the model: its operations, and the predicted error that 99 of 100 states keep.
+
+    The error of a state is the largest one over the largest entry of the result, in units of half an ulp of 1.
+    """
+
+    name: str
+    count: OperationCount
+    error: float
+
+    @property
+    def operations(self) -> int:
+        """Products, divisions and sums."""
+        return self.count.products + self.count.add
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The form that was chosen, and why; `forms` are those that were traced, the recursion first."""
+
+    chosen: str
+    reason: str
+    forms: tuple[Form, ...]
+
+    @property
+    def ratio(self) -> float:
+        """Predicted error of the inertia matrix over that of the recursion; NaN where they were not predicted."""
+        errors = [max(one.error, LEAST) for one in self.forms]
+        return errors[-1] / errors[0] if len(errors) > 1 else np.nan
+
+    @property
+    def sentence(self) -> str:
+        """The choice with its reason."""
+        return f"{MODEL} by the {WORDS[self.chosen]}: {self.reason}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as plain data; null stands for an error that is not finite."""
+        forms = {
+            one.name: {"operations": one.operations, "error_u": one.error if np.isfinite(one.error) else None}
+            for one in self.forms
+        }
+        return {"chosen": self.chosen, "reason": self.reason, "forms": forms}
+
+
+WORDS = {RECURSION: "recursion", INERTIA: "inertia matrix"}
+
+
+def with_form(machine: Machine, scene: Scene) -> tuple[Scene, Choice | None]:
+    """Return the scene with the form that is chosen where it asks for `AUTO`, and the choice.
+
+    Raises `InputError` for another form than the recursion where no model of the scene has one.
+    """
+    if scene.form != RECURSION and not BY_INERTIA.keys() & {*models_of(scene)}:
+        what = f"is of {MODEL}, which is not asked for: add it to the models, or leave --form out"
+        raise InputError(scene.source or machine.label, "--form", what)
+    if scene.form != AUTO:
+        return scene, None
+    choice = chosen_form(machine, scene)
+    return replace(scene, form=choice.chosen), choice
+
+
+def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Choice:
+    """Return the form with the fewest operations whose predicted error is within `WITHIN` times that of the recursion.
+
+    It is decided by counts and seeded states, never by a clock. Where errors cannot be predicted it is the recursion.
+    `with_errors` predicts them also where the recursion has the fewest operations.
+    """
+    recursion = _traced(machine, scene, RECURSION)
+    first = Form(RECURSION, recursion.program.count, np.nan)
+    least = fewest_operations(restricted(machine, scene))
+    if least >= first.operations > 0:
+        return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,))
+    inertia = _traced(machine, scene, INERTIA)
+    second = Form(INERTIA, inertia.program.count, np.nan)
+    if second.operations >= (LONGEST if with_errors else first.operations):
+        return Choice(RECURSION, _more(first, second), (first, second))
+    try:
+        errors = predicted(machine, scene, (recursion, inertia))
+    except (InputError, NoValues) as error:
+        return Choice(RECURSION, f"errors cannot be predicted: {error}", (first, second))
+    forms = (replace(first, error=errors[0]), replace(second, error=errors[1]))
+    return Choice(*_decided(*forms), forms)
+
+
+def _more(recursion: Form, inertia: Form) -> str:
+    return f"{recursion.operations} operations, the inertia matrix takes {inertia.operations}"
+
+
+def _decided(recursion: Form, inertia: Form) -> tuple[str, str]:
+    """Return the form that is chosen of the two, and why."""
+    counts = f"{inertia.operations} operations instead of {recursion.operations}"
+    errors = f"predicted error {inertia.error:.3g} u, {recursion.error:.3g} u of the recursion"
+    if inertia.operations >= recursion.operations:
+        return RECURSION, _more(recursion, inertia)
+    if not max(inertia.error, recursion.error) <= LARGEST:
+        return RECURSION, "errors are too large to be predicted"
+    if max(inertia.error, LEAST) * DOUBT > WITHIN * max(recursion.error, LEAST):
+        return RECURSION, f"the inertia matrix takes {counts}, but it is less accurate: {errors}"
+    return INERTIA, f"{counts}, {errors}"
+
+
+def fewest_operations(machine: Machine) -> int:
+    """Return products and sums that factors of the inertia matrix take of joints that turn; 0 of closed chains."""
+    if machine.is_coupled:
+        return 0
+    turning = {j for j in machine.moving if machine.joint(j).sigma == 0}
+    below, total = [0], 0
+    for j, joint in enumerate(machine.joints, start=1):
+        k = below[joint.antecedent]
+        below.append(k + (j in turning))
+        total += k * (k + 1) if j in turning else 0
+    return total
+
+
+def predicted(machine: Machine, scene: Scene, forms: tuple[TracedModel, ...]) -> list[float]:
+    """Return the error of each form that 99 of 100 moderate states keep, in u; infinite where it has no value.
+
+    Parameters without value get a plausible one. Raises `InputError`, `NoValues`.
+    """
+    kept = restricted(machine, scene)
+    draws = [_drawn(kept, seed) for seed in range(DRAWS)]
+    errors = [np.concatenate([_errors(form, states, values) for states, values in draws]) for form in forms]
+    return [float(np.quantile(one, SHARE, method="higher")) for one in errors]
+
+
+def _drawn(machine: Machine, seed: int) -> tuple[States, dict[str, float]]:
+    """Return states and values of parameters that single precision holds."""
+    values = {name: _rounded(x) for name, x in parameter_values(machine, seed).items()}
+    states = moderate_states(machine, STATES, seed, values)
+    return replace(states, **{name: _rounded(getattr(states, name)) for name in states.arguments}), values
+
+
+def _traced(machine: Machine, scene: Scene, form: str) -> TracedModel:
+    outputs = {name: asked for name, asked in scene.outputs.items() if name == MODEL}
+    only = replace(scene, models=(MODEL,), outputs=outputs, steps=(), form=form)
+    return next(one for one in traced(machine, only).models if one.model.name == MODEL)
+
+
+def _errors(form: TracedModel, states: States, values: dict[str, float]) -> Array:
+    """Return the error at each state, in u."""
+    step = max(1, NUMBERS_AT_ONCE // (1 + len(form.program.nodes)))
+    parts = [states.part(slice(k, k + step)) for k in range(0, len(states), step)]
+    return np.concatenate([_distance(_in_single(form, some, values), form, some, values) for some in parts])
+
+
+def _distance(found: dict[str, AnyArray], form: TracedModel, states: States, values: dict[str, float]) -> Array:
+    worst = np.zeros(len(states))
+    with np.errstate(all="ignore"):
+        for name, exact in evaluated(form, states, values, np.float64).items():
+            scale = np.abs(exact).max(axis=1, initial=0)
+            apart = np.abs(found[name] - exact).max(axis=1, initial=0) / np.where(scale > 0, scale, 1) / U
+            worst = np.maximum(worst, np.where(np.isnan(apart), np.inf, apart))
+    return worst
+
+
+def _in_single(form: TracedModel, states: States, values: dict[str, float]) -> dict[str, AnyArray]:
+    """Return results of a model by name, (states, entries), every operation rounded to single precision."""
+    symbols: dict[str, Any] = {name: np.float32(x) for name, x in values.items()}
+    for argument in form.program.inputs:
+        columns = getattr(states, argument.name).T.astype(np.float32)
+        symbols |= dict(zip(argument.symbols, columns, strict=True))
+    outputs = form.program.outputs
+    entries = [x for output in outputs for x in output.entries]
+    known = {node: np.float32(x) for node, x in constant_values(entries).items()}
+    with np.errstate(all="ignore"):
+        value = evaluate(entries, symbols, _single(), known)
+        return {output.name: _columns([value(x) for x in output.entries], len(states)) for output in outputs}
+
+
+def _columns(entries: list[Any], states: int) -> AnyArray:
+    rows = [np.broadcast_to(np.float64(x), states) for x in entries]
+    return np.stack(rows, axis=1) if rows else np.empty((states, 0))
+
+
+@cache
+def _single() -> Arithmetic[Any]:
+    """Return single precision, its functions rounded from double precision: the same on every processor."""
+
+    def of(function: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda *xs: function(*(np.float64(x) for x in xs)).astype(np.float32)
+
+    def number(x: Fraction | int) -> Any:
+        return np.float32(float(x))
+
+    own = {SIN: of(np.sin), COS: of(np.cos), ATAN2: of(np.arctan2), COSPI: of(lambda x: np.cos(np.pi * x))}
+    return Arithmetic(number, library(np, {**own, PI: lambda: np.float32(np.pi)}))
+
+
+def _rounded(x: Any) -> Any:
+    """Return numbers that single precision holds."""
+    return np.float64(np.float32(x))
