@@ -227,7 +227,7 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     help="Model to write out.",
 )
 @click.option(
-    *("--format", "form"),
+    *("--format", "document"),
     default="latex",
     show_default=True,
     metavar="NAME",
@@ -239,7 +239,7 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
 @ONLY
 @SCENE
 @writes
-def equations(machine: str, selection: Selection, model: str, form: str, out: str | None) -> None:
+def equations(machine: str, selection: Selection, model: str, document: str, out: str | None) -> None:
     """Write the equations of a model as LaTeX, HTML or PDF.
 
     With their intermediate variables, in the order of evaluation.
@@ -247,20 +247,20 @@ def equations(machine: str, selection: Selection, model: str, form: str, out: st
     from symoro_elastic.api import models as api
     from symoro_elastic.reports.pdf import find_engine, pdf
 
-    among((form,), ("latex", "html", "pdf"), "--format")
-    if form == "pdf":
+    among((document,), ("latex", "html", "pdf"), "--format")
+    if document == "pdf":
         find_engine(machine)
     with steps() as announce:
         found, scene = replace(selection, models=(model,)).read(machine, announce)
         written = api.equations(found, scene=scene, announce=announce)
         announce("render")
-        text = written.html if form == "html" else written.latex
-        if form == "pdf":
+        text = written.html if document == "html" else written.latex
+        if document == "pdf":
             announce("compile")
             out = str(pdf(text, Path(out or f"{found.name}_{model}.pdf")))
     if out is None:
         click.echo(text, nl=False)
         return
-    if form != "pdf":
+    if document != "pdf":
         write_text(text, out)
     click.echo(f"wrote {out}", err=True)
