@@ -97,7 +97,7 @@ def test_default_models_and_equal_results() -> None:
     assert verify(planar_2r(), states=(3, 8), seed=6) != first
 
 
-def test_thirty_joint_tree() -> None:
+def test_thirty_joint_tree(unoptimised: None) -> None:
     models = ("direct_dynamics", "inverse_dynamics")
     found = verify(random_machine(3, joints=30, symbolic=True), Scene(models=models), states=(2, 8))
     assert found.ok and found.models[0].numpy.error < 1e-12
