@@ -302,7 +302,7 @@ def _columns(numbers: MachineNumbers, frames: list[_Frame], j: int) -> tuple[lis
 
 def _inertia_matrix(numbers: MachineNumbers, frames: list[_Frame]) -> Array:
     """2 T = sum_j M v.v + 2 v.(w x MS) + w.J w, with v = Jp qd and w = Jw qd, plus Ia qd^2."""
-    matrix = np.diag([numbers.joints[k].rotor_inertia for k in numbers.moving])
+    matrix = np.diag(np.array([numbers.joints[k].rotor_inertia for k in numbers.moving], dtype=object))
     for j, (joint, frame) in enumerate(zip(numbers.joints, frames, strict=True)):
         columns, linear, angular = _columns(numbers, frames, j)
         coupling = linear.T @ _hat(frame.rotation @ joint.body.first_moment) @ angular

@@ -56,7 +56,7 @@ def example(name: str) -> Machine:
 def machines() -> list[Machine]:
     trees = [
         random_machine(seed, joints=2 + seed % 9, symbolic=seed % 2 == 0, moving_base=seed % 3 == 0)
-        for seed in range(24)
+        for seed in range(12)
     ]
     return [*trees, chain(4), planar_2r(elastic=(2,)), two_children(symbolic=True), *map(example, EXAMPLES)]
 
