@@ -382,6 +382,16 @@ def test_work_of_generating_is_linear_in_the_joints() -> None:
     assert (large - small) / 20 < CALLS_PER_JOINT
 
 
+def test_programs_and_packages_are_shown_in_a_line() -> None:
+    """Messages of failed tests print them: not one expression of thousands."""
+    machine = chain(12)
+    models = trace_scene(machine, Scene(models=("direct_dynamics", "inertia_matrix")))
+    made = package(machine, models, ())
+    assert repr(made) == "<Package chain12: direct_dynamics, inertia_matrix>"
+    assert repr(models[1].program).startswith("<Program of A: ")
+    assert all(len(repr(x)) < 2500 and "sin" not in repr(x) for x in (*models, *made.functions))
+
+
 def test_folding_everything_leaves_no_parameter_in_the_graph() -> None:
     machine = random_machine(3, joints=8, symbolic=True)
     names = [p.name for p in machine.parameters]
