@@ -147,6 +147,10 @@ class Package:
     base: tuple[Argument, ...] = ()
     steps_by_torque: bool = False
 
+    def __repr__(self) -> str:
+        """Return one line that names the machine and the functions."""
+        return f"<Package {self.name}: {', '.join(function.name for function in self.functions)}>"
+
     @property
     def takes_dependent(self) -> bool:
         """Whether functions take dependent variables, which have no closed form."""

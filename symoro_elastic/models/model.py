@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -134,7 +134,7 @@ class TracedModel:
     """
 
     model: Model
-    results: Results
+    results: Results = field(repr=False)
     program: Program
     whole: bool = True
     points: Points = ()

@@ -32,7 +32,10 @@ DRAWN, HALVINGS = 4, 6
 
 @dataclass(frozen=True)
 class RandomMotion:
-    """A mechanism of numbers at many states at once, its dynamics, accelerations of its joints, and S = dq/du."""
+    """A mechanism of numbers at many states at once, its dynamics, accelerations of its joints, and S = dq/du.
+
+    `closed` are the arguments of a machine with couplings or loops at these states.
+    """
 
     mechanism: Mechanism
     dynamics: Dynamics
@@ -40,6 +43,7 @@ class RandomMotion:
     S: Rows
     independent: tuple[int, ...]
     states: int
+    closed: Mapping[str, Array]
 
     def torques(self) -> Array:
         """Return S^T Gamma (states, independent): inertia, gravity and external wrenches."""
@@ -55,16 +59,22 @@ class RandomMotion:
 
 
 def random_motion(
-    machine: Machine, states: int, seed: int = 0, values: Mapping[str, float] | None = None
+    machine: Machine,
+    states: int,
+    seed: int = 0,
+    values: Mapping[str, float] | None = None,
+    closed: Mapping[str, Array] | None = None,
 ) -> RandomMotion:
     """Return a machine at random states: angles within pi, slides 0.5 m, velocities 3, accelerations 5.
 
     A base that moves does so at random too, whatever its values. Parameters without value are drawn. Loops are closed,
-    at positions about their start.
+    at positions about their start; `closed` are those of another machine of this geometry, at the same seed.
     """
     values = drawn_values(machine, seed) if values is None else values
     rng = np.random.default_rng([seed, 3])
-    return (_of_coupled if machine.is_coupled else _of_tree)(machine, states, rng, values)
+    if machine.is_coupled:
+        return _of_coupled(machine, states, rng, values, closed)
+    return _of_tree(machine, states, rng, values)
 
 
 def _of_tree(machine: Machine, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> RandomMotion:
@@ -74,9 +84,9 @@ def _of_tree(machine: Machine, states: int, rng: np.random.Generator, values: Ma
     angles = rng.uniform(-math.pi, math.pi, (n, states))
     qd, qdd = rng.uniform(-VELOCITY, VELOCITY, (n, states)), rng.uniform(-ACCELERATION, ACCELERATION, (n, states))
     links = tuple(_displaced(link, angles[j]) for j, link in mechanism.from_base())
-    moved = _on_moving_base(replace(mechanism, links=links), zero, rng, states)
+    moved = replace(mechanism, links=links, **_moving_base(zero, rng, states))
     S = {j: {j: 1} for j in machine.moving}
-    return _in_motion(moved, dict(enumerate(qd)), dict(enumerate(qdd)), S, machine.moving, states)
+    return _in_motion(moved, dict(enumerate(qd)), dict(enumerate(qdd)), S, machine.moving, states, {})
 
 
 def _displaced(link: Link, variable: Any) -> Link:
@@ -88,11 +98,12 @@ def _displaced(link: Link, variable: Any) -> Link:
     return replace(link, transform=Transform((*link.transform.steps, moved)))
 
 
-def _on_moving_base(mechanism: Mechanism, zero: ZeroPosition, rng: np.random.Generator, states: int) -> Mechanism:
+def _moving_base(zero: ZeroPosition, rng: np.random.Generator, states: int) -> dict[str, Any]:
+    """Velocity and acceleration of a base that moves."""
     if not zero.free_base:
-        return mechanism
+        return {}
     velocity, angular, acceleration, turning = (Vector(*rng.uniform(-OF_BASE, OF_BASE, (3, states))) for _ in range(4))
-    return replace(mechanism, velocity=Twist(velocity, angular), acceleration=Twist(acceleration, turning))
+    return {"velocity": Twist(velocity, angular), "acceleration": Twist(acceleration, turning)}
 
 
 def _in_motion(
@@ -102,24 +113,33 @@ def _in_motion(
     S: Rows,
     independent: tuple[int, ...],
     states: int,
+    closed: Mapping[str, Array],
 ) -> RandomMotion:
     rules: list[Rule | None] = [None] * (len(mechanism.links) + 1)
     rates: list[Any] = [0.0] * (len(mechanism.links) + 1)
     for j, link in mechanism.from_base():
         if link.axis is not Axis.NONE:
             rules[j], rates[j] = AccelerationKnown(qdd[j]), qd[j]
-    return RandomMotion(mechanism, dynamics(mechanism, rates, rules), qdd, S, independent, states)
+    return RandomMotion(mechanism, dynamics(mechanism, rates, rules), qdd, S, independent, states, closed)
 
 
-def _of_coupled(machine: Machine, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> RandomMotion:
+def _of_coupled(
+    machine: Machine,
+    states: int,
+    rng: np.random.Generator,
+    values: Mapping[str, float],
+    closed: Mapping[str, Array] | None,
+) -> RandomMotion:
     """Positions q = F(u), rates S ud and accelerations S udd + gam, by the equations bound to the machine."""
     bound = Bound(machine)
-    symbols = _symbols(bound, closed_states(bound, states, rng, values))
+    base = _moving_base(ZeroPosition(machine), rng, states)
+    blocks = closed or closed_states(bound, states, rng, values)
+    symbols = _symbols(bound, blocks)
     number = evaluate(list(_leaves(bound)), {**values, **symbols}, arithmetic(float))
     S = {j: {k: number(x) for k, x in row.items()} for j, row in bound.coordinates.S.items()}
     qd, qdd = (dict(enumerate(map(number, x))) for x in (bound.rates(), bound.given_accelerations()))
-    mechanism = _on_moving_base(bound.mechanism.map(number), ZeroPosition(machine), rng, states)
-    return _in_motion(mechanism, qd, qdd, S, machine.moving, states)
+    mechanism = replace(bound.mechanism.map(number), **base)
+    return _in_motion(mechanism, qd, qdd, S, machine.moving, states, blocks)
 
 
 def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> dict[str, Array]:

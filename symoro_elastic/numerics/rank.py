@@ -163,7 +163,7 @@ def torque_error(
 ) -> float:
     """Return the largest difference of torques before and after grouping, relative to the largest torque."""
     regrouped = {**grouping.values(values), **values}
-    other = random_motion(grouping.machine, motion.states, seed, regrouped)
+    other = random_motion(grouping.machine, motion.states, seed, regrouped, motion.closed)
     before, after = motion.torques(), other.torques()
     return float(np.abs(after - before).max(initial=0.0) / max(np.abs(before).max(initial=0.0), 1e-300))
 

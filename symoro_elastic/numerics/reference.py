@@ -23,6 +23,7 @@ from symoro_elastic.numerics import coupled_reference
 from symoro_elastic.numerics.coupled_disagreement import coupled_disagreement
 from symoro_elastic.numerics.coupled_reference import CoupledNumbers, CoupledPrograms
 from symoro_elastic.numerics.linear_systems import NumberMatrix, Numbers, distance, dot, inverse, product, solve
+from symoro_elastic.numerics.screws import Screw, screwed_about_x, screwed_about_z
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, multiprecision
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
@@ -129,7 +130,8 @@ class StateReference:
 
     def cell(self, formula: Formula, variables: Mapping[str, Any] | None = None) -> Any:
         """Return the value of a cell of the table, which may hold these variables."""
-        return formula.evaluate({**self.names, **(variables or {})}, self._functions, self.arithmetic.number)
+        names = {**self.names, **variables} if variables else self.names
+        return formula.evaluate(names, self._functions, self.arithmetic.number)
 
     @cached_property
     def names(self) -> dict[str, Any]:
@@ -282,7 +284,7 @@ class StateReference:
         zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
         placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
         for joint in self.reference.machine.joints:
-            placed.append(product(placed[joint.antecedent], self._placement(joint, variables)))
+            placed.append(self._placed(placed[joint.antecedent], joint, variables))
         return placed
 
     def _shifted(self, at: Sequence[Formula]) -> NumberMatrix:
@@ -290,22 +292,29 @@ class StateReference:
         unit = [[int(m == n) for n in range(3)] for m in range(3)]
         return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
-    def _placement(self, joint: Joint, variables: Mapping[str, Any]) -> NumberMatrix:
-        """Return Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
+    def _placed(self, antecedent: NumberMatrix, joint: Joint, variables: Mapping[str, Any]) -> NumberMatrix:
+        """Return 0Ti Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
+        about_z, about_x = self._before(joint)
         q = variables.get(str(joint.variable), 0)
         theta = self.cell(joint.theta, variables) + (q if joint.sigma == 0 else 0)
         r = self.cell(joint.r, variables) + (q if joint.sigma == 1 else 0)
-        before = product(self._about_z(self.cell(joint.gamma), self.cell(joint.b)), self._about_x(joint))
-        return product(before, self._about_z(theta, r))
+        placed = screwed_about_x(screwed_about_z(antecedent, *about_z), *about_x)
+        return screwed_about_z(placed, *self._screw(theta, r))
 
-    def _about_z(self, angle: Any, shift: Any) -> NumberMatrix:
-        c, s = self._functions[COS](angle), self._functions[SIN](angle)
-        return [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, shift], [0, 0, 0, 1]]
+    def _before(self, joint: Joint) -> tuple[Screw, Screw]:
+        """Return the constant screws of a row, about z and about x, computed once."""
+        if joint.name not in self._known_screws:
+            cells = ((joint.gamma, joint.b), (joint.alpha, joint.d))
+            about_z, about_x = (self._screw(*map(self.cell, pair)) for pair in cells)
+            self._known_screws[joint.name] = about_z, about_x
+        return self._known_screws[joint.name]
 
-    def _about_x(self, joint: Joint) -> NumberMatrix:
-        alpha, d = self.cell(joint.alpha), self.cell(joint.d)
-        c, s = self._functions[COS](alpha), self._functions[SIN](alpha)
-        return [[1, 0, 0, d], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]]
+    @cached_property
+    def _known_screws(self) -> dict[str, tuple[Screw, Screw]]:
+        return {}
+
+    def _screw(self, angle: Any, shift: Any) -> Screw:
+        return self._functions[COS](angle), self._functions[SIN](angle), shift
 
 
 def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from functools import cached_property
 from string import ascii_lowercase
@@ -66,7 +66,7 @@ class Output:
 
     name: str
     shape: tuple[int, ...]
-    entries: tuple[Operand, ...]
+    entries: tuple[Operand, ...] = field(repr=False)
 
 
 class Statement(NamedTuple):
@@ -102,6 +102,11 @@ class Program:
     count_once: OperationCount
     constants: tuple[Expression, ...] = ()
     named_constants: tuple[NamedConstant, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return one line that tells its size: messages of failed tests print it."""
+        outputs = ", ".join(output.name for output in self.outputs)
+        return f"<Program of {outputs}: {len(self.once)} statements once, {len(self.statements)} each call>"
 
     @cached_property
     def nodes(self) -> list[Expression]:

@@ -53,7 +53,8 @@ def test_c_compiles_without_warnings_and_agrees_with_numpy(name: str, tmp_path: 
     p = np.array([values[one.name] for one in made.package.parameters], dtype=float)
     states = moderate_states(made.machine, 2)
     module = import_package(render_targets(made.package, ("numpy",)), tmp_path / "numpy")
-    library = compile_package(made.package, tmp_path / "c", flags=("-O0",), precision=DOUBLE)
+    in_double = files if precisions == (DOUBLE,) else None
+    library = compile_package(made.package, tmp_path / "c", in_double, flags=("-O0",), precision=DOUBLE)
     for model in made.models:
         wanted = numpy_code(module, p, stacked=True)(model, states)
         for batch in (False, True):

@@ -11,6 +11,7 @@ import numpy as np
 
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
@@ -36,7 +37,7 @@ class Code:
         self.values = rounded_values(parameter_values(machine), precision)
         self.traced = {name: trace(machine, name) for name in models}
         described = package(machine, list(self.traced.values()), ())
-        library = compile_package(described, folder, precision=precision, flags=flags)
+        library = compile_package(described, folder, render_c(described, precision), precision=precision, flags=flags)
         self._run = c_code(library, np.array([self.values[p.name] for p in described.parameters]))
 
     def results(self, model: str, states: States) -> ResultArrays:

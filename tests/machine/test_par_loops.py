@@ -465,7 +465,7 @@ def linkages(draw: st.DrawFn) -> Machine:
 
 
 @given(linkages())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_random_linkage_through_both_formats(machine: Machine) -> None:
     the_same_after_writing(machine)
 

@@ -41,7 +41,7 @@ def test_random_machine_through_toml(machine: Machine) -> None:
 
 
 @given(machines())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_random_machine_through_par(machine: Machine) -> None:
     assert par.read(par.write(machine), "") == machine
 

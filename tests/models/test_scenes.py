@@ -48,7 +48,7 @@ def f(text: object) -> Formula:
 def machines() -> tuple[Machine, ...]:
     trees = [
         random_machine(seed, joints=3 + seed % 6, symbolic=seed % 2 == 0, moving_base=seed % 3 == 0)
-        for seed in range(14)
+        for seed in range(8)
     ]
     return (*trees, chain(4, elastic=(2,), prismatic=(3,)), planar_2r(), two_children(symbolic=True))
 

@@ -22,7 +22,15 @@ from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Closing, Joint, Kind, Loop, Machine
 from tests.references.elimination import identity, independent_rows, least_squares, solve, zeros
-from tests.references.numbers_of_machine import Arithmetic, JointNumbers, MachineNumbers, Values, numbers_of
+from tests.references.numbers_of_machine import (
+    Arithmetic,
+    JointNumbers,
+    Known,
+    MachineNumbers,
+    Values,
+    names_of,
+    numbers_of,
+)
 from tests.references.series import FUNCTIONS, Series, coefficient, cos, sin
 
 DIGITS = 70
@@ -74,30 +82,35 @@ class Chain:
     @in_many_digits
     def __init__(self, machine: Machine, values: Values | None = None, number: Number = exact) -> None:
         self.machine = replace(machine, joints=tuple(map(_with_reflected_inertia, machine.joints)))
-        self.values = dict(values or {})
+        self.arithmetic = Arithmetic(number, +mp.pi, FUNCTIONS)
+        self.values = names_of(self.machine, self.arithmetic, values or {})
         self.own = self._names(machine.owners)
         self.independent = self._names(machine.moving)
         self.dependent = self._names(machine.dependent)
         self.motors = self._names(machine.motors)
         self.cuts = [_variable(joint) for joint in machine.joints if joint.kind is Kind.CUT and joint.sigma != 2]
         self.articulated = [j - 1 for j in machine.articulated]
-        self.arithmetic = Arithmetic(number, +mp.pi, FUNCTIONS)
-        self.constant = self._constant_rows()
-        self.before = {j: _before_joint(row) for j, row in self.constant.items()}
+        self.known = self._known()
+        self.before = {j: _before_joint(row) for j, row in self.known.rows.items()}
 
     def _names(self, joints: Sequence[int]) -> list[str]:
         return [_variable(self.machine.joint(j)) for j in joints]
 
     def numbers(self, variables: Variables) -> MachineNumbers:
         """The table, cells and stiffnesses evaluated at these values; own variables are not added yet."""
-        return numbers_of(self.machine, self.arithmetic, {**self.values, **variables}, self.constant)
+        return numbers_of(self.machine, self.arithmetic, {**self.values, **variables}, self.known)
 
-    def _constant_rows(self) -> dict[int, JointNumbers]:
-        """Rows (from 0) of which no cell is a formula of variables."""
+    def _known(self) -> Known:
+        """Rows (from 0) of which no cell is a formula of variables, and the cells of others that are none."""
         variables = dict.fromkeys([*self.own, *self.cuts], mpf(0))
         rows = numbers_of(self.machine, self.arithmetic, {**self.values, **variables}).joints
-        joints = enumerate(self.machine.joints)
-        return {j: rows[j] for j, joint in joints if not any(x.names & variables.keys() for _, x in cells(joint))}
+        joints = list(enumerate(self.machine.joints))
+        constant = {j: rows[j] for j, joint in joints if not any(x.names & variables.keys() for _, x in cells(joint))}
+        owners = (self.machine.base, *(joint for j, joint in joints if j not in constant))
+        formulas = [x for owner in owners for _, x in cells(owner) if not x.names & variables.keys()]
+        names = {"pi": self.arithmetic.pi, **self.values}
+        number = self.arithmetic.number
+        return Known(constant, {id(x): x.evaluate(names, self.arithmetic.functions, number) for x in formulas})
 
     def joint_values(self, numbers: MachineNumbers, variables: Variables) -> list[Any]:
         """q_j = F_j(x) of each row, from the cell that sigma selects; 0 at fixed frames."""
@@ -148,7 +161,10 @@ class Chain:
 
     def spring_energy(self, variables: Variables) -> Any:
         """Sum of k(x) (x - x0)^2 / 2 over the elastic joints."""
-        numbers, energy = self.numbers(variables), mpf(0)
+        energy = mpf(0)
+        if not self.machine.elastic:
+            return energy
+        numbers = self.numbers(variables)
         for j in self.machine.elastic:
             row = numbers.joints[j - 1]
             stretch = variables[_variable(self.machine.joint(j))] - row.neutral

@@ -40,7 +40,7 @@ class Multipliers:
         self.coupled_entries = [self.z_rows.index(j) for j in chain.articulated]
         joint_values = chain.joint_values(chain.numbers(self.at), self.at)
         self.z = np.array([joint_values[j] for j in self.z_rows], dtype=object)
-        self.frames = multiprecision._frames(self.tree, list(self.z))
+        self.frames = multiprecision._frames(self.tree, list(self.z), derivatives=0)
         self._constrain()
         self._move(np.array([mpf(rate) for rate in state.ud], dtype=object))
         self.inertia_of_tree = multiprecision._inertia_matrix(self.tree, self.frames)

@@ -96,13 +96,19 @@ def _transform(joint: JointNumbers, variable: Any) -> Any:
 
 
 def _about_z(angle: Any, shift: Any) -> Any:
-    c, s = sp.cos(angle), sp.sin(angle)
+    c, s = _cos_sin(angle)
     return sp.Matrix([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, shift], [0, 0, 0, 1]])
 
 
 def _about_x(angle: Any, shift: Any) -> Any:
-    c, s = sp.cos(angle), sp.sin(angle)
+    c, s = _cos_sin(angle)
     return sp.Matrix([[1, 0, 0, shift], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+
+def _cos_sin(angle: Any) -> tuple[Any, Any]:
+    """Of constant angles in more digits than are asked for: expressions of numbers are multiplied out."""
+    found = sp.cos(angle), sp.sin(angle)
+    return tuple(x.evalf(DIGITS + 15) for x in found) if angle.is_number else found
 
 
 def _pseudo_inertia(body: BodyNumbers) -> Any:

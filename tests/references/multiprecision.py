@@ -25,6 +25,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.models.once import once_for_each_machine
 from tests.references.elimination import identity, solve, zeros
 from tests.references.numbers_of_machine import (
     Arithmetic,
@@ -58,6 +59,15 @@ def _in_many_digits(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _read(machine: Machine, values: Values | None) -> MachineNumbers:
+    return _numbers(machine, values) if values else _own_numbers(machine)
+
+
+@once_for_each_machine
+def _own_numbers(machine: Machine) -> MachineNumbers:
+    return _numbers(machine, None)
+
+
+def _numbers(machine: Machine, values: Values | None) -> MachineNumbers:
     functions = {name: getattr(mpmath, name) for name in ("sin", "cos", "tan", "sqrt", "atan2")}
     return numbers_of(machine, Arithmetic(_number, +mp.pi, functions), values)
 
@@ -69,13 +79,14 @@ def _read(machine: Machine, values: Values | None) -> MachineNumbers:
 def geometric_model(machine: Machine, q: Numbers, values: Values | None = None) -> list[list[list[Any]]]:
     """0Tj [1] of every frame in table order, fixed ones too: 4x4."""
     numbers = _read(machine, values)
-    return [_list(frame.transform) for frame in _frames(numbers, q)]
+    return [_list(frame.transform) for frame in _frames(numbers, q, derivatives=0)]
 
 
 @_in_many_digits
 def velocities(machine: Machine, q: Numbers, qd: Numbers, values: Values | None = None) -> list[list[Any]]:
     """V_j = [v ; w] of every frame, linear first, in frame j."""
-    return [[*(f.rotation.T @ f.v), *(f.rotation.T @ f.w)] for f in _frames(_read(machine, values), q, qd)]
+    frames = _frames(_read(machine, values), q, qd, derivatives=1)
+    return [[*(f.rotation.T @ f.v), *(f.rotation.T @ f.w)] for f in frames]
 
 
 @_in_many_digits
@@ -90,7 +101,7 @@ def accelerations(
 def inertia_matrix(machine: Machine, q: Numbers, values: Values | None = None) -> list[list[Any]]:
     """A(q) of [8], rotor inertias on the diagonal: n x n."""
     numbers = _read(machine, values)
-    return _list(_inertia_matrix(numbers, _frames(numbers, q)))
+    return _list(_inertia_matrix(numbers, _frames(numbers, q, derivatives=0)))
 
 
 @_in_many_digits
@@ -111,7 +122,7 @@ def bias_forces(machine: Machine, q: Numbers, qd: Numbers, values: Values | None
 def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, values: Values | None = None) -> list[Any]:
     """qdd, n entries, from A qdd = Gamma - H with the motors' tau, the springs' forces, and 0 at passive joints."""
     numbers = _read(machine, values)
-    inertia = _inertia_matrix(numbers, _frames(numbers, q))
+    inertia = _inertia_matrix(numbers, _frames(numbers, q, derivatives=0))
     forces = _joint_forces(numbers, q, qd)
     for k, motor_torque in zip(numbers.motors, tau, strict=True):
         forces[k] = _number(motor_torque)
@@ -124,7 +135,7 @@ def inverse_dynamics(
 ) -> tuple[list[Any], list[Any]]:
     """(tau of the motors, qdd of all joints) by the partition [11]: Aee qdd_e = Gamma_e - He - Aer qdd_r."""
     numbers = _read(machine, values)
-    inertia, bias = _inertia_matrix(numbers, _frames(numbers, q)), _generalized_forces(numbers, q, qd)
+    inertia, bias = _inertia_matrix(numbers, _frames(numbers, q, derivatives=0)), _generalized_forces(numbers, q, qd)
     rigid, soft = numbers.motors, numbers.among_moving(Kind.ELASTIC, Kind.PASSIVE)
     qdd = zeros(len(numbers.moving))
     for k, acceleration in zip(rigid, qdd_motor, strict=True):
@@ -140,12 +151,13 @@ def reaction_wrenches(
     """f_j = [force ; moment] on body j through joint j [35], in frame j about its origin: all it carries."""
     numbers = _read(machine, values)
     frames = _frames(numbers, q, qd, qdd)
+    needed = [_needed_wrench(joint, f, numbers.base) for joint, f in zip(numbers.joints, frames, strict=True)]
     reactions = []
     for j, frame in enumerate(frames):
         force, moment = zeros(3), zeros(3)
         for i in range(j, len(frames)):
             if j in _path(numbers, i):
-                f, m = _needed_wrench(numbers.joints[i], frames[i], numbers.base)
+                f, m = needed[i]
                 force, moment = force + f, moment + m + _cross(frames[i].p - frame.p, f)
         reactions.append([*(frame.rotation.T @ force), *(frame.rotation.T @ moment)])
     return reactions
@@ -154,31 +166,32 @@ def reaction_wrenches(
 # Motion of the frames, in frame 0
 
 
-@dataclass(frozen=True)
-class _Series:
-    """A 4x4 matrix and its first two derivatives in time."""
-
-    value: Array
-    first: Array
-    second: Array
+class _Series(tuple[Array, ...]):
+    """A 4x4 matrix and its first derivatives in time, two at most."""
 
     def __matmul__(self, other: _Series) -> _Series:
-        return _Series(
-            self.value @ other.value,
-            self.first @ other.value + self.value @ other.first,
-            self.second @ other.value + 2 * (self.first @ other.first) + self.value @ other.second,
+        leibniz = (
+            lambda: _product(self[0], other[0]),
+            lambda: _product(self[1], other[0]) + _product(self[0], other[1]),
+            lambda: _product(self[2], other[0]) + 2 * _product(self[1], other[1]) + _product(self[0], other[2]),
         )
+        return _Series(leibniz[k]() for k in range(len(self)))
+
+
+def _product(one: Array, other: Array) -> Array:
+    """The product of 4x4 matrices of which the first has a last row of zeros but for its last entry."""
+    return np.concatenate([one[:3] @ other, one[3, 3] * other[3:]])
 
 
 @dataclass(frozen=True)
 class _Frame:
-    """Position, velocity and acceleration of a frame, everything in frame 0."""
+    """Position, velocity and acceleration of a frame, everything in frame 0; what was not asked for is not there."""
 
     transform: Array
-    v: Array
-    w: Array
-    a: Array
-    wd: Array
+    v: Array | None = None
+    w: Array | None = None
+    a: Array | None = None
+    wd: Array | None = None
 
     @property
     def rotation(self) -> Array:
@@ -189,14 +202,17 @@ class _Frame:
         return self.transform[:3, 3]
 
 
-def _frames(numbers: MachineNumbers, q: Numbers, qd: Numbers | None = None, qdd: Numbers | None = None) -> list[_Frame]:
-    """Motion of every frame; rates that are not given are zero."""
+def _frames(
+    numbers: MachineNumbers, q: Numbers, qd: Numbers | None = None, qdd: Numbers | None = None, derivatives: int = 2
+) -> list[_Frame]:
+    """Positions of every frame and their derivatives in time; rates that are not given are zero."""
     still = [0] * len(numbers.moving)
     rows = [[_number(x) for x in _checked(numbers, entries)] for entries in (q, qd or still, qdd or still)]
     rows = [spread(numbers, entries, mpf(0)) for entries in rows]
+    base = _Series(_base_motion(numbers.base)[: derivatives + 1])
     series: list[_Series] = []
     for joint, *motion in zip(numbers.joints, *rows, strict=True):
-        before = series[joint.antecedent - 1] if joint.antecedent else _base_motion(numbers.base)
+        before = series[joint.antecedent - 1] if joint.antecedent else base
         series.append(before @ _joint_transform(joint, *motion))
     return [_frame(transform) for transform in series]
 
@@ -209,27 +225,38 @@ def _checked(numbers: MachineNumbers, entries: Numbers) -> Numbers:
 
 def _frame(series: _Series) -> _Frame:
     """R'' R^T = hat(wd) + hat(w)^2, whose second term is symmetric."""
-    rotation, rate, acceleration = (matrix[:3, :3] for matrix in (series.value, series.first, series.second))
-    return _Frame(
-        series.value,
-        series.first[:3, 3],
-        _axial(rate @ rotation.T),
-        series.second[:3, 3],
-        _axial(acceleration @ rotation.T),
-    )
+    back = series[0][:3, :3].T
+    motion = [x for rate in series[1:] for x in (rate[:3, 3], _axial(rate[:3, :3] @ back))]
+    return _Frame(series[0], *motion)
 
 
 def _joint_transform(joint: JointNumbers, q: Any, qd: Any, qdd: Any) -> _Series:
-    """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1] and its derivatives."""
-    before = _about_z(joint.gamma, joint.b) @ _about_x(joint.alpha, joint.d)
-    turned = mpf(joint.sigma == 0)
-    moved = mpf(joint.sigma == 1)
-    value = _about_z(joint.theta + turned * q, joint.r + moved * q)
-    turn, move = zeros(4, 4), zeros(4, 4)  # d/dt Screw(z; theta, r) = (turn theta' + move r') Screw
-    turn[1, 0], turn[0, 1], move[2, 3] = mpf(1), mpf(-1), mpf(1)
-    spin = turn * turned + move * moved
-    turning, twice = spin @ value, spin @ spin @ value
-    return _Series(before @ value, before @ (turning * qd), before @ (turning * qdd + twice * qd**2))
+    """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1] and its derivatives.
+
+    By columns: x' = y theta', y' = -x theta', p' = z r'.
+    """
+    x, y, z, p = _before_joint(joint).T
+    o = zeros(4)
+    theta, r = joint.theta + (q if joint.sigma == 0 else 0), joint.r + (q if joint.sigma == 1 else 0)
+    c, s = mpmath.cos(theta), mpmath.sin(theta)
+    x, y, p = x * c + y * s, y * c - x * s, p + z * r
+    first = {0: (y, -x, o, o), 1: (o, o, o, z)}.get(joint.sigma, (o, o, o, o))
+    second = (-x, -y, o, o) if joint.sigma == 0 else (o, o, o, o)
+    value, slope, curve = (np.array(columns, dtype=object).T for columns in ((x, y, z, p), first, second))
+    return _Series((value, slope * qd, slope * qdd + curve * qd**2))
+
+
+def _before_joint(joint: JointNumbers) -> Array:
+    """Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d), multiplied out."""
+    (cg, sg), (ca, sa) = ((mpmath.cos(angle), mpmath.sin(angle)) for angle in (joint.gamma, joint.alpha))
+    o = mpf(0)
+    rows = [
+        [cg, -sg * ca, sg * sa, cg * joint.d],
+        [sg, cg * ca, -cg * sa, sg * joint.d],
+        [o, sa, ca, joint.b],
+        [o, o, o, mpf(1)],
+    ]
+    return np.array(rows, dtype=object)
 
 
 def _base_motion(base: BaseNumbers) -> _Series:
@@ -237,21 +264,7 @@ def _base_motion(base: BaseNumbers) -> _Series:
     spin = _hat(base.angular_velocity)
     first[:3, :3], first[:3, 3] = spin, base.velocity
     second[:3, :3], second[:3, 3] = _hat(base.angular_acceleration) + spin @ spin, base.acceleration
-    return _Series(value, first, second)
-
-
-def _about_z(angle: Any, shift: Any) -> Array:
-    c, s = mpmath.cos(angle), mpmath.sin(angle)
-    transform = identity(4)
-    transform[0, 0], transform[0, 1], transform[1, 0], transform[1, 1], transform[2, 3] = c, -s, s, c, shift
-    return transform
-
-
-def _about_x(angle: Any, shift: Any) -> Array:
-    c, s = mpmath.cos(angle), mpmath.sin(angle)
-    transform = identity(4)
-    transform[1, 1], transform[1, 2], transform[2, 1], transform[2, 2], transform[0, 3] = c, -s, s, c, shift
-    return transform
+    return _Series((value, first, second))
 
 
 # Forces and inertias, in frame 0
@@ -268,24 +281,34 @@ def _path(numbers: MachineNumbers, j: int) -> list[int]:
 def _jacobian(numbers: MachineNumbers, frames: list[_Frame], j: int) -> tuple[Array, Array]:
     """(Jp, Jw), 3 x n each: velocity of the origin of frame j and angular velocity, in frame 0."""
     linear, angular = zeros(3, len(numbers.moving)), zeros(3, len(numbers.moving))
-    path = set(_path(numbers, j))
-    for column, k in enumerate(numbers.moving):
-        axis = frames[k].rotation[:, 2]
-        if k in path and numbers.joints[k].sigma == 1:
-            linear[:, column] = axis
-        elif k in path:
-            linear[:, column], angular[:, column] = _cross(axis, frames[j].p - frames[k].p), axis
+    columns, *parts = _columns(numbers, frames, j)
+    linear[:, columns], angular[:, columns] = parts
     return linear, angular
+
+
+def _columns(numbers: MachineNumbers, frames: list[_Frame], j: int) -> tuple[list[int], Array, Array]:
+    """Columns of (Jp, Jw) that are not zero, and which of the n they are: joints on the path from the base."""
+    path = set(_path(numbers, j))
+    columns = [(column, k) for column, k in enumerate(numbers.moving) if k in path]
+    linear, angular = zeros(3, len(columns)), zeros(3, len(columns))
+    for column, (_, k) in enumerate(columns):
+        axis = frames[k].rotation[:, 2]
+        if numbers.joints[k].sigma == 1:
+            linear[:, column] = axis
+        else:
+            linear[:, column], angular[:, column] = _cross(axis, frames[j].p - frames[k].p), axis
+    return [column for column, _ in columns], linear, angular
 
 
 def _inertia_matrix(numbers: MachineNumbers, frames: list[_Frame]) -> Array:
     """2 T = sum_j M v.v + 2 v.(w x MS) + w.J w, with v = Jp qd and w = Jw qd, plus Ia qd^2."""
-    matrix = np.diag([numbers.joints[k].rotor_inertia for k in numbers.moving])
+    matrix = np.diag(np.array([numbers.joints[k].rotor_inertia for k in numbers.moving], dtype=object))
     for j, (joint, frame) in enumerate(zip(numbers.joints, frames, strict=True)):
-        linear, angular = _jacobian(numbers, frames, j)
+        columns, linear, angular = _columns(numbers, frames, j)
         coupling = linear.T @ _hat(frame.rotation @ joint.body.first_moment) @ angular
         inertia = frame.rotation @ joint.body.inertia @ frame.rotation.T
-        matrix = matrix + (linear.T @ linear) * joint.body.mass - coupling - coupling.T + angular.T @ inertia @ angular
+        part = (linear.T @ linear) * joint.body.mass - coupling - coupling.T + angular.T @ inertia @ angular
+        matrix[np.ix_(columns, columns)] += part
     return matrix
 
 
@@ -312,9 +335,9 @@ def _generalized_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers, qdd: N
         dtype=object,
     )
     for j, (joint, frame) in enumerate(zip(numbers.joints, frames, strict=True)):
-        linear, angular = _jacobian(numbers, frames, j)
+        columns, linear, angular = _columns(numbers, frames, j)
         force, moment = _needed_wrench(joint, frame, numbers.base)
-        forces = forces + linear.T @ force + angular.T @ moment
+        forces[columns] += linear.T @ force + angular.T @ moment
     return forces
 
 

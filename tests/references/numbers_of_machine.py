@@ -105,6 +105,14 @@ class MachineNumbers:
         return self.among_moving(Kind.MOTOR)
 
 
+@dataclass(frozen=True)
+class Known:
+    """What need not be found again: rows (from 0), and numbers by the `id` of formulas that outlive them."""
+
+    rows: Mapping[int, JointNumbers]
+    cells: Mapping[int, Any]
+
+
 def spread(machine: MachineNumbers, q: Any, zero: Any) -> list[Any]:
     """One entry a row of the table, from one entry a moving joint."""
     entries = iter(q)
@@ -115,24 +123,21 @@ def numbers_of(
     machine: Machine,
     arithmetic: Arithmetic = FLOATS,
     values: Values | None = None,
-    known: Mapping[int, JointNumbers] | None = None,
+    known: Known = Known({}, {}),
 ) -> MachineNumbers:
-    """The machine in numbers; `values` go before those that the machine gives. `ValueError` names what has none.
-
-    Rows (from 0) that are `known` already are taken as they are.
-    """
-    names = _names(machine, arithmetic, values or {})
+    """The machine in numbers; `values` go before those that the machine gives. `ValueError` names what has none."""
+    names = names_of(machine, arithmetic, values or {})
 
     def number(formula: Formula) -> Any:
-        return _evaluate(formula, names, arithmetic)
+        found = known.cells.get(id(formula))
+        return _evaluate(formula, names, arithmetic) if found is None else found
 
     def vector(formulas: tuple[Formula, ...]) -> Array:
         return np.array([number(formula) for formula in formulas])
 
     base = BaseNumbers(*(vector(getattr(machine.base, entry.name)) for entry in fields(Base)))
     floating = _body(machine.floating.body, number, vector) if machine.floating else None
-    found = known or {}
-    rows = [found[j] if j in found else _joint(joint, number, vector) for j, joint in enumerate(machine.joints)]
+    rows = [known.rows.get(j) or _joint(joint, number, vector) for j, joint in enumerate(machine.joints)]
     return MachineNumbers(rows, base, floating)
 
 
@@ -161,7 +166,7 @@ def _body(body: Body, number: Scalar, vector: Vector) -> BodyNumbers:
     return BodyNumbers(mass, moments * mass, inertia + shift * mass)
 
 
-def _names(machine: Machine, arithmetic: Arithmetic, values: Values) -> dict[str, Any]:
+def names_of(machine: Machine, arithmetic: Arithmetic, values: Values) -> dict[str, Any]:
     """Values of the parameters; those that the machine gives may refer to other parameters."""
     names = {name: arithmetic.number(value) for name, value in values.items()}
     given = {p.name: p.value for p in machine.parameters if p.value is not None and p.name not in names}

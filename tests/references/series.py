@@ -31,7 +31,7 @@ class Series:
         if not isinstance(other, Series):
             return Series([a * other for a in self.coefficients])
         a, b = self.coefficients, other.coefficients
-        return Series([sum((a[i] * b[n - i] for i in range(n + 1)), mpf(0)) for n in range(len(a))])
+        return Series([sum((a[i] * b[n - i] for i in range(1, n + 1)), a[0] * b[n]) for n in range(len(a))])
 
     def __truediv__(self, other: Any) -> Series:
         if not isinstance(other, Series):

@@ -1,4 +1,4 @@
-"""The references agree with each other, with Lagrange's equations and with closed forms."""
+"""The references agree with each other and with closed forms; `models/test_dynamics.py` has Lagrange's."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from mpmath import cos, mpf, sin
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine
 from tests.references import multiprecision as reference
-from tests.references.lagrange import lagrange
 from tests.references.random_machines import (
     chain,
     first_joint_elastic,
@@ -142,29 +141,6 @@ def test_velocities_and_accelerations_are_derivatives_of_positions(seed: int) ->
             assert worst(a[:3], rotation.T @ second[j, :3, 3]) < 1e-20
             spin = rotation.T @ second[j, :3, :3]
             assert worst(a[3:], [(spin[k, i] - spin[i, k]) / 2 for i, k in ((1, 2), (2, 0), (0, 1))]) < 1e-20
-
-
-SMALL = [
-    pytest.param(planar_2r(), id="planar 2R"),
-    pytest.param(chain(3), id="generic 3R"),
-    pytest.param(chain(3, prismatic=(2,), symbolic=False), id="RPR"),
-    *(
-        pytest.param(
-            random_machine(seed, joints=rows, friction=False, wrenches=False, moving_base=moving),
-            id=f"tree {seed}, {'moving' if moving else 'still'} base",
-        )
-        for seed, rows, moving in ((1, 4, False), (2, 3, True))
-    ),
-]
-
-
-@pytest.mark.parametrize("machine", SMALL)
-def test_multiprecision_against_lagrange(machine: Machine) -> None:
-    inertia, bias = lagrange(machine)
-    for seed in range(2):
-        q, qd, _ = random_state(machine, seed)
-        assert worst(inertia(q), reference.inertia_matrix(machine, q)) < TOLERANCE_50_DIGITS
-        assert worst(bias(q, qd), reference.bias_forces(machine, q, qd)) < TOLERANCE_50_DIGITS
 
 
 @pytest.mark.parametrize("elastic", [(), (2,), (1,)])
