@@ -32,7 +32,7 @@ from symoro_elastic.errors import InputError
 @click.group(cls=SectionedGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="symoro-elastic")
 def cli() -> None:
-    """Symbolic models of robots and machine tools with elastic joints, as standalone numpy and C code.
+    """Symbolic models of robots and machine tools with elastic joints, as standalone code: numpy, C and others.
 
     MACHINE is a .toml file, a SYMORO .par, a .urdf or MuJoCo's .xml.
     """

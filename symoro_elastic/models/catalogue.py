@@ -103,7 +103,9 @@ def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True
 
 def in_form(name: str, form: str) -> Model:
     """The model of this name, through the inertia matrix where it has that form and is asked for in it."""
-    return replace(BY_INERTIA[name], name=name) if form == INERTIA and name in BY_INERTIA else MODELS[name]
+    if form != INERTIA or name not in BY_INERTIA:
+        return MODELS[name]
+    return replace(BY_INERTIA[name], name=name, title=f"{MODELS[name].title} through the inertia matrix")
 
 
 def _refuse_on_floating_base(machine: Machine, name: str) -> None:
