@@ -283,7 +283,7 @@ def test_words_of_templates_are_reserved_or_avoided(name: str, precision: Precis
 def text_arrays() -> tuple[str, ...]:
     """Arguments and results: names that a user cannot take either, or that the names of users give way to."""
     return (
-        *("q", "qd", "qdd", "tau", "qdd_motor", "A", "H", "T", "J", "V", "Vd", "f", "E", "Y", "h", "X"),
+        *("q", "qd", "qdd", "tau", "qdd_motor", "A", "H", "T", "J", "V", "Vd", "f", "E", "Y", "h", "X", "A_packed"),
         *(row.name for row in OF_TIME_STEPS),
     )
 

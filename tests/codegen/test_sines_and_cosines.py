@@ -22,7 +22,7 @@ SIDE_BY_SIDE = 16
 REORDERED = ("-O2", "-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math")
 EXACT = ("-O2", "-mfma"), ("-O3",), ("-O3", "-DLANES"), REORDERED
 FLAGS = *EXACT, ("-O2", "-DTEST_LIBM"), ("-O2", "-DTEST_LIBM", "-DLANES")
-NAMES = {"name": "test", "macro": "TEST", "has_angles": True, "called": {}, "functions": ()}
+NAMES = {"name": "test", "macro": "TEST", "has_angles": True, "called": {}, "functions": (), "has_rows": False}
 SCALAR = """
 void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosine)
 {
