@@ -194,8 +194,8 @@ def generate(
     With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
     models of its own. Raises `InputError`; nothing is written then.
     """
-    scene, form = in_form(machine, scene, announce)
     texts = [name for name in targets if name in TARGETS]
+    scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools)] if texts else []
     if fmu.NAME in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
@@ -261,6 +261,13 @@ def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothin
         refuse_degenerate(machine, scene)
         announce("compare forms")
     return with_form(machine, scene)
+
+
+def _of_unit(machine: Machine) -> Machine:
+    """The machine whose models an FMU holds."""
+    from symoro_elastic.fmu.programs import parametrized
+
+    return parametrized(machine)
 
 
 def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> _Made:

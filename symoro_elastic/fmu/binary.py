@@ -10,6 +10,7 @@ from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, c
 from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.errors import InputError
+from symoro_elastic.fmu.sources import interface_file
 
 MOST_OPTIMISED = 20_000
 """Statements of a function that are compiled at -O2 in half a minute; longer ones at -O1."""
@@ -30,7 +31,7 @@ def compiled(package: Package, sources: Files, version: int) -> bytes | None:
     longest = max(len(f.program.once) + len(f.program.statements) for f in package.functions)
     level = "-O2" if longest <= MOST_OPTIMISED else "-O1"
     flags = (level, "-ffp-contract=off", "-fvisibility=hidden", "-Wno-error")
-    names = [f"{package.name}.c", f"fmi{version}.c"]
+    names = [f"{package.name}.c", interface_file(version)]
     with tempfile.TemporaryDirectory(prefix="symoro_elastic_") as folder:
         try:
             return compile_library(sources, Path(folder), flags=flags, sources=names).read_bytes()

@@ -55,9 +55,8 @@ def unit_of(machine: Machine, scene: Scene, options: Options, announce: Announce
     announce("compile")
     binary = compiled(programs.package, sources, options.version)
     files = _files(programs.package.name, description, sources, binary, options.version)
-    notes = [f"it does not start in equilibrium: {start.note}"] if start.note else []
-    notes += [] if binary else [WITHOUT_BINARY]
-    return MockUpUnit(packed(files), programs, tuple(notes))
+    notes = (*start.notes, *(() if binary else (WITHOUT_BINARY,)))
+    return MockUpUnit(packed(files), programs, notes)
 
 
 def _texts(machine: Machine, programs: Programs, start: Start, version: int) -> tuple[Files, str]:

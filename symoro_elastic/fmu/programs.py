@@ -14,7 +14,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import folded, restricted
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, points_of, trace, trace_of
+from symoro_elastic.models.catalogue import in_form, points_of, trace, trace_of
 from symoro_elastic.models.directional_derivatives import directional_derivative
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
@@ -34,10 +34,11 @@ WITH_DERIVATIVES, WITH_STIFFNESSES = "rodas4", "w3"
 
 @dataclass(frozen=True)
 class NamedCell:
-    """A number of the table as a parameter: its name, `ram.mass`, and what it is."""
+    """A number of the table as a parameter: its name, `ram.mass`, what it is, and its column, `mass`."""
 
     name: str
     meaning: str
+    quantity: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,12 +61,12 @@ class Programs:
 @no_collection()
 def programs_of(machine: Machine, scene: Scene) -> Programs:
     """Return the functions of a machine restricted to a scene."""
-    whole = freed(machine, FREED, reserved_words())
+    whole = parametrized(machine)
     made, constants = restricted(whole, scene), folded(whole, scene)
     method = method_of(made)
     frames = asked_frames(made, scene)
     bound, placed = Bound(made, constants), Bound(made, constants, points_of(frames))
-    model = MODELS[ACCELERATIONS]
+    model = in_form(ACCELERATIONS, scene.form)
     traces = {bound: trace_of(model, bound, model.run(bound, made.moving))}
     outputs = outputs_of(placed, frames)
     if outputs:
@@ -77,6 +78,11 @@ def programs_of(machine: Machine, scene: Scene) -> Programs:
     written = replace(asked.package, steps_by_torque=True)
     named = _named_cells(machine, whole)
     return Programs(made, named, written, method, tuple(outputs), tuple(traces.values()), tuple(models))
+
+
+def parametrized(machine: Machine) -> Machine:
+    """Return the machine with the numbers of its bodies and springs as parameters."""
+    return freed(machine, FREED, reserved_words())
 
 
 def method_of(machine: Machine) -> Method:
@@ -99,7 +105,7 @@ def _named_cells(before: Machine, after: Machine) -> dict[str, NamedCell]:
     named = [(joint, cell, str(formula.tree[1])) for joint, cell, formula in found if formula.tree[0] == "name"]
     new = {parameter.name for parameter in after.parameters} - known
     return {
-        name: NamedCell(f"{joint.name}.{cell.name}", f"{cell.label} of {joint.name}")
+        name: NamedCell(f"{joint.name}.{cell.name}", f"{cell.label} of {joint.name}", cell.name)
         for joint, cell, name in named
         if name in new
     }

@@ -19,6 +19,8 @@ from symoro_elastic.integration.methods import Method
 
 TOLERANCE, FINEST = "1e-10", "1e-14"
 """Relative tolerance of co-simulation: unless the importer gives one, and at least."""
+MOST_STEPS = 1_000_000
+"""Inside one communication step, those that are taken again among them."""
 STATE = {"q": "Q", "qd": "QD", "tau": "INPUT", "p": "P"}
 RESULTS = {"qdd": "DER_QD", "y": "Y", "dqdd": "DER_QD", "dy": "Y"}
 LOCAL = {"q_dep_out": "closed", "residual": "residual"}
@@ -39,7 +41,12 @@ class _Constants:
 def sources_of(package: Package, layout: Layout, start: Start, method: Method, version: int, token: str) -> Files:
     """Return the sources of an FMU by name; `token` is what its description calls it by."""
     text = c_text(package)
-    return {**files_of(text), f"fmi{version}.c": _interface(package, text, layout, start, method, version, token)}
+    return {**files_of(text), interface_file(version): _interface(package, text, layout, start, method, version, token)}
+
+
+def interface_file(version: int) -> str:
+    """Return the name of the file with the interface; no machine has it, for its hyphen."""
+    return f"interface-fmi{version}.c"
 
 
 def _interface(
@@ -79,6 +86,7 @@ def _interface(
             exponent=_exponent(method),
             fastest=f"{start.fastest:.2e}",
             tolerance=TOLERANCE,
+            most_steps=MOST_STEPS,
             finest=FINEST,
         )
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,20 +13,27 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.vibration.equilibrium import equilibrium, starting_point
 
+ROUNDING = 1e-14
+"""Of the largest torque: what is less holds nothing."""
+NEAR = 1e-9
+"""Distance, rad or m, of a position that is the one that was asked for."""
 EARTH = 9.81
 """Acceleration, m/s2, that stands for gravity where a machine has none."""
 LEAST_SPEED = 1.0
 """Of the fastest motion, rad/s, where nothing vibrates."""
 PERIODS = 10
 """Of the slowest vibration, over which a simulation usually goes."""
+MOST_PERIODS = 1000
+"""Of the fastest vibration: importers allow solvers some hundred steps between a thousand times of output."""
 
 
 @dataclass(frozen=True)
 class Start:
     """Where an FMU starts: q and nominal positions and velocities (n,), q_dep (d,), torques (m,), SI units, radians.
 
-    `fastest` is the largest magnitude of a pole, rad/s; `duration` a few periods of the slowest vibration, s. `note`
-    says why this is no equilibrium, where it is none.
+    `fastest` is the largest magnitude of a pole, rad/s; `duration` a few periods of the slowest vibration, at most
+    `MOST_PERIODS` of the fastest, s. `notes`
+    say why this is no equilibrium, where it is none, and which joints do not start where they were asked to.
     """
 
     q: Array
@@ -36,19 +43,21 @@ class Start:
     velocities: Array
     fastest: float
     duration: float
-    note: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     """Return the start of a machine whose motors stand `at` positions, rad or m, 0 or that of its motion unless given.
 
-    Torques hold the motors. Where nothing supports some joint, all stand where their springs are neutral, without
-    torques. Raises `InputError` for joints that do not exist.
+    Torques hold the motors. For other joints `at` is where the search for their equilibrium begins. Where none is
+    found, all stand `at` positions, else where their springs are neutral, without torques. Raises `InputError` for
+    joints that do not exist.
     """
     motion = EquationsOfMotion(machine)
     given = machine.motions[0].start if machine.motions else {}
     known = {name: x for name, x in given.items() if name in motion.names}
-    state, note = _state(motion, {**known, **at})
+    state, notes = _state(motion, {**known, **at})
+    notes += _elsewhere(motion, state, at)
     own = motion.own_positions(state.q)
     M, _, K = motion.matrices("MDK", state.q, state.qd, state.qdd, state.torques)
     size, g = _size(motion), _gravity(motion)
@@ -57,6 +66,7 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     chosen = [(positions[moving[j]], rates[moving[j]]) if j in moving else (1.0, 1.0) for j in machine.moving]
     speeds = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
     fastest, slowest = max(speeds.max(initial=0.0), LEAST_SPEED), speeds[speeds > LEAST_SPEED].min(initial=np.inf)
+    duration = PERIODS * 2 * np.pi / slowest if np.isfinite(slowest) else 1.0
     return Start(
         np.array([own[j] for j in machine.moving]),
         np.array([own[j] for j in machine.dependent]),
@@ -64,20 +74,49 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
         np.array([x for x, _ in chosen]),
         np.array([x * w for x, w in chosen]),
         float(fastest),
-        float(PERIODS * 2 * np.pi / slowest) if np.isfinite(slowest) else 1.0,
-        note,
+        float(min(duration, MOST_PERIODS * 2 * np.pi / fastest)),
+        tuple(notes),
     )
 
 
-def _state(motion: EquationsOfMotion, at: Mapping[str, float]) -> tuple[State, str]:
-    """Return the equilibrium; without one the neutral positions at rest, and why."""
+def _state(motion: EquationsOfMotion, at: Mapping[str, float]) -> tuple[State, list[str]]:
+    """Return the equilibrium; without one the place where the search began, at rest, and why."""
     q = starting_point(motion, at)
     motion.refuse_open(q)
     try:
-        return equilibrium(motion, at), ""
+        return _rounded(motion, equilibrium(motion, at), q), []
     except InputError as error:
         zero = np.zeros_like(q)
-        return State(q, zero, zero, zero, np.zeros(len(motion.motor_names))), error.what.partition(";")[0]
+        why = f"it does not start in equilibrium: {error.what.partition(';')[0]}"
+        return State(q, zero, zero, zero, np.zeros(len(motion.motor_names))), [why]
+
+
+def _rounded(motion: EquationsOfMotion, state: State, begun: Array) -> State:
+    """Return an equilibrium with passive turns within half a turn of where they began, and no torques of rounding."""
+    q = state.q.copy()
+    for k, joint in enumerate(motion.joints):
+        if joint.kind is Kind.PASSIVE and joint.sigma == 0 and not _is_shared(motion, k):
+            q[k] -= 2 * np.pi * np.round((q[k] - begun[k]) / (2 * np.pi))
+    torques = np.where(np.abs(state.torques) > ROUNDING * np.abs(state.tau).max(initial=0.0), state.torques, 0.0)
+    return replace(state, q=q, torques=torques)
+
+
+def _is_shared(motion: EquationsOfMotion, k: int) -> bool:
+    """Return whether other joints move with a variable, by a ratio that a turn more would not leave as it is."""
+    one = motion.joints[k]
+    return any(str(one.variable) in joint.selected.names for joint in motion.machine.joints if joint.name != one.name)
+
+
+def _elsewhere(motion: EquationsOfMotion, state: State, at: Mapping[str, float]) -> list[str]:
+    """Return a line for each joint without a motor that starts elsewhere than `at`."""
+    found = []
+    for name, x in at.items():
+        k = motion.index(name, "--at")
+        if abs(state.q[k] - x) > NEAR * max(abs(x), 1.0):
+            unit = motion.joints[k].unit
+            what = f"{name} starts in equilibrium at {state.q[k]:.6g} {unit}, the search began at {x:g} {unit}"
+            found.append(f"--at: {what}: only motors are held")
+    return found
 
 
 def _natural(motion: EquationsOfMotion, matrices: tuple[Array, Array], size: float, g: float) -> tuple[Array, Array]:

@@ -13,6 +13,8 @@ from symoro_elastic.machine.machine import Joint
 from symoro_elastic.quantities.units import in_base_units
 
 WRENCH = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m"))
+NOT_NEGATIVE = ("mass", "stiffness")
+"""Quantities whose variables have a least value."""
 DIGITS = 2
 """Of nominal values."""
 
@@ -33,6 +35,7 @@ class Variable:
     initial: str = ""
     start: str | None = None
     nominal: str | None = None
+    minimum: str | None = None
     derivative_of: int | None = None
 
     @property
@@ -161,7 +164,8 @@ def _parameters(programs: Programs) -> Iterator[Variable]:
         cell = programs.cells.get(one.name, NamedCell(one.name, f"parameter {one.name}"))
         name = f"parameter.{cell.name}" if cell.name in taken else cell.name
         unit = _unit(units.get(one.name, ""))
-        yield Variable(name, 0, unit, cell.meaning, "parameter", "tunable", "exact", _number(one.value))
+        least = "0.0" if cell.quantity in NOT_NEGATIVE and one.value >= 0 else None
+        yield Variable(name, 0, unit, cell.meaning, "parameter", "tunable", "exact", _number(one.value), minimum=least)
 
 
 def _unit(text: str) -> str:

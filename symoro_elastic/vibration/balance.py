@@ -37,7 +37,7 @@ def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[i
         return settled
     unbalanced = _unbalanced(motion, q, tau, sought)
     if unbalanced is not None:
-        raise _none(motion, unbalanced, sought)
+        raise _unsupported(motion, unbalanced, sought, "none was found from here")
     _refuse_far(motion, q, start)
     return q
 
@@ -121,15 +121,24 @@ def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
 
 
 def _refuse_unsupported(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> None:
-    """Raise `InputError` for loads on coordinates that no force of the machine depends on."""
-    if not sought:
-        return
-    forces, stiffness = motion.forces_and_stiffness(q)
-    free = [k for k in sought if not stiffness[k, sought].any() and not stiffness[sought, k].any()]
+    """Raise `InputError` for loads on coordinates that no force depends on: at q, and a little further along them.
+
+    A pendulum that stands out level has no stiffness there, and some beside.
+    """
+    free = _without_stiffness(motion, q, sought, sought)
+    beside = q.copy()
+    beside[free] += NUDGE
+    free = _without_stiffness(motion, beside, free, sought) if free else []
     loaded = np.zeros_like(q)
-    loaded[free] = (forces - tau)[free]
+    loaded[free] = (motion.forces_and_stiffness(q)[0] - tau)[free]
     if np.max(np.abs(loaded), initial=0.0) > RESIDUAL * _largest_force(motion, q, tau):
-        raise _none(motion, loaded, sought)
+        raise _unsupported(motion, loaded, sought, "there is none")
+
+
+def _without_stiffness(motion: EquationsOfMotion, q: Array, among: list[int], sought: list[int]) -> list[int]:
+    """Return the coordinates `among` those sought whose rows and columns of stiffness are zero at q."""
+    stiffness = motion.forces_and_stiffness(q)[1] if among else np.zeros((0, 0))
+    return [k for k in among if not stiffness[k, sought].any() and not stiffness[sought, k].any()]
 
 
 def _refuse_far(motion: EquationsOfMotion, q: Array, start: Array) -> None:
@@ -145,7 +154,8 @@ def _far(motion: EquationsOfMotion, q: Array, start: Array) -> list[int]:
     return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > FARTHEST_SLIDE]
 
 
-def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> InputError:
+def _unsupported(motion: EquationsOfMotion, unbalanced: Array, sought: list[int], found: str) -> InputError:
+    """Return the error that names the loaded joints, `found` being what is known of their equilibrium."""
     force = np.abs(unbalanced[sought])
     if not np.isfinite(force).all():
         return InputError(motion.source, "equilibrium", "not found: the search left all bounds; begin elsewhere (--at)")
@@ -158,4 +168,4 @@ def _none(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]) -> In
     what = (
         "give a spring, take the torque that holds a motor, begin elsewhere (--at), or linearize as given (--as-given)"
     )
-    return InputError(motion.source, "equilibrium", f"there is none: nothing supports {loads}; {what}")
+    return InputError(motion.source, "equilibrium", f"{found}: nothing supports {loads}; {what}")

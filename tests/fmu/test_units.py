@@ -138,7 +138,7 @@ def test_files_have_no_time_and_binaries_and_descriptions_one_token() -> None:
         assert {one.date_time for one in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         assert archive.namelist() == sorted(archive.namelist())
     (token,) = re.findall(r'guid="(\S+)"', text_of(unit, "modelDescription.xml"))
-    assert f'"{token}"' in text_of(unit, "sources/fmi2.c")
+    assert f'"{token}"' in text_of(unit, "sources/interface-fmi2.c")
     other = unit_of(se.read(TWO_R), Scene(fold=("m1",)), Options(2))
     assert token not in text_of(other, "modelDescription.xml")
 
@@ -149,7 +149,7 @@ def test_the_headers_of_the_standard_fit_in_the_place_of_our_declarations(versio
     unit = sources_of_unit("tree", version)
     with zipfile.ZipFile(io.BytesIO(unit.archive)) as archive:
         archive.extractall(tmp_path)
-    source = tmp_path / "sources" / f"fmi{version}.c"
+    source = tmp_path / "sources" / f"interface-fmi{version}.c"
     text = source.read_text()
     ours = re.compile(r"typedef void \*fmi\d(?:Component|Instance);.*?(?=typedef struct \{\n    Instance model;)", re.S)
     replaced, count = ours.subn(f'#undef EXPORT\n#define EXPORT\n#include "fmi{version}Functions.h"\n', text)
@@ -168,7 +168,7 @@ def test_functions_have_the_prefix_that_static_linking_asks_for(tmp_path: Path) 
     with zipfile.ZipFile(io.BytesIO(sources_of_unit("tree", 2).archive)) as archive:
         archive.extractall(tmp_path)
     flags = ["-std=c99", "-DFMI2_FUNCTION_PREFIX=planar_2r_", "-E"]
-    command = ["gcc", *flags, str(tmp_path / "sources" / "fmi2.c")]
+    command = ["gcc", *flags, str(tmp_path / "sources" / "interface-fmi2.c")]
     text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert "planar_2r_fmi2Instantiate(" in text
     assert not re.search(r"\bfmi2GetReal\(", text)
@@ -178,7 +178,7 @@ def test_references_are_the_entries_of_one_array() -> None:
     unit = sources_of_unit("springs", 2)
     start = unit.programs
     assert [one.name for one in start.package.functions][:2] == ["direct_dynamics", "outputs"]
-    text = text_of(unit, "sources/fmi2.c")
+    text = text_of(unit, "sources/interface-fmi2.c")
     values = int(re.search(r"VALUES = (\d+)", text)[1])
     assert values == text_of(unit, "modelDescription.xml").count("<ScalarVariable ")
 

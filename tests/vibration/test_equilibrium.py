@@ -98,7 +98,7 @@ def test_a_load_on_a_slide_that_only_tilts() -> None:
     """A passive turn with a slide on it and no spring at all."""
     turn = Joint("turn", 0, Kind.PASSIVE, 0, "q1", alpha=cell("pi/2"))
     machine = machine_of("tilting", turn, slide("weight", 1, Kind.PASSIVE, 2, alpha=cell("pi/2")), base=WEIGHT)
-    with pytest.raises(InputError, match=r"tilting\.toml: equilibrium: there is none: nothing supports weight"):
+    with pytest.raises(InputError, match=r"tilting\.toml: equilibrium: none was found from here: nothing supports weight"):
         equilibrium(EquationsOfMotion(machine))
 
 
