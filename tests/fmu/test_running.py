@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -242,6 +243,38 @@ def test_inputs_that_are_not_finite_are_an_error_and_no_endless_step(arm: Path) 
         one.begin()
         with pytest.raises(Exception, match="fmi2DoStep"):
             one.step(0.0, 0.01)
+
+
+def test_the_steps_inside_a_communication_step_have_a_limit(
+    short_of_steps: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with running(short_of_steps, CO_SIMULATION) as one:
+        one.set({"drive.qd": 1e7})
+        one.begin()
+        with pytest.raises(Exception, match="fmi2DoStep"):
+            one.step(0.0, 0.1)
+        assert 0 < one.get(["time"])[0] < 0.1
+    assert "50 steps did not reach the end of the communication step" in capfd.readouterr().out
+
+
+def test_the_form_of_the_accelerations_is_the_one_that_is_asked_for(arm: Path, short_of_steps: Path) -> None:
+    """Both forms have the same values, derivatives too, and other programs."""
+    found = []
+    for path in (arm, short_of_steps):
+        with running(path) as one:
+            one.begin()
+            one.set({**PUSH, "drive.q": 0.3, "arm.q": -0.01, "rod.q": 0.02, "drive.qd": 1.0, "rod.qd": -0.2})
+            found.append([one.get(one.rates), one.along(one.rates, {"arm.q": 2.0, "L": -3.0, "drive.tau": 1.0})])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-11)
+    sources = [zipfile.ZipFile(path).read("sources/elastic_arm.c") for path in (arm, short_of_steps)]
+    assert [b"through the inertia matrix" in text for text in sources] == [False, True]
+
+
+def test_model_exchange_of_a_stiff_machine_runs_with_all_defaults(stiff: Path) -> None:
+    """CVODE is given 500 steps between two times of output by FMPy."""
+    made = simulate_fmu(str(stiff), fmi_type=MODEL_EXCHANGE, start_values={"drive.tau": 40.0})
+    assert len(made) > 400
+    assert np.isfinite(made["arm.q"]).all() and np.ptp(made["rod.q"]) > 0
 
 
 def test_what_cannot_be_set_is_an_error(arm: Path, linkage: Path) -> None:

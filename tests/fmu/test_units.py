@@ -23,7 +23,9 @@ import symoro_elastic as se
 from symoro_elastic.errors import InputError
 from symoro_elastic.fmu import Options
 from symoro_elastic.fmu.mock_up_unit import MockUpUnit, unit_of
+from symoro_elastic.fmu.start import start_of
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from tests.command_line import refused, run
 from tests.fmu.machines import CASES, EXAMPLES, elastic_arm, sources_of_unit
@@ -124,6 +126,61 @@ def test_a_machine_that_nothing_supports_starts_without_torques() -> None:
     unit = unit_of(machine, Scene(), Options(2))
     assert unit.notes[0].startswith("it does not start in equilibrium: ")
     assert text_of(unit, "modelDescription.xml").count('start="0.0"') >= 2
+
+
+def test_other_joints_begin_the_search_where_they_are_asked_to_stand() -> None:
+    """An arm that is told where its spring is starts in equilibrium all the same, and `generate` says so."""
+    unit = unit_of(elastic_arm(), Scene(), Options(2, {"drive": 1.2, "arm": 0.3}))
+    assert unit.notes[0].startswith("--at: arm starts in equilibrium at -0.0")
+    assert unit.notes[0].endswith("the search began at 0.3 rad: only motors are held")
+    assert len(unit.notes) == 2
+    hanging, upright = (start_of(pendulum(), {"swing": x}) for x in (10.0, np.pi / 2))
+    assert abs(hanging.q[1] - 10.0) < np.pi and np.sin(hanging.q[1]) == pytest.approx(-1, abs=1e-12)
+    assert upright.q[1] == pytest.approx(np.pi / 2, abs=1e-12) and upright.notes == ()
+
+
+def pendulum() -> Machine:
+    """A motor that carries a pendulum, which stands out level at zero."""
+    joints = [
+        {"name": "cart", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"},
+        {"name": "swing", "antecedent": "cart", "kind": "passive", "sigma": 0, "d": 0.3, "theta": "q2"},
+    ]
+    bodies = {"cart": {"mass": 1}, "swing": {"mass": 1, "center_of_mass": [0.2, 0, 0], "inertia": [0, 0.01, 0.01]}}
+    return se.read({"name": "pendulum", "gravity": [0, -9.81, 0], "joints": joints, "bodies": bodies})
+
+
+def test_a_level_pendulum_starts_where_it_hangs() -> None:
+    found = start_of(pendulum(), {})
+    assert found.notes == ()
+    np.testing.assert_allclose(found.q, [0, -np.pi / 2], atol=1e-12)
+
+
+def test_torques_of_rounding_are_zero() -> None:
+    found = start_of(se.read(TWO_R), {"elbow": np.pi / 2})
+    assert found.torques[0] > 1 and found.torques[1] == 0.0
+
+
+def test_no_machine_has_the_name_of_the_interface() -> None:
+    unit = unit_of(replace(se.read(TWO_R), name="fmi2"), Scene(), Options(2))
+    assert "fmi2_direct_dynamics(" in text_of(unit, "sources/fmi2.c")
+    assert "fmi2Instantiate" in text_of(unit, "sources/interface-fmi2.c")
+
+
+def test_a_simulation_is_as_long_as_its_fastest_vibration_allows(tmp_path: Path) -> None:
+    """A thousand communication steps, each at most 2.5 of its periods, and a tolerance that solvers keep."""
+    found = read_model_description(str(written(sources_of_unit("springs", 2), tmp_path))).defaultExperiment
+    fastest = start_of(elastic_arm(), {}).fastest
+    assert 0 < float(found.stepSize) <= 2.5 * 2 * np.pi / fastest
+    assert float(found.stopTime) == pytest.approx(1000 * float(found.stepSize))
+    assert float(found.tolerance) == 1e-7
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_masses_and_stiffnesses_have_a_least_value(version: int, tmp_path: Path) -> None:
+    description = read_model_description(str(written(sources_of_unit("springs", version), tmp_path)))
+    bounded = {one.name for one in description.modelVariables if one.min is not None}
+    assert bounded == {"arm.mass", "rod.mass", "arm.stiffness", "rod.stiffness"}
+    assert {float(one.min) for one in description.modelVariables if one.min is not None} == {0.0}
 
 
 @pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")

@@ -94,11 +94,22 @@ def test_an_unsupported_load_is_named(kind: Kind) -> None:
     assert list(modes_of(unsupported(kind, NO_WEIGHT)).eigenvalues) == [0.0]
 
 
+def test_a_level_pendulum_hangs_where_it_is_balanced() -> None:
+    """Its weight has no slope where it stands out level: r = m g l cos q, K = 0 at q = 0."""
+    body = Body(cell(2), vector(0.6, 0, 0))
+    swing = Joint("swing", 0, Kind.PASSIVE, 0, "q1", body=body)
+    machine = machine_of("level", swing, base=Base(gravity=vector(0, -9.81, 0)))
+    state = equilibrium(EquationsOfMotion(machine))
+    np.testing.assert_allclose(state.q, [-np.pi / 2], atol=1e-12)
+
+
 def test_a_load_on_a_slide_that_only_tilts() -> None:
     """A passive turn with a slide on it and no spring at all."""
     turn = Joint("turn", 0, Kind.PASSIVE, 0, "q1", alpha=cell("pi/2"))
     machine = machine_of("tilting", turn, slide("weight", 1, Kind.PASSIVE, 2, alpha=cell("pi/2")), base=WEIGHT)
-    with pytest.raises(InputError, match=r"tilting\.toml: equilibrium: none was found from here: nothing supports weight"):
+    with pytest.raises(
+        InputError, match=r"tilting\.toml: equilibrium: none was found from here: nothing supports weight"
+    ):
         equilibrium(EquationsOfMotion(machine))
 
 
