@@ -10,6 +10,9 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.errors import InputError
+from symoro_elastic.sweeps.axes import axis
+from symoro_elastic.sweeps.design import design
+from symoro_elastic.sweeps.influence import local_slopes
 from tests.model_ladder.scenes import two_axis
 from tests.sweeps.machines import DAMPING, MASS, SLIDE, STIFFNESS, hertz, squared, value
 
@@ -116,16 +119,33 @@ def test_what_cannot_be_swept_is_refused(arguments: dict[str, object], said: str
 
 
 def test_slopes_of_a_grid_and_ranks_of_a_sample() -> None:
-    """f = sqrt(k/m)/2 pi: half a per cent by a per cent of k, minus half by one of m; nothing by the position."""
-    over = {"m": "1.9:2.1:5", "load.k": "7e4:9e4:5", "drive": [0.0, 1.0]}
+    """f = sqrt(k/m)/2 pi: half a per cent by a per cent of k, minus half by one of m, on any grid.
+
+    A position that is 0 somewhere has no per cent, nor has a quantity of one value.
+    """
+    over = {"m": "1:9:3", "load.k": "1e4:1e6:4,log", "drive": [0.0, 1.0], "load.damping": [40.0]}
     grid = se.sweep(SLIDE, over=over, hold=["all"], figures=["frequency_1"]).influence
     assert grid.slopes is not None
-    assert grid.slopes[0] == pytest.approx([-0.5, 0.5, 0.0], abs=1e-3)
-    assert np.sign(grid.values[0]).tolist() == [-1.0, 1.0, 0.0]
+    assert grid.slopes[0, :2] == pytest.approx([-0.5, 0.5], abs=1e-12)
+    assert np.isnan(grid.slopes[0, 2:]).all()
+    assert np.sign(grid.values[0, :3]).tolist() == [-1.0, 1.0, 0.0]
     over = {"m": "normal:2:0.001", "load.k": "lognormal:8e4:0.1", "drive": "0:1"}
     sample = se.sweep(SLIDE, over=over, samples=60, hold=["all"], figures=["frequency_1"]).influence
     assert sample.slopes is None and sample.values[0, 1] > 0.99
     assert sample.strongest()[0] == 1 and abs(sample.values[0, [0, 2]]).max() < 0.4
+
+
+def test_slopes_where_a_figure_has_no_logarithm() -> None:
+    """A cube that changes its sign: 3 where it and its neighbours have one sign; a position below zero counts too."""
+    points = design({"x": axis("x", [4.0, 1.0, 2.0, 8.0, 16.0])})
+    x = points.points[:, 0]
+    figures = [x**3, -(x**3), np.where(x > 4, -(x**3), x**3), np.where(x == 16, np.nan, x**3), np.where(x > 2, 0, x**3)]
+    nan = math.nan
+    expected = [[3] * 5, [3] * 5, [nan, 3, 3, nan, 3], [3, 3, 3, nan, nan], [nan, 3, nan, nan, nan]]
+    for figure, slopes in zip(figures, expected, strict=True):
+        assert local_slopes(points, figure, 0) == pytest.approx(slopes, abs=1e-12, nan_ok=True)
+    below = design({"x": axis("x", [-1.0, -2.0, -4.0])})
+    assert local_slopes(below, below.points[:, 0] ** 2, 0) == pytest.approx([2.0] * 3, abs=1e-12)
 
 
 def test_forms_of_a_result(tmp_path: Path) -> None:
