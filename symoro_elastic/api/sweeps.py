@@ -18,7 +18,7 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.sweeps.axes import AxisLike, axis
 from symoro_elastic.sweeps.design import Design, design
-from symoro_elastic.sweeps.journal import digest
+from symoro_elastic.sweeps.digest import digest
 from symoro_elastic.sweeps.points import Task
 from symoro_elastic.sweeps.quantities import Quantity, quantities
 from symoro_elastic.sweeps.running import Note, Run, Workplace
@@ -192,8 +192,8 @@ def sweep(
     workers, scheduler
         Processes of this computer, 0 for one on each core; or the address of a Dask scheduler.
     journal
-        A file to which each point is written when it is computed; a sweep that was interrupted goes on from there, and
-        the file is left when it ends.
+        A file to which each point is written when it is computed; a sweep that was interrupted goes on from there. The
+        file is left when it ends, and an equal sweep takes its figures from there.
     point
         The operating point of modes and responses; its fields may also be given by name, as in `linearize`.
     inputs, outputs, frequencies, damping
