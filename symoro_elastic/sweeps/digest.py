@@ -6,7 +6,6 @@ import dis
 import functools
 import hashlib
 import inspect
-import pickle
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -79,11 +78,11 @@ class _Words:
         elif isinstance(value, np.ndarray):
             yield f"{value.shape} {value.dtype}".encode()
             yield from self.of(value.tolist()) if value.dtype.hasobject else (value.tobytes(),)
-        elif type(value).__reduce__ is object.__reduce__ and hasattr(value, "__dict__"):
-            yield from self._class(type(value))
-            yield from self.of(vars(value))
         else:
-            yield pickle.dumps(value)
+            yield from self.of(type(value))
+            made, *parts = value.__reduce_ex__(4)
+            yield f"{made.__module__}.{made.__qualname__}".encode()
+            yield from self.of([list(part) if isinstance(part, Iterator) else part for part in parts])
 
     def _code(self, value: Any) -> Iterator[bytes]:
         """Yield the pieces of a function, a class, or a module; what was met before is named alone."""
@@ -157,7 +156,7 @@ class _Words:
 
 
 def _is_code(value: Any) -> bool:
-    known = ModuleType | type | functools.partial
+    known = (ModuleType, type, functools.partial)
     return isinstance(value, known) or inspect.isroutine(value) or (callable(value) and hasattr(value, "__wrapped__"))
 
 
@@ -196,6 +195,6 @@ def _known(what: str) -> Iterator[None]:
     """Turn errors of values that have no form into `InputError`."""
     try:
         yield
-    except (TypeError, ValueError, AttributeError, RecursionError, pickle.PicklingError):
+    except (TypeError, ValueError, AttributeError, RecursionError):
         cannot = f"cannot tell whether {what} changed since: make it inside of the function, or leave out the journal"
         raise InputError("symoro-elastic", "journal", cannot) from None

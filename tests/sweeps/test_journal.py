@@ -86,7 +86,7 @@ def test_a_changed_machine_or_sweep_is_another_one() -> None:
         plan(stiffer, over, Subject()),
         plan(machine, {"m": [1.0, 3.0]}, Subject()),
         plan(machine, over, Subject("response")),
-        plan(machine, over, Subject(values={"m": 3.0})),
+        plan(machine, over, Subject(values={"load.stiffness": 1e5})),
         plan(machine, over, Subject(squared)),
         plan(machine, over, Subject(lambda machine: {"m": value(machine)})),
     ]
@@ -145,7 +145,7 @@ def test_a_function_with_other_values_is_another_one(monkeypatch: pytest.MonkeyP
 
 
 def test_what_cannot_be_compared_has_no_journal(tmp_path: Path) -> None:
-    lock = threading.Lock()
+    lock: Any = threading.Lock()
 
     def function(machine: object) -> dict[str, float]:
         return {"x": float(lock.locked())}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,15 +68,41 @@ def test_a_response_has_the_peak_of_the_closed_form() -> None:
         assert found.figures[f"{name}: at 5 Hz"][k] == pytest.approx(at_five, rel=1e-12)
     assert found.units["load.z / load.fz: peak"] == "m / N"
     assert found.figures["load.z / load.fx: peak"].tolist() == [0.0, 0.0]
+    assert np.isnan(found.figures["load.z / load.fx: peak_frequency"]).all()
 
 
 def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
-    found = se.sweep(SLIDE, over={"m": [-1.0, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
+    found = se.sweep(SLIDE, over={"m": [0.25, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
     assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failed == 1
     assert np.isnan(found.figures["inverse"][1]) and found.figures["inverse"][2] == 1 / 1.5
     negative = se.sweep(SLIDE, over={"load.k": [-1.0, 1e4]}, hold=["all"])
     assert negative.reasons == ("load.k = -1 is negative", "")
     assert "1 of 2 points have no result" in str(negative.parts())
+
+
+@pytest.mark.parametrize("of", ["modes", squared])
+@pytest.mark.parametrize(
+    ("mass", "inertia", "said"),
+    [
+        ("m", [0, 0, 0], "m = -1 is negative"),
+        ("2*m", [0, 0, 0], "load.mass: is negative: -2 by m = -1"),
+        (1, ["m", "m", "m"], "m = -1 is negative"),
+    ],
+)
+def test_a_negative_mass_by_a_parameter_has_a_reason(of: Any, mass: Any, inertia: list[Any], said: str) -> None:
+    """A mass that moves others along is never alone in the inertia matrix: this one is seen where it stands."""
+    bodies = {"drive": {"mass": 10.0}, "load": {"mass": mass, "inertia": inertia}}
+    machine = {**SLIDE, "bodies": bodies, "parameters": {"m": 2.0}}
+    found = se.sweep(machine, over={"m": [-1.0, 1.0]}, of=of)
+    assert found.reasons == (said, "")
+
+
+def test_a_negative_value_is_refused_by_all_that_take_values() -> None:
+    for call in (se.modes, se.feed_forward):
+        with pytest.raises(InputError, match=r"load.mass: is negative: -1 by m = -1"):
+            call(SLIDE, values={"m": -1.0})
+    with pytest.raises(InputError, match=r"load.stiffness: is negative: -5 by load.stiffness = -5"):
+        se.modes(SLIDE, values={"load.stiffness": -5.0})
 
 
 @pytest.mark.parametrize(
@@ -109,6 +136,17 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         ({"over": {"m": [1]}, "figures": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
         ({"over": {"m": [1]}, "workers": -2}, "workers: -2"),
         ({"over": {"m": [1]}, "workers": 2, "scheduler": "tcp://a:1"}, "leave out workers or scheduler"),
+        ({"over": "m"}, "over: 'm' gives no values by name"),
+        ({"over": {3: [1, 2]}}, "gives no values by name"),
+        ({"over": {"m": [1]}, "of": "response", "damping": math.nan}, "damping: nan is no damping ratio"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [math.nan]}, "frequencies: nan is no frequency"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [-3]}, "frequencies: -3 is no frequency: give numbers"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [3, 3.0]}, "frequencies: 3 Hz is given twice"),
+        ({"over": {"m": [1]}, "at": {"nope": 1.0}}, "at: no joint 'nope' moves"),
+        ({"over": {"m": [1]}, "at": {"drive": math.inf}}, "at: drive=inf is out of range"),
+        ({"over": {"m": [1]}, "values": {"m": 3.0}}, "values: m is swept: leave it out of one of both"),
+        ({"over": {"load.k": [1]}, "values": {"load.stiffness": 3.0}}, "values: load.stiffness is swept"),
+        ({"over": {"q.drive": [1]}, "at": {"x": 3.0}}, "at: x is swept: leave it out of one of both"),
         ({"over": {"load.k": [-1.0]}}, "the point without result; the first: load.k = -1 is negative"),
     ],
 )
@@ -123,7 +161,7 @@ def test_slopes_of_a_grid_and_ranks_of_a_sample() -> None:
 
     A position that is 0 somewhere has no per cent, nor has a quantity of one value.
     """
-    over = {"m": "1:9:3", "load.k": "1e4:1e6:4,log", "drive": [0.0, 1.0], "load.damping": [40.0]}
+    over: dict[str, Any] = {"m": "1:9:3", "load.k": "1e4:1e6:4,log", "drive": [0.0, 1.0], "load.damping": [40.0]}
     grid = se.sweep(SLIDE, over=over, hold=["all"], figures=["frequency_1"]).influence
     assert grid.slopes is not None
     assert grid.slopes[0, :2] == pytest.approx([-0.5, 0.5], abs=1e-12)
