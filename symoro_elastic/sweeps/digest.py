@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import dis
 import functools
 import hashlib
@@ -48,6 +49,7 @@ class _Words:
         self.known: dict[int, Any] = {}
         self.modules: set[str] = set()
         self.within: list[int] = []
+        self.digests: dict[int, tuple[Any, bytes]] = {}
 
     def of(self, value: Any) -> Iterator[bytes]:
         """Yield the pieces of a value; raises `TypeError` for one that has none."""
@@ -57,10 +59,14 @@ class _Words:
             yield value
         elif id(value) in self.within:
             yield b"again"
-        else:
+        elif id(value) not in self.digests:
             self.within.append(id(value))
-            yield from self._code(value) if _is_code(value) else self._data(value)
+            words = self._code(value) if _is_code(value) else self._data(value)
+            self.digests[id(value)] = value, hashlib.sha256(b"\0".join(words)).digest()
             self.within.pop()
+            yield self.digests[id(value)][1]
+        else:
+            yield self.digests[id(value)][1]
 
     def _data(self, value: Any) -> Iterator[bytes]:
         if is_dataclass(value):
@@ -80,7 +86,9 @@ class _Words:
             yield from self.of(value.tolist()) if value.dtype.hasobject else (value.tobytes(),)
         else:
             yield from self.of(type(value))
-            made, *parts = value.__reduce_ex__(4)
+            registered = copyreg.dispatch_table.get(type(value))
+            reduced = registered(value) if registered else value.__reduce_ex__(4)
+            made, *parts = (type(value), reduced) if isinstance(reduced, str) else reduced
             yield f"{made.__module__}.{made.__qualname__}".encode()
             yield from self.of([list(part) if isinstance(part, Iterator) else part for part in parts])
 
