@@ -41,7 +41,7 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
 def argument(option: str, names: Collection[str]) -> str:
     """Return the argument that an option stands for, the option itself where there is none."""
     name = OTHER_NAMES.get(option, option.removeprefix("--").replace("-", "_"))
-    return next((each for each in (name, f"{name}s") if each in names), option)
+    return next((each for each in (name, f"{name}s", f"{name[:-1]}ies") if each in names), option)
 
 
 def in_words(text: str, names: Collection[str]) -> str:

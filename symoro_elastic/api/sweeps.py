@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, Unpack
 
@@ -18,7 +20,7 @@ from symoro_elastic.machine.restrict import restricted
 from symoro_elastic.progress import Progress, no_progress
 from symoro_elastic.sweeps.axes import AxisLike, axis
 from symoro_elastic.sweeps.design import Design, design
-from symoro_elastic.sweeps.journal import digest
+from symoro_elastic.sweeps.digest import digest
 from symoro_elastic.sweeps.points import Task
 from symoro_elastic.sweeps.quantities import Quantity, quantities
 from symoro_elastic.sweeps.running import Note, Run, Workplace
@@ -63,10 +65,23 @@ class Subject:
             if given and self.of not in where:
                 what = f"belongs to --of {' or '.join(where)}: leave it out of {self.name}"
                 raise InputError("symoro-elastic", option, what)
+        self._refuse_numbers()
         told = any(getattr(self.point, one.name) for one in fields(self.point))
         if told and self.of not in ("modes", "response"):
             what = f"an operating point belongs to modes and response, not to {self.name}: leave out --at, --hold ..."
             raise InputError("symoro-elastic", "--of", what)
+
+    def _refuse_numbers(self) -> None:
+        """Raise `InputError` for a damping ratio that is none, and for frequencies that are none or given twice."""
+        if not (isinstance(self.damping, Real) and 0 <= self.damping < math.inf):
+            what = f"{self.damping!r} is no damping ratio: 0.01 is one per cent"
+            raise InputError("symoro-elastic", "--damping", what)
+        for k, x in enumerate(self.frequencies):
+            if not (isinstance(x, Real) and 0 <= x < math.inf):
+                what = f"{x!r} is no frequency: give numbers of Hz from 0"
+                raise InputError("symoro-elastic", "--frequency", what)
+            if f"{x:g}" in [f"{y:g}" for y in self.frequencies[:k]]:
+                raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz is given twice: leave it out once")
 
     @property
     def name(self) -> str:
@@ -140,9 +155,15 @@ def plan(
     seed: int | None = None,
 ) -> Plan:
     """Return a sweep of a machine; raises `InputError` for names, axes and arguments that are none."""
+    if not isinstance(over, Mapping) or not all(isinstance(name, str) for name in over):
+        what = f'{over!r} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
+        raise InputError("symoro-elastic", "--over", what)
     axes = {name: axis(name, given) for name, given in over.items()}
     figures = subject.swept(machine)
     found = quantities(figures.machine, axes)
+    for one in found:
+        if not one.is_position and one.key in subject.values:
+            raise InputError(machine.label, "--value", f"{one.key} is swept: leave it out of one of both")
     figures.prepare([one.key for one in found if one.is_position])
     return Plan(machine, subject, design(axes, samples, sampling, seed), found, figures)
 
@@ -192,8 +213,8 @@ def sweep(
     workers, scheduler
         Processes of this computer, 0 for one on each core; or the address of a Dask scheduler.
     journal
-        A file to which each point is written when it is computed; a sweep that was interrupted goes on from there, and
-        the file is left when it ends.
+        A file to which each point is written when it is computed; a sweep that was interrupted goes on from there. The
+        file is left when it ends, and an equal sweep takes its figures from there.
     point
         The operating point of modes and responses; its fields may also be given by name, as in `linearize`.
     inputs, outputs, frequencies, damping

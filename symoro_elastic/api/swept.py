@@ -47,10 +47,16 @@ class SweptVibration:
         from symoro_elastic.vibration.tracking import refuse_unheld
 
         motion = self.motion
+        given = (("--at", self.point.at), ("--torque", self.point.torques), ("--rate", self.point.rates))
+        for option, numbers in given:
+            motion.numbered(numbers, option)
+        twice = {motion.index(name, "--at"): name for name in self.point.at}
+        for name in positions:
+            if motion.index(name, "--over") in twice:
+                what = f"{twice[motion.index(name, '--over')]} is swept: leave it out of one of both"
+                raise InputError(self.machine.label, "--at", what)
         for name in self.point.held(motion):
             motion.motor(name, "--hold")
-        for name in positions:
-            motion.index(name, "--over")
         if not self.point.as_given:
             refuse_unheld(motion, positions, self.point.torques)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from symoro_elastic.errors import InputError
-from symoro_elastic.machine.columns import Cell, with_cells
+from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.loops import branches
@@ -33,15 +34,15 @@ def with_named_cells(machine: Machine) -> Machine:
 def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
 
-    Raises `InputError` for names that do not exist.
+    Raises `InputError` for names that do not exist, and for values out of range or by which a mass is negative.
     """
     named = with_named_cells(machine)
     names = [parameter.name for parameter in named.parameters]
     refuse_values(machine, values, names)
     given = {name: Formula.parse(float(x)) for name, x in values.items()}
     parameters = tuple(replace(p, value=given.get(p.name, p.value)) for p in named.parameters)
-    cells = names[len(machine.parameters) :]
-    return with_constants(replace(named, parameters=parameters), cells)
+    signed(named, values, {p.name: p.value.value() for p in parameters if p.value is not None})
+    return with_constants(replace(named, parameters=parameters), names[len(machine.parameters) :])
 
 
 def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence[str]) -> None:
@@ -54,6 +55,31 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
             refuse_range(x)
         except FormulaError as error:
             raise InputError(source, name, str(error)) from None
+
+
+def signed(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
+    """Return the values; raises `InputError` where a given one makes a mass, a stiffness, ... negative."""
+    owners: list[tuple[str, Any]] = [(joint.name, joint) for joint in machine.joints]
+    owners += [("base", machine.floating.body)] if machine.floating else []
+    for name, owner in owners:
+        for cell, formula in cells(owner):
+            is_given = not formula.names.isdisjoint(given) and formula.names <= values.keys()
+            if is_given and cell.column.dimension.is_nonnegative:
+                _refuse_negative(machine, f"{name}.{cell.name}", formula, values)
+    return values
+
+
+def _refuse_negative(machine: Machine, place: str, formula: Formula, values: Mapping[str, float]) -> None:
+    try:
+        value = formula.value(values)
+    except FormulaError as error:
+        raise InputError(machine.label, place, str(error)) from None
+    if value < 0:
+        raise InputError(machine.label, place, f"is negative: {value:g} by {_by(formula, values)}")
+
+
+def _by(formula: Formula, values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {values[name]:g}" for name in sorted(formula.names))
 
 
 def _with_named_numbers(joint: Joint, named: list[Parameter], kept: str) -> Joint:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from symoro_elastic.errors import InputError
 from symoro_elastic.machine.formats.files import load_text
 from symoro_elastic.machine.formats.tables import Number, Table, load
-from symoro_elastic.sweeps.axes import AxisLike
+from symoro_elastic.sweeps.axes import AxisLike, axis
 
 KEYS = (
     *("over", "of", "samples", "sampling", "seed", "figures", "inputs", "outputs", "frequencies", "damping"),
@@ -63,16 +65,23 @@ def _axis(table: Table, name: str) -> AxisLike:
     """Return the values or the text of an axis."""
     given = table.entries[name]
     if isinstance(given, str) and not isinstance(given, Number):
+        try:
+            axis(name, given)
+        except InputError as error:
+            raise table.fail(name, error.what) from None
         return given
     return _numbers(table, name) if isinstance(given, list) else _number(table, name)
 
 
 def _number(table: Table, key: str) -> float:
-    """Return the number under a key; nan and inf are left to those that refuse them."""
+    """Return the number under a key; raises `InputError` for nan and inf."""
     given = table.entries[key]
     if isinstance(given, bool) or not isinstance(given, int | Number):
         raise table.fail(key, "must be a number")
-    return float(given)
+    found = float(given)
+    if not math.isfinite(found):
+        raise table.fail(key, f"{found:g} is no number to compute with")
+    return found
 
 
 def _numbers(table: Table, key: str) -> tuple[float, ...]:

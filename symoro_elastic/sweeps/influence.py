@@ -20,7 +20,7 @@ class Influence:
     """A number (figures, quantities) that says how much each quantity does to each figure; NaN where it is unknown.
 
     On a grid it is the share of the range of the figure that its mean passes through along the quantity, -1 to 1, and
-    `slopes` (figures, quantities) are the medians of the local slopes (x/f) df/dx. In a sample it is Spearman's
+    `slopes` (figures, quantities) are the medians of the local slopes d ln f / d ln x. In a sample it is Spearman's
     correlation of ranks, and there are no slopes.
     """
 
@@ -51,16 +51,21 @@ def influence(design: Design, figures: Mapping[str, Array]) -> Influence:
 
 
 def local_slopes(design: Design, figure: Array, k: int) -> Array:
-    """Return df/dx (lengths) by the k-th quantity of a grid, by central differences; NaN where it has one value.
+    """Return d ln|f| / d ln|x| (lengths) by the k-th quantity of a grid, by central differences of the logarithms.
 
-    Beside a point without a value there is no slope.
+    A power of x has its exponent on any grid. NaN where the quantity has one value, is 0 or changes its sign, and at
+    points without a value, with the value 0, or beside one that has none or one of the other sign.
     """
     x = design.along(k)
-    if len(x) < 2:
+    if len(x) < 2 or not (x.min() > 0 or x.max() < 0):
         return np.full(design.lengths, np.nan)
     order = np.argsort(x, kind="stable")
-    sorted_figure = np.take(figure.reshape(design.lengths), order, axis=k)
-    slopes = np.gradient(sorted_figure, x[order], axis=k)
+    f = np.take(figure.reshape(design.lengths), order, axis=k)
+    slopes = np.full(f.shape, np.nan)
+    for sign in (1.0, -1.0):
+        here = sign * f > 0
+        logarithms = np.log(sign * f, where=here, out=np.full(f.shape, np.nan))
+        slopes = np.where(here, np.gradient(logarithms, np.log(np.abs(x[order])), axis=k), slopes)
     found: Array = np.take(slopes, np.argsort(order, kind="stable"), axis=k)
     return found
 
@@ -78,9 +83,9 @@ def _of_grid(design: Design, figure: Array) -> tuple[Array, Array]:
         means = _means(np.moveaxis(on_grid, k, 0).reshape(len(x), -1))[np.argsort(x, kind="stable")]
         way = np.sign(np.nan_to_num(means[-1] - means[0])) or 1.0
         shares[k] = way * np.ptp(means[~np.isnan(means)]) / whole if whole else 0.0
-        slopes = local_slopes(design, figure, k).ravel() * design.points[:, k]
-        usable = np.isfinite(slopes) & (figure != 0) & ~np.isnan(figure)
-        relative[k] = np.median(slopes[usable] / figure[usable]) if usable.any() else np.nan
+        slopes = local_slopes(design, figure, k)
+        usable = np.isfinite(slopes)
+        relative[k] = np.median(slopes[usable]) if usable.any() else np.nan
     return shares, relative
 
 

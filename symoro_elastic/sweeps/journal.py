@@ -6,66 +6,23 @@ last bit; a last line that a killed run left unfinished is dropped.
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
-
-import numpy as np
 
 from symoro_elastic.errors import InputError
 from symoro_elastic.output_files import appended, cut_file, is_forced, remove_file
 from symoro_elastic.sweeps.points import Outcome
 
 TITLE, PLACE = "journal of a sweep of symoro-elastic", "journal"
-SOURCE = "source"
-"""Fields that hold the name of a file, whose place does not matter."""
 SPECIAL = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 """Numbers that JSON has no form for."""
 
 Outcomes: TypeAlias = Iterable[tuple[int, Outcome]]
 Record: TypeAlias = Callable[[Outcomes], None]
-
-
-def digest(*parts: object) -> str:
-    """Return a digest of what a sweep computes: of all data of machines and arguments but the names of their files."""
-    found = hashlib.sha256()
-    for word in _words(parts):
-        found.update(word + b"\0")
-    return found.hexdigest()
-
-
-def _words(value: Any) -> Iterator[bytes]:
-    """Yield data of any kind in pieces, the same for the same data; a `repr` may leave some out."""
-    if is_dataclass(value) and not isinstance(value, type):
-        yield type(value).__name__.encode()
-        pairs: Iterable[tuple[Any, Any]] = ((one.name, getattr(value, one.name)) for one in fields(value))
-        yield from _words([pair for pair in pairs if pair[0] != SOURCE])
-    elif isinstance(value, Mapping):
-        yield from _words(list(value.items()))
-    elif isinstance(value, list | tuple):
-        yield str(len(value)).encode()
-        for each in value:
-            yield from _words(each)
-    elif isinstance(value, set | frozenset):
-        yield from _words(sorted(map(str, value)))
-    elif isinstance(value, np.ndarray):
-        yield from (str(value.shape).encode(), value.tobytes())
-    else:
-        yield value if isinstance(value, bytes) else (_text(value) if callable(value) else repr(value)).encode()
-
-
-def _text(function: Callable[..., Any]) -> str:
-    """Return the text of a function, its name where there is none."""
-    try:
-        return inspect.getsource(function)
-    except (OSError, TypeError):
-        return f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', type(function).__name__)}"
 
 
 @contextmanager
@@ -81,7 +38,7 @@ def kept(path: Path | None, digest: str, count: int) -> Iterator[tuple[dict[int,
     head = json.dumps({"title": TITLE, "digest": digest, "points": count}).encode("ascii") + b"\n"
     try:
         with appended(path, PLACE) as write:
-            done = _read(path, head)
+            done = _read(path, head, count)
             if not path.stat().st_size:
                 write(head)
             yield done, lambda outcomes: write(b"".join(_line(k, one) for k, one in outcomes))
@@ -90,16 +47,26 @@ def kept(path: Path | None, digest: str, count: int) -> Iterator[tuple[dict[int,
             remove_file(path)
 
 
-def _read(path: Path, head: bytes) -> dict[int, Outcome]:
+def _read(path: Path, head: bytes, count: int) -> dict[int, Outcome]:
     """Return the outcomes in a journal; what is not whole, or of another sweep and to be replaced, is cut off."""
     content = path.read_bytes()
     whole = content[: content.rfind(b"\n") + 1]
-    first, *lines = whole.splitlines(keepends=True) or [b""]
-    if content and first != head:
-        _refuse(path, content)
-        whole, lines = b"", []
+    done: dict[int, Outcome] = {}
+    if not whole.startswith(head):
+        if not head.startswith(content):
+            _refuse(path, content)
+        whole = b""
+    for number, line in enumerate(whole[len(head) :].split(b"\n")[:-1], start=2):
+        try:
+            done |= [_outcome(line, count)]
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            if not is_forced():
+                what = f"line {number} is damaged: delete the line, and its point is computed again, or start anew with"
+                raise InputError(str(path), PLACE, f"{what} --force") from None
+            done, whole = {}, b""
+            break
     cut_file(path, len(whole), PLACE)
-    return dict(map(_outcome, lines))
+    return done
 
 
 def _refuse(path: Path, content: bytes) -> None:
@@ -107,7 +74,7 @@ def _refuse(path: Path, content: bytes) -> None:
     if TITLE.encode("ascii") not in content[:100]:
         raise InputError(str(path), PLACE, "is no journal of a sweep: move it away, or choose another name")
     if not is_forced():
-        what = "is of another sweep, or of a machine that has changed since: remove it, or start anew with --force"
+        what = "is of another sweep, or of a machine or function changed since: remove it, or start anew with --force"
         raise InputError(str(path), PLACE, what)
 
 
@@ -116,7 +83,17 @@ def _line(point: int, outcome: Outcome) -> bytes:
     return json.dumps({"point": point, "figures": figures, "reason": outcome.reason}).encode("ascii") + b"\n"
 
 
-def _outcome(line: bytes) -> tuple[int, Outcome]:
-    entry: dict[str, Any] = json.loads(line)
-    figures = {name: SPECIAL[x] if isinstance(x, str) else float(x) for name, x in entry["figures"].items()}
-    return entry["point"], Outcome(figures, entry["reason"])
+def _outcome(line: bytes, count: int) -> tuple[int, Outcome]:
+    """Return the number and the outcome of a point; raises errors of several kinds for a line that is none."""
+    entry: dict[str, Any] = json.loads(line.decode("ascii"))
+    figures = {name: SPECIAL[x] if isinstance(x, str) else _number(x) for name, x in entry["figures"].items()}
+    point, reason = entry["point"], entry["reason"]
+    if type(point) is not int or not 0 <= point < count or not isinstance(reason, str):
+        raise ValueError
+    return point, Outcome(figures, reason)
+
+
+def _number(given: object) -> float:
+    if type(given) not in (int, float):
+        raise TypeError
+    return float(given)  # type: ignore[arg-type]

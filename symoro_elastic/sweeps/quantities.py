@@ -58,7 +58,8 @@ def _known(machine: Machine) -> dict[str, Quantity]:
     positions = [Quantity(x.name, x.name, True, x.unit) for x in machine.moving_joints]
     positions += [Quantity(x, x, True, "rad" if ".r" in x else "m") for x in COORDINATES if machine.floating]
     named = {parameter.name for parameter in with_named_cells(machine).parameters}
-    found = {p.name: Quantity(p.name, p.name, False, p.unit) for p in machine.parameters}
+    alone = {str(f) for joint in machine.joints for cell, f in cells(joint) if _is_nonnegative(cell)}
+    found = {p.name: Quantity(p.name, p.name, False, p.unit, p.name in alone) for p in machine.parameters}
     for joint in machine.joints:
         for cell in (cell for cell, _ in cells(joint)):
             key = f"{joint.name}.{cell.name}"

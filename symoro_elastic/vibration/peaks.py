@@ -30,9 +30,9 @@ def response_figures(linear: Linearization, frequencies: Sequence[float] = ()) -
     """Return figures of the response of each output to each input: "tool.x / motor_x.tau: peak" ...
 
     `peak` is the largest maximum of the magnitude, that at 0 Hz included where it is finite (infinite on an undamped
-    resonance, NaN where there is none), and `peak_frequency` its place, Hz. `bandwidth`, Hz, is where the magnitude
-    first falls to 0.707 of that at 0 Hz: NaN where that is infinite, infinite where it never does. `at f Hz` are
-    magnitudes at `frequencies`. Raises `InputError` where there is no input or output.
+    resonance, NaN where there is none), and `peak_frequency` its place, Hz, NaN where nothing moves. `bandwidth`, Hz,
+    is where the magnitude first falls to 0.707 of that at 0 Hz: NaN where that is infinite or 0, infinite where it
+    never does. `at f Hz` are magnitudes at `frequencies`. Raises `InputError` where there is no input or output.
     """
     refuse_missing_signals(linear)
     grid = _around_poles(linear)
@@ -76,7 +76,9 @@ class _Magnitude:
         return float(abs(seen @ moved))
 
     def peak(self) -> tuple[float, float]:
-        """Return the largest magnitude and its frequency, Hz."""
+        """Return the largest magnitude and its frequency, Hz; NaN where nothing moves."""
+        if not self.values.any():
+            return 0.0, np.nan
         infinite = np.flatnonzero(np.isnan(self.values[1:])) + 1
         if len(infinite):
             return np.inf, float(self.frequencies[infinite[0]])

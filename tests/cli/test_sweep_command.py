@@ -71,6 +71,9 @@ def test_points_without_result_are_counted_and_null_in_json() -> None:
     ("text", "said"),
     [
         ("of = 3", "sweep.toml: of: must be a text"),
+        ('over = { m = "(1.0, nan)" }', "sweep.toml: over, m: 'm=(1.0, nan)'"),
+        ("over = { m = [1.0, nan] }", "sweep.toml: over, m: nan is no number"),
+        ('over = { m = "1,2" }\nfrequencies = [inf]', "sweep.toml: frequencies: inf is no number"),
         ('over = { m = ["a"] }', "sweep.toml: over, m: must be a number"),
         ("over = { m = [nan] }", "nan is no number"),
         ("over = { m = [] }", "an empty grid has no point"),

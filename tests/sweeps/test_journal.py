@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import shutil
+import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +19,7 @@ from symoro_elastic.api.sweeps import Subject, plan
 from symoro_elastic.errors import InputError
 from symoro_elastic.output_files import permission
 from symoro_elastic.sweeps import running
+from symoro_elastic.sweeps.digest import digest
 from symoro_elastic.sweeps.journal import kept
 from symoro_elastic.sweeps.points import Outcome
 from symoro_elastic.sweeps.running import Workplace
@@ -82,7 +86,7 @@ def test_a_changed_machine_or_sweep_is_another_one() -> None:
         plan(stiffer, over, Subject()),
         plan(machine, {"m": [1.0, 3.0]}, Subject()),
         plan(machine, over, Subject("response")),
-        plan(machine, over, Subject(values={"m": 3.0})),
+        plan(machine, over, Subject(values={"load.stiffness": 1e5})),
         plan(machine, over, Subject(squared)),
         plan(machine, over, Subject(lambda machine: {"m": value(machine)})),
     ]
@@ -90,24 +94,116 @@ def test_a_changed_machine_or_sweep_is_another_one() -> None:
     assert plan(replace(machine, source="elsewhere.toml"), over, Subject()).digest == plans[0].digest
 
 
+FACTOR, MADE = 2.0, np.array([1.0, 2.0])
+
+
+def _scaled(machine: object) -> dict[str, float]:
+    return {"x": sum(_once(x) for x in MADE)}
+
+
+def _once(x: float) -> float:
+    return FACTOR * x
+
+
+class Held:
+    """Something with a state, that is called."""
+
+    def __init__(self, x: float) -> None:
+        self.x = x
+
+    def __call__(self, machine: object) -> dict[str, float]:
+        return {"x": _once(self.x)}
+
+
+def test_a_function_with_other_values_is_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Enclosed, global and default values, those of functions that it calls, of its methods, and its code on a line."""
+
+    def made(x: object) -> Any:
+        return lambda machine, y=1.0: {"x": x}
+
+    pair = [lambda machine: {"x": 1.0}, lambda machine: {"x": 2.0}]
+    with_default = made(1.0)
+    with_default.__defaults__ = (2.0,)
+    functions = [
+        made(1.0),
+        made(2.0),
+        made([1, 2]),
+        made({"a": [1, {3}]}),
+        made(np.array([1, 2], object)),
+        with_default,
+    ]
+    functions += [*pair, partial(made(1.0), y=3.0), partial(made(1.0), y=4.0), Held(1.0), Held(2.0), Held(1.0).__call__]
+    changing = [_scaled, Held(1.0), lambda machine: {"x": math.fsum(_once(x) for x in (1, 2))}]
+    digests = [digest(one) for one in (*functions, *changing)]
+    assert len(set(digests)) == len(digests) - 1 and digests[10] == digests[14]
+    assert digests == [digest(one) for one in (*functions, *changing)] and digest(made(1.0)) == digests[0]
+    for name, x in (("FACTOR", 3.0), ("MADE", np.array([1.0, 3.0])), ("_once", lambda x: x)):
+        before = [digest(one) for one in changing]
+        monkeypatch.setitem(globals(), name, x)
+        differs = [a != b for a, b in zip(before, [digest(one) for one in changing], strict=True)]
+        assert differs == [True, name != "MADE", name != "MADE"]
+
+
+def test_what_cannot_be_compared_has_no_journal(tmp_path: Path) -> None:
+    lock: Any = threading.Lock()
+
+    def function(machine: object) -> dict[str, float]:
+        return {"x": float(lock.locked())}
+
+    path = tmp_path / "a.journal"
+    for given, said in ((function, "lock, which function uses, changed"), (partial(squared, lock), "the function or")):
+        with pytest.raises(InputError, match=f"whether {said}.*leave out the journal"):
+            se.sweep(SLIDE, over={"m": [1.0]}, of=given, journal=path)
+    assert not path.exists()
+    assert se.sweep(SLIDE, over={"m": [1.0]}, of=function).figures["x"].tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *(b"garbage", b"\x00\xff", b"[1]", b"", b"{}", b"[" * 10**5, b'{"point": 0, "figures": [], "reason": ""}'),
+        b'{"point": 9, "figures": {}, "reason": ""}',
+        b'{"point": 0, "figures": {"x": "1"}, "reason": ""}',
+        b'{"point": 0, "figures": {"x": null}, "reason": ""}',
+    ],
+)
+def test_a_damaged_line_is_named(tmp_path: Path, line: bytes) -> None:
+    path = tmp_path / "a.journal"
+    with kept(path, "digest", 3) as (_, record):
+        record([(0, Outcome({"x": 1.0})), (1, Outcome({"x": 2.0}))])
+    head, first, second = path.read_bytes().splitlines(keepends=True)
+    damaged = head + first + line + b"\n" + second
+    path.write_bytes(damaged)
+    damage = pytest.raises(InputError, match=r"a.journal: journal: line 3 is damaged: delete")
+    with damage as error, kept(path, "digest", 3):
+        pass
+    assert path.read_bytes() == damaged and "\n" not in str(error.value)
+    with permission(force=True), kept(path, "digest", 3) as (found, _):
+        assert found == {}
+
+
 def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:
     """Each point is computed once, whatever ends the run; those that failed are tried again."""
-    computed: list[float] = []
+    log = tmp_path / "computed"
+    log.touch()
+
+    def computed() -> list[float]:
+        return [float(line) for line in log.read_text().splitlines()]
 
     def function(machine: object) -> dict[str, float]:
         x = value(machine)  # type: ignore[arg-type]
-        if x == 3.0 and 3.0 not in computed:
-            computed.append(x)
+        before = computed()
+        log.write_text("\n".join(map(str, [*before, x])))
+        if x == 3.0 and 3.0 not in before:
             raise KeyboardInterrupt
-        computed.append(x)
-        return {"squared": x**2, "inverse": 1 / (x - 2) if computed.count(2.0) < 2 else 0.0}
+        return {"squared": x**2, "inverse": 1 / (x - 2) if 2.0 not in before else 0.0}
 
     path = tmp_path / "a.journal"
     planned, told = plan(se.read(SLIDE), {"m": [1, 2, 3, 4]}, Subject(function)), list[str]()
     with pytest.raises(KeyboardInterrupt):
         planned.run(Workplace(), path)
     found = planned.run(Workplace(), path, note=told.append)
-    assert computed == [1.0, 2.0, 3.0, 2.0, 3.0, 4.0]
+    assert computed() == [1.0, 2.0, 3.0, 2.0, 3.0, 4.0]
     assert told == ["1 of 4 points were computed before, and are kept"]
     assert found.figures["squared"].tolist() == [1.0, 4.0, 9.0, 16.0] and found.failed == 0
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import symoro_elastic as se
 from symoro_elastic.errors import InputError
+from symoro_elastic.sweeps.axes import axis
+from symoro_elastic.sweeps.design import design
+from symoro_elastic.sweeps.influence import local_slopes
 from tests.model_ladder.scenes import two_axis
 from tests.sweeps.machines import DAMPING, MASS, SLIDE, STIFFNESS, hertz, squared, value
 
@@ -64,15 +68,41 @@ def test_a_response_has_the_peak_of_the_closed_form() -> None:
         assert found.figures[f"{name}: at 5 Hz"][k] == pytest.approx(at_five, rel=1e-12)
     assert found.units["load.z / load.fz: peak"] == "m / N"
     assert found.figures["load.z / load.fx: peak"].tolist() == [0.0, 0.0]
+    assert np.isnan(found.figures["load.z / load.fx: peak_frequency"]).all()
 
 
 def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
-    found = se.sweep(SLIDE, over={"m": [-1.0, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
+    found = se.sweep(SLIDE, over={"m": [0.25, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
     assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failed == 1
     assert np.isnan(found.figures["inverse"][1]) and found.figures["inverse"][2] == 1 / 1.5
     negative = se.sweep(SLIDE, over={"load.k": [-1.0, 1e4]}, hold=["all"])
     assert negative.reasons == ("load.k = -1 is negative", "")
     assert "1 of 2 points have no result" in str(negative.parts())
+
+
+@pytest.mark.parametrize("of", ["modes", squared])
+@pytest.mark.parametrize(
+    ("mass", "inertia", "said"),
+    [
+        ("m", [0, 0, 0], "m = -1 is negative"),
+        ("2*m", [0, 0, 0], "load.mass: is negative: -2 by m = -1"),
+        (1, ["m", "m", "m"], "m = -1 is negative"),
+    ],
+)
+def test_a_negative_mass_by_a_parameter_has_a_reason(of: Any, mass: Any, inertia: list[Any], said: str) -> None:
+    """A mass that moves others along is never alone in the inertia matrix: this one is seen where it stands."""
+    bodies = {"drive": {"mass": 10.0}, "load": {"mass": mass, "inertia": inertia}}
+    machine = {**SLIDE, "bodies": bodies, "parameters": {"m": 2.0}}
+    found = se.sweep(machine, over={"m": [-1.0, 1.0]}, of=of)
+    assert found.reasons == (said, "")
+
+
+def test_a_negative_value_is_refused_by_all_that_take_values() -> None:
+    for call in (se.modes, se.feed_forward):
+        with pytest.raises(InputError, match=r"load.mass: is negative: -1 by m = -1"):
+            call(SLIDE, values={"m": -1.0})
+    with pytest.raises(InputError, match=r"load.stiffness: is negative: -5 by load.stiffness = -5"):
+        se.modes(SLIDE, values={"load.stiffness": -5.0})
 
 
 @pytest.mark.parametrize(
@@ -106,6 +136,17 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         ({"over": {"m": [1]}, "figures": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
         ({"over": {"m": [1]}, "workers": -2}, "workers: -2"),
         ({"over": {"m": [1]}, "workers": 2, "scheduler": "tcp://a:1"}, "leave out workers or scheduler"),
+        ({"over": "m"}, "over: 'm' gives no values by name"),
+        ({"over": {3: [1, 2]}}, "gives no values by name"),
+        ({"over": {"m": [1]}, "of": "response", "damping": math.nan}, "damping: nan is no damping ratio"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [math.nan]}, "frequencies: nan is no frequency"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [-3]}, "frequencies: -3 is no frequency: give numbers"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [3, 3.0]}, "frequencies: 3 Hz is given twice"),
+        ({"over": {"m": [1]}, "at": {"nope": 1.0}}, "at: no joint 'nope' moves"),
+        ({"over": {"m": [1]}, "at": {"drive": math.inf}}, "at: drive=inf is out of range"),
+        ({"over": {"m": [1]}, "values": {"m": 3.0}}, "values: m is swept: leave it out of one of both"),
+        ({"over": {"load.k": [1]}, "values": {"load.stiffness": 3.0}}, "values: load.stiffness is swept"),
+        ({"over": {"q.drive": [1]}, "at": {"x": 3.0}}, "at: x is swept: leave it out of one of both"),
         ({"over": {"load.k": [-1.0]}}, "the point without result; the first: load.k = -1 is negative"),
     ],
 )
@@ -116,16 +157,33 @@ def test_what_cannot_be_swept_is_refused(arguments: dict[str, object], said: str
 
 
 def test_slopes_of_a_grid_and_ranks_of_a_sample() -> None:
-    """f = sqrt(k/m)/2 pi: half a per cent by a per cent of k, minus half by one of m; nothing by the position."""
-    over = {"m": "1.9:2.1:5", "load.k": "7e4:9e4:5", "drive": [0.0, 1.0]}
+    """f = sqrt(k/m)/2 pi: half a per cent by a per cent of k, minus half by one of m, on any grid.
+
+    A position that is 0 somewhere has no per cent, nor has a quantity of one value.
+    """
+    over: dict[str, Any] = {"m": "1:9:3", "load.k": "1e4:1e6:4,log", "drive": [0.0, 1.0], "load.damping": [40.0]}
     grid = se.sweep(SLIDE, over=over, hold=["all"], figures=["frequency_1"]).influence
     assert grid.slopes is not None
-    assert grid.slopes[0] == pytest.approx([-0.5, 0.5, 0.0], abs=1e-3)
-    assert np.sign(grid.values[0]).tolist() == [-1.0, 1.0, 0.0]
+    assert grid.slopes[0, :2] == pytest.approx([-0.5, 0.5], abs=1e-12)
+    assert np.isnan(grid.slopes[0, 2:]).all()
+    assert np.sign(grid.values[0, :3]).tolist() == [-1.0, 1.0, 0.0]
     over = {"m": "normal:2:0.001", "load.k": "lognormal:8e4:0.1", "drive": "0:1"}
     sample = se.sweep(SLIDE, over=over, samples=60, hold=["all"], figures=["frequency_1"]).influence
     assert sample.slopes is None and sample.values[0, 1] > 0.99
     assert sample.strongest()[0] == 1 and abs(sample.values[0, [0, 2]]).max() < 0.4
+
+
+def test_slopes_where_a_figure_has_no_logarithm() -> None:
+    """A cube that changes its sign: 3 where it and its neighbours have one sign; a position below zero counts too."""
+    points = design({"x": axis("x", [4.0, 1.0, 2.0, 8.0, 16.0])})
+    x = points.points[:, 0]
+    figures = [x**3, -(x**3), np.where(x > 4, -(x**3), x**3), np.where(x == 16, np.nan, x**3), np.where(x > 2, 0, x**3)]
+    nan = math.nan
+    expected = [[3] * 5, [3] * 5, [nan, 3, 3, nan, 3], [3, 3, 3, nan, nan], [nan, 3, nan, nan, nan]]
+    for figure, slopes in zip(figures, expected, strict=True):
+        assert local_slopes(points, figure, 0) == pytest.approx(slopes, abs=1e-12, nan_ok=True)
+    below = design({"x": axis("x", [-1.0, -2.0, -4.0])})
+    assert local_slopes(below, below.points[:, 0] ** 2, 0) == pytest.approx([2.0] * 3, abs=1e-12)
 
 
 def test_forms_of_a_result(tmp_path: Path) -> None:
