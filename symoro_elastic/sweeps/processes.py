@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -140,6 +141,7 @@ def _begin(task: Task) -> None:
     """Prepare a process: Ctrl-C is for the one that started it, and it ends when that one does."""
     global _task  # noqa: PLW0603  (what each process of the pool computes)
     _task = task
+    gc.freeze()  # collections do not go through what was copied
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
