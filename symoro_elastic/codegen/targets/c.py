@@ -47,8 +47,8 @@ OWN = words("p c spill sine cosine angle sign torque q_s v_s w_q w_v force_rate 
 
 
 @dataclass(frozen=True)
-class SourceText:
-    """What the templates of a header and a source are given; `called` are the functions that statements need."""
+class PackageText:
+    """What templates are given of a package in a precision."""
 
     name: str
     macro: str
@@ -61,12 +61,18 @@ class SourceText:
     parameters: tuple[ParameterValue, ...]
     defaults: tuple[str, ...]
     precision: Precision
-    functions: tuple[FunctionText, ...]
     has_angles: bool
-    called: frozenset[str]
     real: str
-    pair: str
     sign: str
+
+
+@dataclass(frozen=True)
+class SourceText(PackageText):
+    """What the templates of a header and a source are given; `called` are the functions that statements need."""
+
+    functions: tuple[FunctionText, ...]
+    called: frozenset[str]
+    pair: str
     advances: bool
     steps: CSteps
 
@@ -116,12 +122,24 @@ def files_of(text: SourceText) -> Files:
 def source_text(package: Package, precision: Precision) -> SourceText:
     """What the templates are given for a package."""
     form = replace(scalar_form(package, precision), outlined=not precision.is_pair)
-    name = package.name + precision.suffix
     functions = [CFunction(package, function, precision, form) for function in package.functions]
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)
     called = {name for function in functions for name in function.printer.called}
     return SourceText(
+        **vars(package_text(package, precision, functions, form)),
+        functions=texts,
+        called=with_needed(called, has_angles) if precision.is_pair else frozenset(called),
+        pair=form.pair,
+        advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
+        steps=CSteps(package, precision, functions),
+    )
+
+
+def package_text(package: Package, precision: Precision, functions: Sequence[CFunction], form: Form) -> PackageText:
+    """What templates are given of a package with these functions."""
+    name = package.name + precision.suffix
+    return PackageText(
         name=name,
         macro=name.upper(),
         banner=banner(package, precision),
@@ -133,14 +151,9 @@ def source_text(package: Package, precision: Precision) -> SourceText:
         parameters=package.parameters,
         defaults=default_lines(package, precision),
         precision=precision,
-        functions=texts,
-        has_angles=has_angles,
-        called=with_needed(called, has_angles) if precision.is_pair else frozenset(called),
+        has_angles=any(function.angles for function in functions),
         real=form.real,
-        pair=form.pair,
         sign=form.functions[SIGN],
-        advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
-        steps=CSteps(package, precision, functions),
     )
 
 

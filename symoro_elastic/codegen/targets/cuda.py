@@ -12,13 +12,12 @@ from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
 from symoro_elastic.codegen.c_text import Routine, call, head, preparing, working
 from symoro_elastic.codegen.described import Files, described
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
-from symoro_elastic.codegen.package import Axis, Package, ParameterValue
+from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.target import words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
-from symoro_elastic.codegen.targets.c import C, banner, default_lines, scalar_form
+from symoro_elastic.codegen.targets.c import C, PackageText, package_text, scalar_form
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.symbolic.operations import SIGN
 
 THREADS = 128
 """Threads of a block: with as many each may have all 255 registers that the hardware can address."""
@@ -88,25 +87,11 @@ class StepKernel:
 
 
 @dataclass(frozen=True)
-class CudaText:
+class CudaText(PackageText):
     """What the templates are given; `called` are the functions that statements need."""
 
-    name: str
-    macro: str
-    banner: str
-    summary: str
-    axes: tuple[Axis, ...]
-    dependent: tuple[Axis, ...] | None
-    motor_names: tuple[str, ...]
-    frames: int
-    parameters: tuple[ParameterValue, ...]
-    defaults: tuple[str, ...]
-    precision: Precision
     functions: tuple[DeviceFunction, ...]
-    has_angles: bool
     called: frozenset[str]
-    real: str
-    sign: str
     steps: CSteps
     step_kernels: tuple[StepKernel, ...]
     shares_steps: bool
@@ -141,26 +126,13 @@ def render_cuda(package: Package, precision: Precision = DOUBLE) -> Files:
 
 
 def _text(package: Package, precision: Precision) -> CudaText:
-    form, name = strided_form(package, precision), package.name + precision.suffix
+    form = strided_form(package, precision)
     functions = [CFunction(package, function, precision, form) for function in package.functions]
     steps = CSteps(package, precision, functions, qualifiers=QUALIFIERS)
     return CudaText(
-        name=name,
-        macro=name.upper(),
-        banner=banner(package, precision),
-        summary=package.scene,
-        axes=package.axes,
-        dependent=package.dependent,
-        motor_names=package.motor_names,
-        frames=len(package.frames),
-        parameters=package.parameters,
-        defaults=default_lines(package, precision),
-        precision=precision,
+        **vars(package_text(package, precision, functions, form)),
         functions=tuple(map(_function, functions)),
-        has_angles=any(function.angles for function in functions),
         called=frozenset(name for function in functions for name in function.printer.called),
-        real=form.real,
-        sign=form.functions[SIGN],
         steps=steps,
         step_kernels=tuple(_step_kernel(step, steps) for step in steps.steps),
         shares_steps=_fits(steps.constants, precision),
